@@ -1,0 +1,176 @@
+"""What the backends share: the samples they fill, the rates they integrate, the smooth run."""
+
+from array import array
+from collections import deque
+from collections.abc import Callable
+from math import floor, inf
+from typing import TYPE_CHECKING, NamedTuple
+
+from frictionsim.errors import SolverError
+from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.base import Mechanism
+    from frictionsim.parameters import Solver
+
+STICK, FORWARD, BACKWARD = 0, 1, -1
+
+Poll = Callable[[float], object]
+
+
+class Transition(NamedTuple):
+    """A contact goes over from one mode to another."""
+
+    time: float
+    contact: str
+    mode_from: int
+    mode_to: int
+    position: float
+
+
+class SampleTimes:
+    """0, interval, 2 interval, ... and the duration, s."""
+
+    def __init__(self, duration: float, interval: float) -> None:
+        self._interval = interval
+        self._duration = duration
+        # A last interval that rounding made a hair too long or too short is the duration.
+        self._last = floor(duration / interval * (1.0 - 1e-12))
+        self._next = 0
+        self.next = 0.0
+
+    def advance(self) -> None:
+        """Go to the next sample; after the last one `next` is inf."""
+        self._next += 1
+        if self._next <= self._last:
+            self.next = self._next * self._interval
+        else:
+            self.next = self._duration if self.next < self._duration else inf
+
+
+class Recording:
+    """Samples, transitions and counts of a run, filled by its backend."""
+
+    COLUMNS = 7  # time, drive, position, velocity, acceleration, friction, mode; then the ledger
+
+    def __init__(self, times: SampleTimes) -> None:
+        self.times = times
+        self.rows = array("d")
+        self.transitions: list[Transition] = []
+        self.steps = self.rejected = self.evaluations = 0
+
+    def add(
+        self, t: float, drive: float, y: State, acceleration: float, friction: float, mode: int
+    ) -> None:
+        """Add the sample that is due at t."""
+        self.rows.extend((t, drive, y[0], y[1], acceleration, friction, mode, *y[2:]))
+        self.times.advance()
+
+    def count(self, stepper: RungeKuttaFehlberg45) -> None:
+        """Take over what the integrator has counted so far."""
+        self.steps, self.rejected = stepper.steps, stepper.rejected
+        self.evaluations = stepper.evaluations
+
+
+class StormGuard:
+    """Stops a run whose contact changes its mode without end.
+
+    A hundred transitions within a millionth of the run are no motion that anyone asked for;
+    the fastest stick-slip worth simulating takes its sixty samples a cycle.
+    """
+
+    MOST = 100
+    SHARE = 1e-6
+
+    def __init__(self, duration: float, contact: str, advice: str) -> None:
+        self._window = self.SHARE * duration
+        self._contact = contact
+        self._advice = advice
+        self._times: deque[float] = deque(maxlen=self.MOST)
+
+    def note(self, t: float) -> None:
+        """Count a change of mode at t.
+
+        Raises
+        ------
+        SolverError
+            If it is one too many.
+        """
+        times = self._times
+        if len(times) == self.MOST and t - times[0] < self._window:
+            raise SolverError(
+                f"event storm at t = {t:.9g} s: the contact '{self._contact}' changed its mode"
+                f" {self.MOST} times within {t - times[0]:.2g} s; {self._advice}"
+            )
+        times.append(t)
+
+
+def new_stepper(mechanism: "Mechanism", settings: "Solver") -> RungeKuttaFehlberg45:
+    """Return the integrator for a mechanism, with the settings of the scene."""
+    return RungeKuttaFehlberg45(
+        states=len(mechanism.initial_state),
+        rtol=settings.rtol,
+        atol=settings.atol,
+        max_step=settings.max_step or inf,
+        max_steps=settings.max_steps,
+        fixed_step=settings.step,
+    )
+
+
+def rates_without_friction(mechanism: "Mechanism") -> Rates:
+    """Compose the rates of a mechanism that has no dry contact."""
+    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
+    powers = tuple(enumerate(mechanism.powers.values(), start=2))
+
+    def rates(t: float, y: State, dy: State) -> None:
+        u, q, v = drive(t), y[0], y[1]
+        dy[0] = v
+        dy[1] = moment(u, q, v) / inertia
+        for i, power in powers:
+            dy[i] = power(u, q, v)
+
+    return rates
+
+
+def rates_with_friction(
+    mechanism: "Mechanism", friction: Callable[[float, float, float, float], float]
+) -> Rates:
+    """Compose the rates of a mechanism whose friction torque is friction(u, q, v, moment)."""
+    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
+    powers = tuple(enumerate(mechanism.powers.values(), start=2))
+    heat = 2 + len(powers)
+
+    def rates(t: float, y: State, dy: State) -> None:
+        u, q, v = drive(t), y[0], y[1]
+        applied = moment(u, q, v)
+        torque = friction(u, q, v, applied)
+        dy[0] = v
+        dy[1] = (applied + torque) / inertia
+        for i, power in powers:
+            dy[i] = power(u, q, v)
+        dy[heat] = -torque * v
+
+    return rates
+
+
+def run_without_friction(
+    mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll
+) -> None:
+    """Integrate a mechanism that has no dry contact: smooth from kink to kink."""
+    stepper = new_stepper(mechanism, settings)
+    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
+    end, times = settings.duration, recording.times
+    stepper.begin(rates_without_friction(mechanism), 0.0, mechanism.initial_state)
+    try:
+        while True:
+            while times.next <= stepper.t:
+                t = times.next
+                y = stepper.state_at(t)
+                u = drive(t)
+                recording.add(t, u, y, moment(u, y[0], y[1]) / inertia, 0.0, STICK)
+            if stepper.t >= end:
+                return
+            poll(stepper.t)
+            stepper.advance(min(end, drive.next_kink(stepper.t)))
+    finally:
+        recording.count(stepper)

@@ -1,0 +1,220 @@
+"""Event-driven solution: stick and slip are smooth phases, their ends are located.
+
+In a stick phase the state stands still; the phase ends where the moment first exceeds the
+static limit. In a slip phase the kinetic friction has a fixed direction; the phase ends where
+the velocity comes to zero. What follows is decided there with the static limit. A tie sticks.
+"""
+
+from math import copysign, inf
+from typing import TYPE_CHECKING
+
+from frictionsim.backends.base import (
+    BACKWARD,
+    FORWARD,
+    STICK,
+    Poll,
+    Recording,
+    StormGuard,
+    Transition,
+    new_stepper,
+    rates_with_friction,
+    run_without_friction,
+)
+from frictionsim.integrator import Rates
+from frictionsim.roots import sign_change
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.base import Contact, Mechanism
+    from frictionsim.parameters import Solver
+
+# The end of a slip phase is located to this share of the step that it falls in.
+RESOLUTION = 1e-12
+
+
+def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
+    """Step the mechanism to settings.duration, phase by phase.
+
+    Raises
+    ------
+    SolverError
+        From the integrator, or if the contact changes its mode without end.
+    """
+    if mechanism.contact is None:
+        run_without_friction(mechanism, settings, recording, poll)
+    else:
+        _StickSlip(mechanism, mechanism.contact, settings, recording, poll).run()
+
+
+class _StickSlip:
+    """The state of an event-driven run and the two kinds of phase that change it."""
+
+    def __init__(
+        self,
+        mechanism: "Mechanism",
+        contact: "Contact",
+        settings: "Solver",
+        recording: Recording,
+        poll: Poll,
+    ) -> None:
+        self.mechanism, self.contact = mechanism, contact
+        self.recording, self.poll = recording, poll
+        self.end = settings.duration
+        self.stepper = new_stepper(mechanism, settings)
+        self.storm = StormGuard(
+            settings.duration, contact.name, "does the drive change faster than it should?"
+        )
+        self.slip_rates = {s: _slip_rates(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
+        self.t = 0.0
+        self.y = mechanism.initial_state
+        self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
+
+    def run(self) -> None:
+        try:
+            if self.mode == STICK:
+                self.go_over(self.mode_from_rest())
+            while self.t < self.end:
+                if self.mode == STICK:
+                    self.stick()
+                else:
+                    self.slip(self.mode)
+                if self.t < self.end:
+                    self.go_over(self.mode_from_rest())
+            self.sample_at_end()
+        finally:
+            self.recording.count(self.stepper)
+
+    def go_over(self, mode: int) -> None:
+        """Take the mode that follows, and note the transition if it is one."""
+        self.storm.note(self.t)
+        if mode != self.mode:
+            self.recording.transitions.append(
+                Transition(self.t, self.contact.name, self.mode, mode, self.y[0])
+            )
+            self.mode = mode
+
+    def excess(self, t: float, s: int) -> float:
+        """Return how far the moment in direction s is above the static limit, at rest, N m."""
+        u, q = self.mechanism.drive(t), self.y[0]
+        moment = self.mechanism.moment(u, q, 0.0)
+        return s * moment - self.contact.static_limit(u, q) - self.contact.rounding(u, q)
+
+    def mode_from_rest(self) -> int:
+        """Return the mode that the contact has at rest now."""
+        return next((s for s in (FORWARD, BACKWARD) if self.excess(self.t, s) > 0.0), STICK)
+
+    def stick(self) -> None:
+        """Stand still up to the breakaway or the end."""
+        breakaway = inf
+        a = self.t
+        while a < self.end and breakaway == inf:
+            b = self.end_of_monotone(a)
+            for s in (FORWARD, BACKWARD):
+                if self.excess(b, s) > 0.0:
+                    _, breakaway = sign_change(lambda t, s=s: self.excess(t, s), a, b)
+            self.sample_stick(min(b, breakaway))
+            self.poll(b)
+            a = b
+        self.t = min(breakaway, self.end)
+
+    def end_of_monotone(self, a: float) -> float:
+        """Return a time up to which the excess in both directions is monotone from a on."""
+        drive = self.mechanism.drive
+        b = min(self.end, drive.next_turn(a))
+        for critical in self.contact.critical_inputs:
+            if (drive(a) > critical) != (drive(b) > critical):
+                _, b = sign_change(lambda t, c=critical: drive(t) - c, a, b)
+        return b
+
+    def sample_stick(self, until: float) -> None:
+        """Record the samples that are due before a time in a stick phase."""
+        times = self.recording.times
+        while times.next < until:
+            self.sample(times.next)
+
+    def sample(self, t: float) -> None:
+        """Record the state at t, which is at rest where the contact sticks."""
+        y = self.y if self.mode == STICK else self.stepper.state_at(t)
+        u, q, v = self.mechanism.drive(t), y[0], y[1]
+        moment = self.mechanism.moment(u, q, v)
+        if self.mode == STICK:
+            self.recording.add(t, u, y, 0.0, -moment, STICK)
+        else:
+            friction = -self.mode * self.contact.kinetic_limit(u, q, v)
+            acceleration = (moment + friction) / self.mechanism.inertia
+            self.recording.add(t, u, y, acceleration, friction, self.mode)
+
+    def sample_at_end(self) -> None:
+        if self.recording.times.next <= self.end:
+            self.sample(self.end)
+
+    def slip(self, s: int) -> None:
+        """Slide in direction s up to the moment of rest or the end."""
+        stepper, times = self.stepper, self.recording.times
+        stepper.begin(self.slip_rates[s], self.t, self.y)
+        rest = inf
+        while rest == inf and stepper.t < self.end:
+            stepper.advance(min(self.end, self.mechanism.drive.next_kink(stepper.t)))
+            rest = self.rest_within_step(s)
+            while times.next < min(stepper.t, rest):
+                self.sample(times.next)
+            self.poll(stepper.t)
+        self.t = min(stepper.t, rest)
+        self.y = list(stepper.state_at(self.t))
+        if rest < inf:
+            self.y[1] = 0.0
+
+    def rest_within_step(self, s: int) -> float:
+        """Return when the velocity first comes to zero in the last step; inf if it does not.
+
+        A phase that has just broken away starts from zero; this zero is not its end.
+        """
+        stepper = self.stepper
+        t0, t1 = stepper.t0, stepper.t
+
+        def velocity(t: float) -> float:
+            return s * stepper.state_at(t)[1]
+
+        if s * stepper.y[1] > 0.0:
+            t1 = self.time_of_least_velocity(s)
+            if t1 == inf or velocity(t1) > 0.0:
+                return inf
+        resolution = RESOLUTION * (t1 - t0)
+        if s * stepper.y0[1] <= 0.0:
+            width = t1 - t0
+            while velocity(t0 + width) <= 0.0:
+                width *= 0.1
+                if width <= resolution:
+                    return t0
+            t0 += width
+            if t0 >= t1:
+                return t1
+        return sign_change(velocity, t0, t1, resolution)[1]
+
+    def time_of_least_velocity(self, s: int) -> float:
+        """Return when the last step has its slowest moment; inf if it cannot be at rest there."""
+        stepper = self.stepper
+        h = stepper.t - stepper.t0
+        v0, v1 = s * stepper.y0[1], s * stepper.y[1]
+        a0, a1 = s * stepper.rates0[1], s * stepper.rates1[1]
+        if not a0 < 0.0 < a1:
+            return inf
+        # The velocity stays above its tangents at both ends, hence above where these meet.
+        if v0 + a0 * (v1 - v0 - a1 * h) / (a0 - a1) > 0.0:
+            return inf
+        rates = self.slip_rates[s]
+        dy = [0.0] * len(stepper.y)
+
+        def acceleration(t: float) -> float:
+            rates(t, stepper.state_at(t), dy)
+            return s * dy[1]
+
+        return sign_change(acceleration, stepper.t0, stepper.t, RESOLUTION * h)[1]
+
+
+def _slip_rates(mechanism: "Mechanism", contact: "Contact", s: int) -> Rates:
+    kinetic_limit = contact.kinetic_limit
+
+    def friction(u: float, q: float, v: float, moment: float) -> float:
+        return -s * kinetic_limit(u, q, v)
+
+    return rates_with_friction(mechanism, friction)

@@ -1,0 +1,157 @@
+"""Adaptive RKF4(5) with the friction solved for inside the right-hand side: exact stick.
+
+No switch is located. At rest the friction is what the applied moment asks for, cut off at the
+limit: T = clip(-M) for one contact; the error estimate sees the jump where it lets go or takes
+hold and shortens the steps across it. Between two steps the contact only remembers which way it
+slid, because the limit that holds it is the static one and that of sliding the kinetic one.
+"""
+
+from math import copysign, ulp
+from typing import TYPE_CHECKING
+
+from frictionsim.backends.base import (
+    BACKWARD,
+    FORWARD,
+    STICK,
+    Poll,
+    Recording,
+    Transition,
+    new_stepper,
+    rates_with_friction,
+    run_without_friction,
+)
+from frictionsim.integrator import State
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.base import Contact, Mechanism
+    from frictionsim.parameters import Solver
+
+# Across a jump of the friction no step meets the tolerance: this many roundings of the time
+# are short enough for what is left of the error to be rounding, too.
+JUMP_ROUNDINGS = 16.0
+
+
+def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
+    """Step the mechanism to settings.duration.
+
+    Raises
+    ------
+    SolverError
+        From the integrator.
+    """
+    if mechanism.contact is None:
+        run_without_friction(mechanism, settings, recording, poll)
+        return
+    run = _ExactStick(mechanism, mechanism.contact, settings, recording)
+    try:
+        run.run(poll)
+    finally:
+        recording.count(run.stepper)
+
+
+class _ExactStick:
+    """An integration with the memory of its contact: the direction of the last slip, or none."""
+
+    def __init__(
+        self,
+        mechanism: "Mechanism",
+        contact: "Contact",
+        settings: "Solver",
+        recording: Recording,
+    ) -> None:
+        self.mechanism, self.contact, self.recording = mechanism, contact, recording
+        self.end = settings.duration
+        self.stepper = new_stepper(mechanism, settings)
+        self.rates = rates_with_friction(mechanism, self.friction)
+        self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
+
+    def friction(self, u: float, q: float, v: float, moment: float) -> float:
+        """Return the friction torque, N m, with the applied moment given."""
+        mode = self.mode_at(u, q, v, moment)
+        return -moment if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v)
+
+    def mode_at(self, u: float, q: float, v: float, moment: float) -> int:
+        """Return whether the contact slides and where to.
+
+        While it goes on as remembered it slides. Once it has come to rest, or has been at rest,
+        it is held as far as the static limit goes.
+        """
+        direction = self.mode or v
+        if direction * v > 0.0:
+            return FORWARD if direction > 0.0 else BACKWARD
+        contact = self.contact
+        if abs(moment) <= contact.static_limit(u, q) + contact.rounding(u, q):
+            return STICK
+        return FORWARD if moment > 0.0 else BACKWARD
+
+    def run(self, poll: Poll) -> None:
+        stepper, drive = self.stepper, self.mechanism.drive
+        self.begin_piece(0.0, self.mechanism.initial_state)
+        if self.mode == STICK:
+            self.go_over(self.mode_from_rest(), 0.0)
+        self.sample()
+        while stepper.t < self.end:
+            poll(stepper.t)
+            # Between two turns the drive is monotone: no breakaway hides within a step.
+            limit = min(self.end, drive.next_turn(stepper.t))
+            stepper.advance(limit, floor=JUMP_ROUNDINGS * ulp(stepper.t))
+            self.sample()
+            self.remember()
+
+    def remember(self) -> None:
+        """Take over what the last step did to the contact."""
+        stepper = self.stepper
+        v = stepper.y[1]
+        if self.mode == STICK:
+            if v != 0.0:
+                self.go_over(FORWARD if v > 0.0 else BACKWARD, self.time_of_breakaway())
+        elif self.mode * v <= 0.0:
+            mode = self.mode_from_rest()
+            if mode == STICK:
+                stepper.y[1] = 0.0  # what is left beyond zero is below the tolerance
+            self.go_over(mode, stepper.t)
+
+    def go_over(self, mode: int, t: float) -> None:
+        """Take another mode, note the transition at t and start anew from where the step ended."""
+        if mode != self.mode:
+            q = self.stepper.y[0]
+            self.recording.transitions.append(
+                Transition(t, self.contact.name, self.mode, mode, q)
+            )
+            self.mode = mode
+            self.begin_piece(self.stepper.t, self.stepper.y)
+
+    def begin_piece(self, t: float, y: State) -> None:
+        self.stepper.begin(self.rates, t, y)
+
+    def mode_from_rest(self) -> int:
+        """Return the mode that the contact has at rest where the last step ended."""
+        u, q = self.mechanism.drive(self.stepper.t), self.stepper.y[0]
+        return self.mode_at(u, q, 0.0, self.mechanism.moment(u, q, 0.0))
+
+    def time_of_breakaway(self) -> float:
+        """Return when the moment passed the static limit in the last step, by the secant, s."""
+        stepper, drive = self.stepper, self.mechanism.drive
+        q = stepper.y0[0]
+
+        def excess(t: float) -> float:
+            u = drive(t)
+            return abs(self.mechanism.moment(u, q, 0.0)) - self.contact.static_limit(u, q)
+
+        before, after = excess(stepper.t0), excess(stepper.t)
+        if not before < 0.0 < after:
+            return stepper.t0
+        return stepper.t0 - (stepper.t - stepper.t0) * before / (after - before)
+
+    def sample(self) -> None:
+        """Record the samples that are due up to the end of the last step."""
+        times = self.recording.times
+        while times.next <= self.stepper.t:
+            t = times.next
+            y = self.stepper.state_at(t)
+            u, q, v = self.mechanism.drive(t), y[0], y[1]
+            moment = self.mechanism.moment(u, q, v)
+            friction = self.friction(u, q, v, moment)
+            acceleration = (moment + friction) / self.mechanism.inertia
+            mode = self.mode_at(u, q, v, moment)
+            self.recording.add(t, u, y, acceleration, friction, mode)

@@ -1,0 +1,50 @@
+"""The ways in which a command ends short of its purpose, each with its exit code."""
+
+EXIT_DONE = 0
+EXIT_SOLVER_FAILED = 1
+EXIT_DIFFERENT = 1
+EXIT_BAD_INPUT = 2
+EXIT_AUDIT_FAILED = 3
+EXIT_NOT_WRITTEN = 4
+EXIT_DEFECT = 70  # the program itself is wrong: sysexits.h, EX_SOFTWARE
+EXIT_SIGNAL = 128  # plus the number of the signal, as a shell has it: 130, 143
+
+
+class FrictionsimError(Exception):
+    """A message for the user; `exit_code` is what the process ends with."""
+
+    exit_code = EXIT_DEFECT
+
+
+class InputError(FrictionsimError):
+    """A command line or an input file that cannot be used."""
+
+    exit_code = EXIT_BAD_INPUT
+
+
+class ScenarioError(InputError):
+    """A scenario that cannot be simulated; the message names every fault, one a line."""
+
+    def __init__(self, faults: list[str]) -> None:
+        super().__init__("\n".join(faults))
+        self.faults = faults
+
+
+class SolverError(FrictionsimError):
+    """A run that stopped before its end; the samples up to there are good."""
+
+    exit_code = EXIT_SOLVER_FAILED
+
+
+class Interrupted(SolverError):
+    """A run that a signal stopped; the samples up to there are good."""
+
+    def __init__(self, signal_number: int, time: float) -> None:
+        super().__init__(f"interrupted at t = {time:.9g} s")
+        self.exit_code = EXIT_SIGNAL + signal_number
+
+
+class OutputError(FrictionsimError):
+    """A result that could not be written; what stood in its place before is untouched."""
+
+    exit_code = EXIT_NOT_WRITTEN

@@ -1,0 +1,257 @@
+"""The adaptive Runge-Kutta-Fehlberg method of order 4(5) that every mechanism is stepped with.
+
+The stages are plain loops over the states: on the short lists of a mechanism with few states
+they run as they stand, and over arrays numba compiles the same lines for a large one.
+"""
+
+from collections.abc import Callable, MutableSequence
+from math import isfinite, ulp
+
+from frictionsim.errors import SolverError
+
+State = MutableSequence[float]
+Rates = Callable[[float, State, State], None]
+"""rates(t, y, dy): write the time derivative of the state y at time t into dy."""
+
+# Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
+C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1
+A21 = 1 / 4
+A31, A32 = 3 / 32, 9 / 32
+A41, A42, A43 = 1932 / 2197, -7200 / 2197, 7296 / 2197
+A51, A52, A53, A54 = 439 / 216, -8.0, 3680 / 513, -845 / 4104
+A61, A62, A63, A64, A65 = -8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40
+B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
+E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
+
+SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
+SHRINK_MOST, GROW_MOST = 0.2, 5.0  # ibid.
+NEARLY_ALL = 1.0 - 1e-9  # a remainder below this share of a step is not worth a step
+# PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
+PI_ERROR, PI_BEFORE = 0.7 / 5, 0.4 / 5
+
+
+def stages(
+    rates: Rates,
+    t: float,
+    h: float,
+    y: State,
+    k: tuple[State, State, State, State, State, State],
+    stage: State,
+    y_new: State,
+    error: State,
+) -> None:
+    """Take one step of length h from (t, y), with the rates k[0] there already known.
+
+    Parameters
+    ----------
+    rates : callable
+    t, h : float, s
+    y : (n,)
+    k : six of (n,)
+        k[0] is read, the others are overwritten.
+    stage : (n,)
+        Room to work in.
+    y_new : (n,)
+        Receives the solution of order 5.
+    error : (n,)
+        Receives its difference from the solution of order 4.
+    """
+    n = len(y)
+    k1, k2, k3, k4, k5, k6 = k
+    for i in range(n):
+        stage[i] = y[i] + h * (A21 * k1[i])
+    rates(t + C2 * h, stage, k2)
+    for i in range(n):
+        stage[i] = y[i] + h * (A31 * k1[i] + A32 * k2[i])
+    rates(t + C3 * h, stage, k3)
+    for i in range(n):
+        stage[i] = y[i] + h * (A41 * k1[i] + A42 * k2[i] + A43 * k3[i])
+    rates(t + C4 * h, stage, k4)
+    for i in range(n):
+        stage[i] = y[i] + h * (A51 * k1[i] + A52 * k2[i] + A53 * k3[i] + A54 * k4[i])
+    rates(t + h, stage, k5)
+    for i in range(n):
+        stage[i] = y[i] + h * (
+            A61 * k1[i] + A62 * k2[i] + A63 * k3[i] + A64 * k4[i] + A65 * k5[i]
+        )
+    rates(t + C6 * h, stage, k6)
+    for i in range(n):
+        y_new[i] = y[i] + h * (B1 * k1[i] + B3 * k3[i] + B4 * k4[i] + B5 * k5[i] + B6 * k6[i])
+        error[i] = h * (E1 * k1[i] + E3 * k3[i] + E4 * k4[i] + E5 * k5[i] + E6 * k6[i])
+
+
+class RungeKuttaFehlberg45:
+    """Error-controlled steps along one smooth piece after another.
+
+    `begin` sets the start of a piece, `advance` takes one accepted step from (t0, y0) to
+    (t, y), and `state_at` gives the state inside that step by a shorter step from its start,
+    which is as exact as the step itself.
+
+    Parameters
+    ----------
+    states : int
+    rtol, atol : float
+        A step is accepted when |error| <= atol + rtol max(|y0|, |y|) in every state.
+    max_step : float, s
+    max_steps : int
+        The accepted and rejected steps that a run may take.
+    fixed_step : float or None, s
+        Take steps of this length, whatever their error.
+
+    Attributes
+    ----------
+    t0, t : float, s
+        Start and end of the last step.
+    y0, y, rates0, rates1 : (n,)
+        The states and their rates there.
+    steps, rejected, evaluations : int
+    """
+
+    def __init__(
+        self,
+        states: int,
+        rtol: float,
+        atol: float,
+        max_step: float,
+        max_steps: int,
+        fixed_step: float | None = None,
+    ) -> None:
+        self._rtol, self._atol = rtol, atol
+        self._max_step, self._max_steps = max_step, max_steps
+        self._fixed_step = fixed_step
+        self.steps = self.rejected = self.evaluations = 0
+        self.t0 = self.t = 0.0
+        self.y0, self.y = [0.0] * states, [0.0] * states
+        self.rates0, self.rates1 = [0.0] * states, [0.0] * states
+        self._k = tuple([0.0] * states for _ in range(5))
+        self._stage, self._error = [0.0] * states, [0.0] * states
+        self._inside, self._inside_error = [0.0] * states, [0.0] * states
+        self._h = 0.0
+        self._error_before = 1.0
+
+    def begin(self, rates: Rates, t: float, y: State) -> None:
+        """Start a piece with these rates at (t, y); the length of the next step is chosen anew."""
+        self._rates = rates
+        self.t0 = self.t = t
+        self.y[:] = self.y0[:] = y
+        rates(t, self.y, self.rates1)
+        self.evaluations += 1
+        self._h = self._fixed_step or self._first_step()
+        self._error_before = 1.0
+
+    def advance(self, limit: float, floor: float = 0.0) -> None:
+        """Take one accepted step that ends at `limit` at the latest.
+
+        Parameters
+        ----------
+        limit : float, s
+        floor : float, s, optional
+            A step as short as this is accepted whatever its error: across a jump of the rates
+            no step is small enough, and the error that is left is floor times the jump.
+
+        Raises
+        ------
+        SolverError
+            If the state ceases to be finite, the step falls below the resolution of the time,
+            or the budget of steps is spent.
+        """
+        self.t0, self.y0, self.y = self.t, self.y, self.y0
+        self.rates0, self.rates1 = self.rates1, self.rates0
+        rejected_here = False
+        while True:
+            h = self._fitting(limit - self.t0)
+            stages(
+                self._rates, self.t0, h, self.y0, (self.rates0, *self._k),
+                self._stage, self.y, self._error,
+            )  # fmt: skip
+            self.evaluations += 5
+            error = self._error_norm()
+            if not isfinite(error):
+                raise SolverError(
+                    f"the state is not finite after t = {self.t0:.9g} s; is a force or a"
+                    " coefficient of the scenario too large?"
+                )
+            if self._fixed_step or error <= 1.0 or h <= floor:
+                break
+            self.rejected += 1
+            rejected_here = True
+            self._h = max(floor, h * max(SHRINK_MOST, SAFETY * error**-0.2))
+            if self._h < 4.0 * ulp(limit):
+                raise SolverError(
+                    f"at t = {self.t0:.9g} s the tolerances ask for a step of {self._h:.2g} s,"
+                    " below what double precision resolves; give a larger solver.rtol or atol"
+                )
+        self.t = limit if h == limit - self.t0 else self.t0 + h
+        self._rates(self.t, self.y, self.rates1)
+        self.evaluations += 1
+        self.steps += 1
+        if self.steps + self.rejected > self._max_steps:
+            raise SolverError(
+                f"{self._max_steps} steps are spent at t = {self.t:.9g} s; give a larger"
+                " solver.max_steps or looser tolerances"
+            )
+        if not self._fixed_step:
+            self._choose_next(h, error, rejected_here)
+
+    def state_at(self, t: float) -> State:
+        """Return the state at a time inside the last step; the next call overwrites it."""
+        if t >= self.t:
+            return self.y
+        stages(
+            self._rates, self.t0, t - self.t0, self.y0, (self.rates0, *self._k),
+            self._stage, self._inside, self._inside_error,
+        )
+        self.evaluations += 5
+        return self._inside
+
+    def _fitting(self, left: float) -> float:
+        """Return the length of the next step, at most `left`, s."""
+        if self._h >= left * NEARLY_ALL:
+            return left
+        if self._h > 0.5 * left and not self._fixed_step:
+            return 0.5 * left  # two like steps rather than a long one and a sliver
+        return self._h
+
+    def _error_norm(self) -> float:
+        rtol, atol = self._rtol, self._atol
+        worst = 0.0
+        for error, y0, y in zip(self._error, self.y0, self.y, strict=True):
+            ratio = abs(error) / (atol + rtol * max(abs(y0), abs(y)))
+            if not ratio <= worst:  # also where it is not a number
+                worst = ratio
+        return worst
+
+    def _choose_next(self, h: float, error: float, rejected_here: bool) -> None:
+        """Set the length of the next step from the error of this one and of the one before."""
+        error = max(error, 1e-10)
+        growth = SAFETY * error**-PI_ERROR * self._error_before**PI_BEFORE
+        growth = min(max(growth, SHRINK_MOST), 1.0 if rejected_here else GROW_MOST)
+        # A step that a limit cut short says little: keep the length that was due.
+        due = self._h if not rejected_here else 0.0
+        self._h = min(max(h * growth, due if h < due else 0.0), self._max_step)
+        self._error_before = error
+
+    def _first_step(self) -> float:
+        """Estimate the length of a first step from the rates and their change [1]_.
+
+        .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
+        """
+        size = self._norm(self.y)
+        rate = self._norm(self.rates1)
+        h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
+        h0 = min(h0, self._max_step)
+        for i, dy in enumerate(self.rates1):
+            self._stage[i] = self.y[i] + h0 * dy
+        change = self._k[0]
+        self._rates(self.t + h0, self._stage, change)
+        self.evaluations += 1
+        for i, dy in enumerate(self.rates1):
+            change[i] = (change[i] - dy) / h0
+        fastest = max(rate, self._norm(change))
+        h1 = (0.01 / fastest) ** 0.2 if fastest > 1e-15 else max(1e-6, 1e-3 * h0)
+        return min(100.0 * h0, h1, self._max_step)
+
+    def _norm(self, values: State) -> float:
+        """Return the largest of the values, each in units of its own tolerance."""
+        rtol, atol = self._rtol, self._atol
+        return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))

@@ -1,0 +1,115 @@
+"""The contract between physics and integration.
+
+A mechanism states its equation of motion and never integrates it; a backend integrates it and
+never knows what it moves. Dry friction stands outside of the equation, as a set-valued force
+between two limits, so that each backend can treat it in its own way: solve for it, locate its
+switches, or switch it as published.
+
+Every function below uses arithmetic operators only, so that it takes numbers while a backend
+steps and arrays when the whole run is looked at; `u` is the value of the drive.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from frictionsim.drives import Course
+    from frictionsim.quantities import Quantities
+    from frictionsim.run import Series
+
+Value = Any  # float while stepping, array of floats afterwards
+
+
+class Channel(NamedTuple):
+    """A recorded course: its SI unit and what it is, for files, tables and plots."""
+
+    unit: str
+    long_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Dry friction along the coordinate of a mechanism.
+
+    Sticking, v = 0, the friction is what holds the mechanism, |T| <= static_limit(u, q).
+    Sliding in direction s = +1 or -1, it is T = -s kinetic_limit(u, q, v).
+
+    Both limits are not negative and kinetic_limit <= static_limit at v = 0.
+
+    Attributes
+    ----------
+    name : str
+        What slides, for events and messages.
+    static_limit, kinetic_limit : callable, N m
+    rounding : callable
+        rounding(u, q), N m: below this, moment and limit cannot be told from equal. A tie sticks.
+    critical_inputs : tuple of float
+        Between two neighbours of these values of u, s moment(u, q, 0) - static_limit(u, q) is
+        monotone in u for both directions s.
+    """
+
+    name: str
+    static_limit: Callable[[Value, Value], Value]
+    kinetic_limit: Callable[[Value, Value, Value], Value]
+    rounding: Callable[[Value, Value], Value]
+    critical_inputs: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanism:
+    """One rotating coordinate q with v = dq/dt and at most one dry contact.
+
+        inertia dv/dt = moment(u, q, v) + T,    u = drive(t)
+
+    with the friction torque T of `contact`. A scene without dry friction has no contact, and
+    an effect that the scene does not name has no term in any function here.
+
+    Attributes
+    ----------
+    drive : Course
+        The input u over time.
+    inertia : float, kg m^2, positive
+    moment : callable, N m
+        All that drives or resists, dry friction excepted.
+    contact : Contact or None
+    powers : mapping of name to callable, W
+        power(u, q, v) of each flow of energy that is integrated along: `energy_input` into the
+        mechanism, `energy_damping` out of it. A contact adds `energy_friction` by itself.
+    stores : mapping of name to callable, J
+        energy(q, v) of each store: `energy_kinetic`, `energy_potential`.
+    position, velocity : float, rad and rad/s
+        The state at the start.
+    channels : callable
+        channels(series) returns the courses to record beside time and energies, by name.
+    channel_info : mapping of name to Channel
+        For each of those names, and for the energies.
+    figures : callable
+        figures(series) returns the mechanism's own figures of a run.
+    effects : tuple of str
+        The effects that are simulated.
+    """
+
+    drive: "Course"
+    inertia: float
+    moment: Callable[[Value, Value, Value], Value]
+    contact: Contact | None
+    powers: Mapping[str, Callable[[Value, Value, Value], Value]]
+    stores: Mapping[str, Callable[[Value, Value], Value]]
+    channels: Callable[["Series"], dict[str, Any]]
+    channel_info: Mapping[str, Channel]
+    figures: Callable[["Series"], "Quantities"]
+    effects: tuple[str, ...]
+    position: float = 0.0
+    velocity: float = 0.0
+    ledger: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Name the energies that are integrated along, in the order of the state vector."""
+        friction = () if self.contact is None else ("energy_friction",)
+        object.__setattr__(self, "ledger", (*self.powers, *friction))
+
+    @property
+    def initial_state(self) -> list[float]:
+        """The state vector at the start: position, velocity, and the energies of the ledger."""
+        return [self.position, self.velocity, *(0.0 for _ in self.ledger)]

@@ -1,0 +1,232 @@
+"""A pulley on a dry fixed shaft: a force P on the cord lifts, holds or lowers a load W.
+
+    I dw/dt = (P - W) r_e - b w + T,    |T| <= r_s R sticking,    T = -s r_k R sliding [1]_
+
+theta > 0 lifts the load. The reaction of the shaft is R = |P + W| with P vertical and
+sqrt(P^2 + W^2) with P horizontal. W and P are forces: the inertia of the load and the change of
+the cord's tension that comes with it are not in the equation, as in the paper; nor is the weight
+of the pulley itself.
+
+References
+----------
+.. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering Research 13(11),
+   2018, 8871-8881, eqs 24 and 49-52.
+"""
+
+from math import radians, sqrt
+from sys import float_info
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from frictionsim.drives import CourseInTime, course_of
+from frictionsim.friction import AirDrag, ShaftFriction
+from frictionsim.mechanisms.base import Channel, Contact, Mechanism, Value
+from frictionsim.parameters import Params, Scenario, quantity
+from frictionsim.quantities import Quantities, Quantity
+
+if TYPE_CHECKING:
+    from frictionsim.run import Series
+
+CONTACT_NAME = "shaft"
+
+# The moment is a difference of two products and the limit a third: a few roundings of each.
+ROUNDING = 16 * float_info.epsilon
+
+CHANNELS = {
+    "angle": Channel("rad", "angle of the pulley, positive where the load rises"),
+    "angular_velocity": Channel("rad/s", "angular velocity of the pulley"),
+    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the pulley"),
+    "drive_force": Channel("N", "force on the cord"),
+    "shaft_reaction": Channel("N", "reaction of the shaft"),
+    "friction_torque": Channel("N m", "torque of the dry friction on the pulley"),
+    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
+    "energy_input": Channel("J", "work of the force on the cord"),
+    "energy_kinetic": Channel("J", "kinetic energy of the pulley"),
+    "energy_potential": Channel("J", "potential energy of the load"),
+    "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
+    "energy_damping": Channel("J", "heat of the air"),
+}
+
+
+class Geometry(Params):
+    """`[mechanism]`."""
+
+    cord_radius: float = quantity("m", gt=0)
+    inertia: float = quantity("kg m^2", gt=0)
+    load: float = quantity("N", ge=0)
+    initial_angle_deg: float = quantity("deg", 0.0)
+    initial_angular_velocity: float = quantity("rad/s", 0.0)
+
+
+class Drive(Params):
+    """`[drive]`."""
+
+    force: CourseInTime = quantity("N")
+    direction: Literal["vertical", "horizontal"] = "vertical"
+
+
+class Effects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    shaft_friction: ShaftFriction | None = None
+    air_drag: AirDrag | None = None
+
+
+class Scene(Scenario):
+    """A scenario of kind `pulley`."""
+
+    kind: Literal["pulley"]
+    mechanism: Geometry
+    drive: Drive
+    effects: Effects = Effects()
+
+
+def build(scene: Scene) -> Mechanism:
+    """Compose the equation of the pulley from the effects that the scene names."""
+    arm, inertia, load = scene.mechanism.cord_radius, scene.mechanism.inertia, scene.mechanism.load
+    journal, air = scene.effects.shaft_friction, scene.effects.air_drag
+
+    def drive_moment(force: Value, angle: Value, velocity: Value) -> Value:
+        return (force - load) * arm
+
+    def vertical_reaction(force: Value) -> Value:
+        return abs(force + load)
+
+    def horizontal_reaction(force: Value) -> Value:
+        return (force * force + load * load) ** 0.5
+
+    vertical = scene.drive.direction == "vertical"
+    reaction = vertical_reaction if vertical else horizontal_reaction
+
+    moment = drive_moment
+    powers = {"energy_input": lambda force, angle, velocity: force * arm * velocity}
+    if air is not None:
+        b = air.coefficient
+
+        def moment(force: Value, angle: Value, velocity: Value) -> Value:
+            return (force - load) * arm - b * velocity
+
+        powers["energy_damping"] = lambda force, angle, velocity: b * velocity * velocity
+
+    contact = None
+    if journal is not None:
+        r_s, r_k = journal.static_radius, journal.kinetic_radius
+        contact = Contact(
+            name=CONTACT_NAME,
+            static_limit=lambda force, angle: r_s * reaction(force),
+            kinetic_limit=lambda force, angle, velocity: r_k * reaction(force),
+            rounding=lambda force, angle: ROUNDING * arm * (abs(force) + load),
+            critical_inputs=_critical_forces(arm, r_s, load, vertical),
+        )
+
+    def channels(series: "Series") -> dict[str, Value]:
+        courses = {
+            "angle": series.position,
+            "angular_velocity": series.velocity,
+            "angular_acceleration": series.acceleration,
+            "drive_force": series.drive,
+            "shaft_reaction": reaction(series.drive),
+        }
+        if contact is not None:
+            courses["friction_torque"] = series.friction
+            courses["mode"] = series.mode
+        return courses
+
+    def figures(series: "Series") -> Quantities:
+        return limits_of_rest(scene)
+
+    return Mechanism(
+        drive=course_of(scene.drive.force),
+        inertia=inertia,
+        moment=moment,
+        contact=contact,
+        powers=powers,
+        stores={
+            "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity,
+            "energy_potential": lambda angle, velocity: load * arm * angle,
+        },
+        channels=channels,
+        channel_info=CHANNELS,
+        figures=figures,
+        effects=tuple(name for name, effect in scene.effects if effect is not None),
+        position=radians(scene.mechanism.initial_angle_deg),
+        velocity=scene.mechanism.initial_angular_velocity,
+    )
+
+
+def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tuple[float, ...]:
+    """Return where +-(P - W) r_e - r_s R stops being monotone in P."""
+    if vertical:
+        return (-load,)
+    if r_s <= arm:
+        return (0.0,)
+    extremum = load * arm / sqrt(r_s * r_s - arm * arm)
+    return (-extremum, extremum)
+
+
+class LimitForces(NamedTuple):
+    """The forces between which a pulley rests; `lift` is None where no force lifts."""
+
+    lift: float | None
+    hold: float
+
+
+def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> LimitForces:
+    """Solve |(P - W) r_e| = r_f R for the force P, eq 24.
+
+        vertical     P = W (r_e +- r_f)/(r_e -+ r_f)
+        horizontal   (1 - q) P^2 - 2 W P + (1 - q) W^2 = 0,  q = (r_f/r_e)^2
+
+    Parameters
+    ----------
+    arm : float, m
+        Cord radius r_e.
+    radius : float, m
+        Friction radius r_f: r_s for impending motion, r_k for steady motion.
+    load : float, N
+        W.
+    vertical : bool
+
+    Returns
+    -------
+    LimitForces, N
+        With r_f >= r_e no force lifts and none is needed to hold: a cord cannot push.
+    """
+    if radius >= arm:
+        return LimitForces(None, 0.0)
+    if vertical:
+        ratio = (arm + radius) / (arm - radius)
+        return LimitForces(load * ratio, load / ratio)
+    q = (radius / arm) ** 2
+    root = sqrt(q * (2.0 - q))
+    return LimitForces(load * (1.0 + root) / (1.0 - q), load * (1.0 - q) / (1.0 + root))
+
+
+def limits_of_rest(scene: Scene) -> Quantities:
+    """Return the forces that just lift and just hold, in the direction of the scene."""
+    journal = scene.effects.shaft_friction
+    r_s = journal.static_radius if journal else 0.0
+    vertical = scene.drive.direction == "vertical"
+    forces = limit_forces(scene.mechanism.cord_radius, r_s, scene.mechanism.load, vertical)
+    return {
+        "force_to_lift": Quantity(forces.lift, "N"),
+        "force_to_hold": Quantity(forces.hold, "N"),
+    }
+
+
+def statics(scene: Scene) -> Quantities:
+    """Solve eq 24 for every force of the scene, vertical and horizontal, at rest and sliding."""
+    journal = scene.effects.shaft_friction
+    r_s = journal.static_radius if journal else 0.0
+    r_k = journal.kinetic_radius if journal else 0.0
+    arm, load = scene.mechanism.cord_radius, scene.mechanism.load
+    figures = limits_of_rest(scene)
+    steady = limit_forces(arm, r_k, load, scene.drive.direction == "vertical")
+    figures["force_to_keep_lifting"] = Quantity(steady.lift, "N")
+    figures["force_to_keep_lowering"] = Quantity(steady.hold, "N")
+    for direction in ("vertical", "horizontal"):
+        forces = limit_forces(arm, r_s, load, direction == "vertical")
+        figures[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
+        figures[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
+    figures["friction_radius_static"] = Quantity(r_s, "m")
+    figures["friction_radius_kinetic"] = Quantity(r_k, "m")
+    return figures

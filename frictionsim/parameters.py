@@ -1,0 +1,119 @@
+"""What every table of a scenario has in common: strict, frozen, finite, with units."""
+
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+
+class Params(BaseModel):
+    """A table of a scenario. Unknown keys, wrong types, inf and nan are refused."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        populate_by_name=True,
+    )
+
+
+def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
+    """Declare a field with its SI unit, from which messages and documents read it.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, or ``"1"`` for a pure number.
+    default : optional
+        Left out, the key is required.
+    **bounds
+        ``gt``, ``ge``, ``lt``, ``le`` and ``alias``, as pydantic's ``Field`` has them.
+    """
+    return Field(default, json_schema_extra={"unit": unit}, **bounds)
+
+
+# More than this does not fit in the memory of an ordinary machine with all its channels.
+MOST_SAMPLES = 10_000_000
+DEFAULT_SAMPLES = 500
+
+
+class Solver(Params):
+    """`[solver]`: who integrates, how long and how exactly.
+
+    A step is accepted when the estimated error of every state y is at most atol + rtol |y|.
+    """
+
+    backend: str = "events"
+    duration: float = quantity("s", 10.0, gt=0)
+    # Below 1e-14 the rounding of double precision is all that an error estimate sees.
+    rtol: float = quantity("1", 1e-9, ge=1e-14, lt=1)
+    atol: float = quantity("1", 1e-12, gt=0)
+    max_step: float | None = quantity("s", None, gt=0)
+    step: float | None = quantity("s", None, gt=0)
+    max_steps: int = quantity("1", 10_000_000, gt=0)
+
+
+class Output(Params):
+    """`[output]`: when the run is sampled. Sampling never changes the steps."""
+
+    interval: float | None = quantity("s", None, gt=0)
+
+
+class Scenario(Params):
+    """A scenario file; each kind of mechanism adds its `mechanism`, `drive` and `effects`."""
+
+    kind: str
+    title: str = ""
+    solver: Solver = Solver()
+    output: Output = Output()
+
+    backends: ClassVar[tuple[str, ...]] = ("events", "rkf45", "published")
+    # The only ones that can be told to take steps of a fixed length.
+    fixed_step_backends: ClassVar[tuple[str, ...]] = ("published",)
+
+    @property
+    def interval(self) -> float:
+        """The time between two samples, s."""
+        return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
+
+    @model_validator(mode="after")
+    def _backend_can_do_the_scene(self) -> Self:
+        backend = self.solver.backend
+        if backend not in self.backends:
+            raise misfit(
+                ("solver", "backend"),
+                f"'{backend}' cannot solve a scene of kind '{self.kind}'; these can:"
+                f" {', '.join(self.backends)}",
+            )
+        if self.solver.step is not None and backend not in self.fixed_step_backends:
+            raise misfit(
+                ("solver", "step"),
+                f"'{backend}' chooses its steps by the tolerances; leave step out, give max_step,"
+                f" or take a backend with fixed steps: {', '.join(self.fixed_step_backends)}",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _samples_fit_in_memory(self) -> Self:
+        samples = self.solver.duration / self.interval
+        if samples > MOST_SAMPLES:
+            raise misfit(
+                ("output", "interval"),
+                f"{self.interval} s over {self.solver.duration} s makes {samples:.3g} samples; at"
+                f" most {MOST_SAMPLES} are kept, so give an interval of at least"
+                f" {self.solver.duration / MOST_SAMPLES:.3g} s",
+            )
+        return self
+
+
+def misfit(where: tuple[str, ...], message: str) -> PydanticCustomError:
+    """Return the error of values that are each right but do not go together.
+
+    Parameters
+    ----------
+    where : tuple of str
+        The key to report, relative to the table whose validator raises this.
+    message : str
+    """
+    return PydanticCustomError("misfit", "{message}", {"message": message, "where": where})

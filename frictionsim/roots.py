@@ -1,0 +1,66 @@
+"""A bracketing root finder; SciPy's would cost more to import than all of a short run."""
+
+from collections.abc import Callable
+from math import ulp
+
+
+def sign_change(
+    f: Callable[[float], float], a: float, b: float, resolution: float = 0.0
+) -> tuple[float, float]:
+    """Return neighbours (lo, hi) in [a, b], lo on the side of f(a) and hi on that of f(b).
+
+    Chandrupatla's method [1]_: inverse quadratic interpolation where it is safe, else bisection.
+
+    Parameters
+    ----------
+    f : callable
+        Positive at one of a and b; a zero counts as not positive.
+    a, b : float
+        a < b.
+    resolution : float
+        How far apart lo and hi may be; the rounding of the abscissa is the least.
+
+    Returns
+    -------
+    (float, float)
+
+    Raises
+    ------
+    ValueError
+        If f(a) and f(b) are on the same side.
+
+    References
+    ----------
+    .. [1] T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
+    """
+    x, f_x, y, f_y = a, f(a), b, f(b)  # the newest point, and the other end of the bracket
+    if (f_x > 0.0) == (f_y > 0.0):
+        raise ValueError(f"no change of sign: f({a}) = {f_x}, f({b}) = {f_y}")
+    share = 0.5
+    while True:
+        width = abs(y - x)
+        least = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
+        if width <= 2.0 * least:
+            return min(x, y), max(x, y)
+        share = min(max(share, least / width), 1.0 - least / width)
+        new = x + share * (y - x)
+        f_new = f(new)
+        if (f_new > 0.0) == (f_x > 0.0):
+            z, f_z = x, f_x
+        else:
+            z, f_z, y, f_y = y, f_y, x, f_x
+        x, f_x = new, f_new
+        share = _interpolated(x, f_x, y, f_y, z, f_z)
+
+
+def _interpolated(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
+    """Return where to look next, as a share of the way from x to y; one half means bisect."""
+    if f_x == f_z or f_y == f_z:
+        return 0.5
+    xi = (x - y) / (z - y)
+    phi = (f_x - f_y) / (f_z - f_y)
+    if not (phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi):
+        return 0.5
+    return f_x / (f_y - f_x) * f_z / (f_y - f_z) + (z - x) / (y - x) * (
+        f_x / (f_z - f_x) * f_y / (f_z - f_y)
+    )

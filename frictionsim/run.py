@@ -1,0 +1,144 @@
+"""One run: a scene goes in, sampled courses, transitions and counts come out."""
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from frictionsim import backends
+from frictionsim.backends.base import Recording, SampleTimes, Transition
+from frictionsim.errors import Interrupted, SolverError
+from frictionsim.mechanisms import module_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from frictionsim.mechanisms.base import Mechanism
+    from frictionsim.parameters import Scenario
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """The samples of a run as arrays over time, and its transitions.
+
+    Attributes
+    ----------
+    time : (n,), s
+    drive : (n,)
+        Value of the drive, in its own unit.
+    position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
+    friction : (n,), N m
+    mode : (n,)
+        0 sticking, +1 or -1 sliding.
+    ledger : dict of (n,), J
+        The energies that were integrated along: into the mechanism, and out of it as heat.
+    stores : dict of (n,), J
+        The energies that the state has.
+    transitions : list of Transition
+    """
+
+    time: Array
+    drive: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    friction: Array
+    mode: Array
+    ledger: dict[str, Array]
+    stores: dict[str, Array]
+    transitions: list[Transition]
+
+
+class Counts(NamedTuple):
+    """What a run took."""
+
+    steps: int
+    rejected: int
+    rhs_evaluations: int
+    states: int
+    wall_seconds: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run with its outcome.
+
+    Attributes
+    ----------
+    status : str
+        `done`, `failed` or `interrupted`.
+    reason : str
+        Why it is not done; empty if it is.
+    exit_code : int
+        Of the run itself, before any audit.
+    """
+
+    scene: "Scenario"
+    mechanism: "Mechanism"
+    series: Series
+    counts: Counts
+    status: str
+    reason: str
+    exit_code: int
+
+
+def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
+    """Simulate a scene.
+
+    Parameters
+    ----------
+    scene : Scenario
+    poll : callable
+        Called with the time after each step; it may show progress, or raise Interrupted.
+
+    Returns
+    -------
+    Run
+        Also of a run that failed or was interrupted, with the samples up to there.
+    """
+    mechanism = module_of(scene.kind).build(scene)
+    solve = backends.solver_of(scene.solver.backend)
+    recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
+    status, reason, exit_code = "done", "", 0
+    started = perf_counter()
+    try:
+        solve(mechanism, scene.solver, recording, poll)
+    except Interrupted as stop:
+        status, reason, exit_code = "interrupted", str(stop), stop.exit_code
+    except SolverError as failure:
+        status, reason, exit_code = "failed", str(failure), failure.exit_code
+    wall_seconds = perf_counter() - started
+    counts = Counts(
+        recording.steps,
+        recording.rejected,
+        recording.evaluations,
+        len(mechanism.initial_state),
+        wall_seconds,
+    )
+    series = _series(mechanism, recording)
+    return Run(scene, mechanism, series, counts, status, reason, exit_code)
+
+
+def _series(mechanism: "Mechanism", recording: Recording) -> Series:
+    width = Recording.COLUMNS + len(mechanism.ledger)
+    columns = np.array(recording.rows).reshape(-1, width).T.copy()
+    time, drive, position, velocity, acceleration, friction, mode = columns[: Recording.COLUMNS]
+    return Series(
+        time,
+        drive,
+        position,
+        velocity,
+        acceleration,
+        friction,
+        mode,
+        ledger=dict(zip(mechanism.ledger, columns[Recording.COLUMNS :], strict=True)),
+        stores={
+            name: np.asarray(energy(position, velocity))
+            for name, energy in mechanism.stores.items()
+        },
+        transitions=recording.transitions,
+    )
