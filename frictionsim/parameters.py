@@ -1,9 +1,11 @@
 """What every table of a scenario has in common: strict, frozen, finite, with units."""
 
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
+
+from frictionsim.backends import BACKENDS
 
 
 class Params(BaseModel):
@@ -33,6 +35,8 @@ def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
     return Field(default, json_schema_extra={"unit": unit}, **bounds)
 
 
+FIXED_STEP_BACKENDS = ("published",)
+
 # More than this does not fit in the memory of an ordinary machine with all its channels.
 MOST_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
@@ -53,6 +57,23 @@ class Solver(Params):
     step: float | None = quantity("s", None, gt=0)
     max_steps: int = quantity("1", 10_000_000, gt=0)
 
+    @field_validator("backend")
+    @classmethod
+    def _backend_exists(cls, backend: str) -> str:
+        if backend not in BACKENDS:
+            raise misfit((), f"'{backend}' is no backend; these are: {', '.join(BACKENDS)}")
+        return backend
+
+    @model_validator(mode="after")
+    def _backend_takes_fixed_steps(self) -> Self:
+        if self.step is not None and self.backend not in FIXED_STEP_BACKENDS:
+            raise misfit(
+                ("step",),
+                f"'{self.backend}' chooses its steps by the tolerances; leave step out, give"
+                f" max_step, or take a backend with fixed steps: {', '.join(FIXED_STEP_BACKENDS)}",
+            )
+        return self
+
 
 class Output(Params):
     """`[output]`: when the run is sampled. Sampling never changes the steps."""
@@ -68,31 +89,10 @@ class Scenario(Params):
     solver: Solver = Solver()
     output: Output = Output()
 
-    backends: ClassVar[tuple[str, ...]] = ("events", "rkf45", "published")
-    # The only ones that can be told to take steps of a fixed length.
-    fixed_step_backends: ClassVar[tuple[str, ...]] = ("published",)
-
     @property
     def interval(self) -> float:
         """The time between two samples, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
-
-    @model_validator(mode="after")
-    def _backend_can_do_the_scene(self) -> Self:
-        backend = self.solver.backend
-        if backend not in self.backends:
-            raise misfit(
-                ("solver", "backend"),
-                f"'{backend}' cannot solve a scene of kind '{self.kind}'; these can:"
-                f" {', '.join(self.backends)}",
-            )
-        if self.solver.step is not None and backend not in self.fixed_step_backends:
-            raise misfit(
-                ("solver", "step"),
-                f"'{backend}' chooses its steps by the tolerances; leave step out, give max_step,"
-                f" or take a backend with fixed steps: {', '.join(self.fixed_step_backends)}",
-            )
-        return self
 
     @model_validator(mode="after")
     def _samples_fit_in_memory(self) -> Self:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.errors import SolverError
 from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
+from frictionsim.roots import sign_change
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.base import Mechanism
+    from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
 
 STICK, FORWARD, BACKWARD = 0, 1, -1
@@ -115,6 +116,20 @@ def new_stepper(mechanism: "Mechanism", settings: "Solver") -> RungeKuttaFehlber
         max_steps=settings.max_steps,
         fixed_step=settings.step,
     )
+
+
+def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: float) -> float:
+    """Return a time after t up to which drive and friction limits are smooth and monotone, s.
+
+    It is the next turn of the drive, or where the drive passes a critical input before; `end`
+    at the latest.
+    """
+    drive = mechanism.drive
+    b = min(end, drive.next_turn(t))
+    for critical in contact.critical_inputs:
+        if (drive(t) > critical) != (drive(b) > critical):
+            _, b = sign_change(lambda x, c=critical: drive(x) - c, t, b)  # type: ignore[misc]
+    return b
 
 
 def rates_without_friction(mechanism: "Mechanism") -> Rates:

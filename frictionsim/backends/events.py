@@ -16,6 +16,7 @@ from frictionsim.backends.base import (
     Recording,
     StormGuard,
     Transition,
+    end_of_piece,
     new_stepper,
     rates_with_friction,
     run_without_friction,
@@ -73,12 +74,7 @@ class _StickSlip:
             if self.mode == STICK:
                 self.go_over(self.mode_from_rest())
             while self.t < self.end:
-                if self.mode == STICK:
-                    self.stick()
-                else:
-                    self.slip(self.mode)
-                if self.t < self.end:
-                    self.go_over(self.mode_from_rest())
+                self.go_over(self.stick() if self.mode == STICK else self.slip(self.mode))
             self.sample_at_end()
         finally:
             self.recording.count(self.stepper)
@@ -95,35 +91,39 @@ class _StickSlip:
     def excess(self, t: float, s: int) -> float:
         """Return how far the moment in direction s is above the static limit, at rest, N m."""
         u, q = self.mechanism.drive(t), self.y[0]
-        moment = self.mechanism.moment(u, q, 0.0)
-        return s * moment - self.contact.static_limit(u, q) - self.contact.rounding(u, q)
+        return s * self.mechanism.moment(u, q, 0.0) - self.contact.static_limit(u, q)
+
+    def breaks(self, t: float, s: int) -> bool:
+        """Tell whether the static limit is exceeded in direction s; a tie holds."""
+        return self.excess(t, s) > self.contact.rounding(self.mechanism.drive(t), self.y[0])
 
     def mode_from_rest(self) -> int:
         """Return the mode that the contact has at rest now."""
-        return next((s for s in (FORWARD, BACKWARD) if self.excess(self.t, s) > 0.0), STICK)
+        return next((s for s in (FORWARD, BACKWARD) if self.breaks(self.t, s)), STICK)
 
-    def stick(self) -> None:
-        """Stand still up to the breakaway or the end."""
-        breakaway = inf
+    def stick(self) -> int:
+        """Stand still up to the breakaway or the end; return the mode that follows."""
         a = self.t
-        while a < self.end and breakaway == inf:
-            b = self.end_of_monotone(a)
+        while a < self.end:
+            b = end_of_piece(self.mechanism, self.contact, a, self.end)
             for s in (FORWARD, BACKWARD):
-                if self.excess(b, s) > 0.0:
-                    _, breakaway = sign_change(lambda t, s=s: self.excess(t, s), a, b)
-            self.sample_stick(min(b, breakaway))
+                if self.breaks(b, s):
+                    self.t = self.breakaway(a, b, s)
+                    self.sample_stick(self.t)
+                    return s
+            self.sample_stick(b)
             self.poll(b)
             a = b
-        self.t = min(breakaway, self.end)
+        self.t = self.end
+        return STICK
 
-    def end_of_monotone(self, a: float) -> float:
-        """Return a time up to which the excess in both directions is monotone from a on."""
-        drive = self.mechanism.drive
-        b = min(self.end, drive.next_turn(a))
-        for critical in self.contact.critical_inputs:
-            if (drive(a) > critical) != (drive(b) > critical):
-                _, b = sign_change(lambda t, c=critical: drive(t) - c, a, b)
-        return b
+    def breakaway(self, a: float, b: float, s: int) -> float:
+        """Return when the moment in direction s passes the static limit in a monotone piece."""
+        if self.excess(a, s) <= 0.0:
+            return sign_change(lambda t: self.excess(t, s), a, b)[1]
+        # A tie to rounding at a: it ends where there is more to it than rounding.
+        rounding = self.contact.rounding(self.mechanism.drive(a), self.y[0])
+        return sign_change(lambda t: self.excess(t, s) - rounding, a, b)[1]
 
     def sample_stick(self, until: float) -> None:
         """Record the samples that are due before a time in a stick phase."""
@@ -147,21 +147,25 @@ class _StickSlip:
         if self.recording.times.next <= self.end:
             self.sample(self.end)
 
-    def slip(self, s: int) -> None:
-        """Slide in direction s up to the moment of rest or the end."""
+    def slip(self, s: int) -> int:
+        """Slide in direction s up to the moment of rest or the end; return what follows."""
         stepper, times = self.stepper, self.recording.times
         stepper.begin(self.slip_rates[s], self.t, self.y)
-        rest = inf
+        limit, rest = self.t, inf
         while rest == inf and stepper.t < self.end:
-            stepper.advance(min(self.end, self.mechanism.drive.next_kink(stepper.t)))
+            if stepper.t >= limit:
+                limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
+            stepper.advance(limit)
             rest = self.rest_within_step(s)
             while times.next < min(stepper.t, rest):
                 self.sample(times.next)
             self.poll(stepper.t)
         self.t = min(stepper.t, rest)
         self.y = list(stepper.state_at(self.t))
-        if rest < inf:
-            self.y[1] = 0.0
+        if rest == inf:
+            return s
+        self.y[1] = 0.0
+        return self.mode_from_rest()
 
     def rest_within_step(self, s: int) -> float:
         """Return when the velocity first comes to zero in the last step; inf if it does not.

@@ -20,6 +20,7 @@ from frictionsim.backends.base import (
     Recording,
     StormGuard,
     Transition,
+    end_of_piece,
     new_stepper,
     rates_with_friction,
     run_without_friction,
@@ -77,7 +78,7 @@ def _solve_eq_30(
         return -sign(v) * contact.kinetic_limit(u, q, v)
 
     stepper.begin(rates_with_friction(mechanism, friction), 0.0, mechanism.initial_state)
-    mode = sign(mechanism.velocity)
+    mode, limit = sign(mechanism.velocity), 0.0
     try:
         while True:
             while times.next <= stepper.t:
@@ -91,7 +92,9 @@ def _solve_eq_30(
             if stepper.t >= end:
                 return
             poll(stepper.t)
-            stepper.advance(min(end, drive.next_kink(stepper.t)))
+            if stepper.t >= limit:
+                limit = end_of_piece(mechanism, contact, stepper.t, end)
+            stepper.advance(limit)
             direction = sign(stepper.y[1])
             if direction != mode:
                 recording.transitions.append(

@@ -16,11 +16,12 @@ from frictionsim.backends.base import (
     Poll,
     Recording,
     Transition,
+    end_of_piece,
     new_stepper,
     rates_with_friction,
     run_without_friction,
 )
-from frictionsim.integrator import State
+from frictionsim.roots import sign_change
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
@@ -85,63 +86,68 @@ class _ExactStick:
         return FORWARD if moment > 0.0 else BACKWARD
 
     def run(self, poll: Poll) -> None:
-        stepper, drive = self.stepper, self.mechanism.drive
-        self.begin_piece(0.0, self.mechanism.initial_state)
+        stepper = self.stepper
+        stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
             self.go_over(self.mode_from_rest(), 0.0)
         self.sample()
+        limit = 0.0
         while stepper.t < self.end:
             poll(stepper.t)
-            # Between two turns the drive is monotone: no breakaway hides within a step.
-            limit = min(self.end, drive.next_turn(stepper.t))
+            if stepper.t >= limit:
+                # The drive is monotone up to there: no breakaway hides within a step.
+                limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
             stepper.advance(limit, floor=JUMP_ROUNDINGS * ulp(stepper.t))
             self.sample()
             self.remember()
 
     def remember(self) -> None:
-        """Take over what the last step did to the contact."""
-        stepper = self.stepper
-        v = stepper.y[1]
-        if self.mode == STICK:
-            if v != 0.0:
-                self.go_over(FORWARD if v > 0.0 else BACKWARD, self.time_of_breakaway())
-        elif self.mode * v <= 0.0:
-            mode = self.mode_from_rest()
-            if mode == STICK:
-                stepper.y[1] = 0.0  # what is left beyond zero is below the tolerance
-            self.go_over(mode, stepper.t)
+        """Take over what the last step did to the contact, and start anew where it changed."""
+        v = self.stepper.y[1]
+        if self.mode == STICK and v != 0.0:
+            # The sign of v is that of a weighted sum of stages and tells nothing yet.
+            mode = self.mode_from_rest() or (FORWARD if v > 0.0 else BACKWARD)
+            self.go_over(mode, self.time_of_breakaway(mode))
+        elif self.mode != STICK and self.mode * v <= 0.0:
+            self.go_over(self.mode_from_rest(), self.time_of_rest())
 
     def go_over(self, mode: int, t: float) -> None:
-        """Take another mode, note the transition at t and start anew from where the step ended."""
+        """Note the transition at t, and start anew from where the step ended."""
+        stepper = self.stepper
         if mode != self.mode:
-            q = self.stepper.y[0]
+            q = stepper.state_at(t)[0]
             self.recording.transitions.append(
                 Transition(t, self.contact.name, self.mode, mode, q)
             )
-            self.mode = mode
-            self.begin_piece(self.stepper.t, self.stepper.y)
-
-    def begin_piece(self, t: float, y: State) -> None:
-        self.stepper.begin(self.rates, t, y)
+        self.mode = mode
+        if mode * stepper.y[1] <= 0.0:
+            stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
+        stepper.begin(self.rates, stepper.t, stepper.y)
 
     def mode_from_rest(self) -> int:
         """Return the mode that the contact has at rest where the last step ended."""
         u, q = self.mechanism.drive(self.stepper.t), self.stepper.y[0]
         return self.mode_at(u, q, 0.0, self.mechanism.moment(u, q, 0.0))
 
-    def time_of_breakaway(self) -> float:
-        """Return when the moment passed the static limit in the last step, by the secant, s."""
-        stepper, drive = self.stepper, self.mechanism.drive
+    def time_of_breakaway(self, mode: int) -> float:
+        """Return when the moment passed the static limit in the last step, s."""
+        stepper, mechanism = self.stepper, self.mechanism
         q = stepper.y0[0]
 
         def excess(t: float) -> float:
-            u = drive(t)
-            return abs(self.mechanism.moment(u, q, 0.0)) - self.contact.static_limit(u, q)
+            u = mechanism.drive(t)
+            return mode * mechanism.moment(u, q, 0.0) - self.contact.static_limit(u, q)
 
-        before, after = excess(stepper.t0), excess(stepper.t)
-        if not before < 0.0 < after:
+        if excess(stepper.t0) > 0.0 or excess(stepper.t) <= 0.0:
             return stepper.t0
-        return stepper.t0 - (stepper.t - stepper.t0) * before / (after - before)
+        return sign_change(excess, stepper.t0, stepper.t)[1]
+
+    def time_of_rest(self) -> float:
+        """Return when the velocity came to zero in the last step, s."""
+        stepper, mode = self.stepper, self.mode
+        if mode * stepper.y0[1] <= 0.0:
+            return stepper.t0
+        return sign_change(lambda t: mode * stepper.state_at(t)[1], stepper.t0, stepper.t)[1]
 
     def sample(self) -> None:
         """Record the samples that are due up to the end of the last step."""

@@ -1,0 +1,90 @@
+"""What every run is checked for before its figures are shown.
+
+energy      work in = change of kinetic and potential energy + heat of friction and damping
+friction    |T| within the static limit where it sticks, at the kinetic limit where it slides
+power       dry friction never drives
+drift       the position does not change while it sticks
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.base import Contact
+    from frictionsim.run import Run, Series
+
+# The local errors of all steps may add up to this many times the relative tolerance.
+STEPS_IN_STEP = 100.0
+# ... and rounding is left when the tolerance is below it.
+ROUNDING = 1e-12
+
+
+class Check(NamedTuple):
+    """A figure that must not exceed its limit."""
+
+    value: float
+    limit: float
+
+    @property
+    def ok(self) -> bool:
+        return bool(self.value <= self.limit)
+
+
+def audit(run: "Run") -> dict[str, Check]:
+    """Return the checks that apply to a run, by name; all are relative but the drift, in rad."""
+    series = run.series
+    solver = run.scene.solver
+    checks = {"energy": energy_check(series, solver.rtol, solver.atol)}
+    contact = run.mechanism.contact
+    if contact is not None:
+        checks["friction"] = friction_check(series, contact)
+        checks["power"] = power_check(series)
+        checks["drift"] = drift_check(series)
+    return checks
+
+
+def energy_check(series: "Series", rtol: float, atol: float) -> Check:
+    """Compare the work in with where it went, over the largest of the energies.
+
+    Energies of less than atol/rtol are only integrated to the absolute tolerance.
+    """
+    residual = -series.ledger["energy_input"]
+    largest = np.max(np.abs(residual), initial=atol / rtol)
+    for name, energy in (*series.ledger.items(), *series.stores.items()):
+        if name != "energy_input":
+            change = energy - energy[:1]
+            residual = residual + change
+            largest = max(largest, np.max(np.abs(change), initial=0.0))
+    worst = np.max(np.abs(residual), initial=0.0)
+    return Check(float(worst / largest), STEPS_IN_STEP * rtol + ROUNDING)
+
+
+def friction_check(series: "Series", contact: "Contact") -> Check:
+    """Return by how much the friction is off what its law allows, over the static limit."""
+    u, q, v, mode = series.drive, series.position, series.velocity, series.mode
+    static = contact.static_limit(u, q) + contact.rounding(u, q)
+    size = np.abs(series.friction)
+    off = np.where(mode == 0, size - static, np.abs(size - contact.kinetic_limit(u, q, v)))
+    largest = np.max(static, initial=0.0)
+    worst = np.max(off, initial=0.0)
+    return Check(float(worst / largest) if largest else float(worst), ROUNDING)
+
+
+def power_check(series: "Series") -> Check:
+    """Return the largest power that friction puts in, over the largest that it takes out."""
+    power = series.friction * series.velocity
+    largest = np.max(np.abs(power), initial=0.0)
+    worst = np.max(power, initial=0.0)
+    return Check(float(worst / largest) if largest else 0.0, 0.0)
+
+
+def drift_check(series: "Series") -> Check:
+    """Return the largest change of the position from sample to sample of one stick, rad."""
+    sticking = (series.mode[1:] == 0) & (series.mode[:-1] == 0)
+    moved = np.abs(np.diff(series.position))
+    # Two samples that stick may have a slip between them.
+    slips = np.array([e.time for e in series.transitions if e.mode_to != 0])
+    between = np.searchsorted(slips, series.time)
+    same_stick = sticking & (between[1:] == between[:-1])
+    return Check(float(np.max(moved[same_stick], initial=0.0)), 0.0)

@@ -1,0 +1,143 @@
+"""The wording of what is wrong with a scenario: where, what was wanted, what was found."""
+
+from collections.abc import Iterator
+from difflib import get_close_matches
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from frictionsim.drives import COURSE_FORMS, COURSE_TAGS
+from frictionsim.toml_lines import KeyPath
+
+LONGEST_VALUE = 40  # characters of a found value that a message shows
+
+
+def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
+    """Return the key that an error of pydantic is about, and a sentence on it.
+
+    Parameters
+    ----------
+    error : dict
+        One of ``ValidationError.errors()``.
+    model : type
+        The model that was validated.
+
+    Returns
+    -------
+    (path, text)
+        The path as in the TOML file, without pydantic's names of union branches.
+    """
+    location: KeyPath = error["loc"]
+    path = tuple(part for part in location if not str(part).startswith("<"))
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "misfit":
+        return (*path, *context["where"]), context["message"]
+    if kind == "extra_forbidden":
+        siblings = key_names(_model_at(model, location[:-1]))
+        return path, unknown("key", str(path[-1]), siblings)
+    wanted = _wanted(kind, context, _unit_at(model, location))
+    if kind == "missing":
+        return path, f"missing; expected {wanted}"
+    return path, f"expected {wanted}, got {toml_text(error['input'])}"
+
+
+def unknown(what: str, found: str, known: list[str]) -> str:
+    """Return the sentence on a name that does not exist, with the nearest that does."""
+    near = get_close_matches(found, known, n=1)
+    if near:
+        return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
+    return f"unknown {what} '{found}'; known: {', '.join(known)}"
+
+
+def toml_text(value: Any) -> str:
+    """Return a value as a TOML file has it, shortened."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table" if value else "an empty table"
+    if isinstance(value, str):
+        text = f"'{value}'"
+    elif isinstance(value, list | tuple):
+        text = f"a list of {len(value)}"
+    else:
+        text = str(value)
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def key_names(model: type[BaseModel] | None) -> list[str]:
+    """Return the keys of a table as its TOML has them."""
+    if model is None:
+        return []
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+BOUNDS = {
+    "greater_than": ("gt", "above"),
+    "greater_than_equal": ("ge", "of at least"),
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "of at most"),
+}
+
+
+def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
+    if kind in BOUNDS:
+        bound, relation = BOUNDS[kind]
+        return f"a number {relation} {context[bound]:g}{unit and ' ' + unit}"
+    if kind == "literal_error":
+        return str(context["expected"])
+    return {
+        "missing": f"a number in {unit}" if unit else "this key",
+        "float_type": f"a number in {unit}" if unit else "a number",
+        "finite_number": f"a finite number in {unit}" if unit else "a finite number",
+        "int_type": "a whole number",
+        "string_type": "text in quotes",
+        "bool_type": "true or false",
+        "model_type": "a table",
+        "model_attributes_type": "a table",
+        "tuple_type": "a list of numbers in brackets",
+        "too_short": "at least one number",
+        "course_form": COURSE_FORMS,
+    }.get(kind, f"another value ({kind.replace('_', ' ')})")
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the table models that an annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)
+
+
+def _field(model: type[BaseModel] | None, key: Any) -> Any:
+    if model is None:
+        return None
+    for name, field in model.model_fields.items():
+        if key in (field.alias, name):
+            return field
+    return None
+
+
+def _model_at(model: type[BaseModel], location: KeyPath) -> type[BaseModel] | None:
+    """Return the model of the table at a location of an error; None if it is no table."""
+    here: type[BaseModel] | None = model
+    for part in location:
+        if part in COURSE_TAGS:
+            here = COURSE_TAGS[str(part)]
+        elif not isinstance(part, int):
+            field = _field(here, part)
+            here = next(_models(field.annotation), None) if field else None
+    return here
+
+
+def _unit_at(model: type[BaseModel], location: KeyPath) -> str:
+    """Return the unit of the nearest field above a location that has one; '' if none."""
+    unit = ""
+    here: type[BaseModel] | None = model
+    for part in location:
+        if part in COURSE_TAGS:
+            here = COURSE_TAGS[str(part)]
+        elif not isinstance(part, int) and (field := _field(here, part)):
+            extra = field.json_schema_extra
+            unit = extra["unit"] if isinstance(extra, dict) else ""
+            here = next(_models(field.annotation), None)
+    return "" if unit == "1" else str(unit)

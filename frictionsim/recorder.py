@@ -1,0 +1,227 @@
+"""Result files in HDF5: the only module that imports h5py.
+
+A result file, format version 1, holds
+
+    /                    attributes format_version, frictionsim_version, scenario (TOML with
+                         overrides, defaults and CSV courses filled in), kind, backend, title,
+                         status (done, failed, interrupted), reason (empty if done)
+    /time                (n,) s, the dimension scale of every course
+    /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...
+    /energy_<name>       (n,) J, the energies that the scene has
+    /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
+    /events/time         (m,) s, the dimension scale of the transitions
+    /events/contact      (m,) index into the attribute `flag_meanings`
+    /events/mode_from, /events/mode_to    (m,)
+    /events/angle        (m,) rad, where the contact went over
+
+All datasets are float64 with the attributes `units` and `long_name`. Nothing in a file depends
+on when or where it was made: two runs of one scenario give identical bytes.
+"""
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.errors import InputError, OutputError
+from frictionsim.scenario import resolved_toml
+
+if TYPE_CHECKING:
+    from frictionsim.run import Run
+
+FORMAT_VERSION = 1
+MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
+
+
+def check_target(path: Path) -> None:
+    """See that a result can be put at a path, before the time to compute it is spent.
+
+    Raises
+    ------
+    OutputError
+    """
+    folder = path.parent
+    if path.is_dir():
+        raise _not_written(path, "this is a folder; give a file name")
+    if path.exists() and not path.is_file():
+        raise _not_written(path, "this is a device; give the name of a file")
+    if not folder.is_dir():
+        raise _not_written(path, f"there is no folder '{folder}'")
+    if not os.access(folder, os.W_OK):
+        raise _not_written(path, f"no permission to write in '{folder}'")
+
+
+def _not_written(path: Path, reason: str) -> OutputError:
+    return OutputError(f"{path}: cannot write the result: {reason}")
+
+
+def write(run: "Run", path: Path) -> None:
+    """Write a result file, whole or not at all.
+
+    The file is built in memory, written beside the target, flushed to the disk and renamed: at
+    no time is there half a result, and whatever goes wrong, an older one stays.
+
+    Raises
+    ------
+    OutputError
+    """
+    check_target(path)
+    target = Path(os.path.realpath(path))
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    image = _image(run)
+    try:
+        with part.open("xb") as file:
+            file.write(image)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(target)
+        folder = os.open(target.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    except OSError as error:
+        raise _not_written(path, error.strerror or str(error)) from None
+    finally:
+        with suppress(OSError):
+            part.unlink()  # gone already where all went well
+
+
+def _image(run: "Run") -> bytes:
+    """Return the bytes of the result file of a run."""
+    # A core file without backing store never touches the disk; its name is only a label.
+    with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
+        file.attrs["format_version"] = FORMAT_VERSION
+        file.attrs["frictionsim_version"] = __version__
+        file.attrs["scenario"] = resolved_toml(run.scene)
+        file.attrs["kind"] = run.scene.kind
+        file.attrs["backend"] = run.scene.solver.backend
+        file.attrs["title"] = run.scene.title
+        file.attrs["status"] = run.status
+        file.attrs["reason"] = run.reason
+        series = run.series
+        scale = _add_scale(file, series.time, "time", "time")
+        info = run.mechanism.channel_info
+        for name, values in courses(run).items():
+            dataset = _add(file, name, values, info[name].unit, info[name].long_name, scale)
+            if name == "mode":
+                dataset.attrs.update(MODES)
+        _add_transitions(file.create_group("events"), run)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def courses(run: "Run") -> dict[str, Any]:
+    """Return every course of a run by the name it has in the result file."""
+    series = run.series
+    return {**run.mechanism.channels(series), **series.ledger, **series.stores}
+
+
+def _add_transitions(events: Any, run: "Run") -> None:
+    transitions = run.series.transitions
+    names = sorted({transition.contact for transition in transitions})
+    scale = _add_scale(events, [e.time for e in transitions], "time", "time of the transition")
+    contact = _add(
+        events,
+        "contact",
+        [names.index(e.contact) for e in transitions],
+        "1",
+        "contact, index into flag_meanings",
+        scale,
+    )
+    contact.attrs["flag_values"] = np.arange(len(names), dtype=np.float64)
+    contact.attrs["flag_meanings"] = " ".join(names)
+    for name, values in (
+        ("mode_from", [e.mode_from for e in transitions]),
+        ("mode_to", [e.mode_to for e in transitions]),
+    ):
+        dataset = _add(events, name, values, "1", name.replace("_", " "), scale)
+        dataset.attrs.update(MODES)
+    angles = [e.position for e in transitions]
+    _add(events, "angle", angles, "rad", "angle at the transition", scale)
+
+
+def _add_scale(group: Any, values: Any, name: str, long_name: str) -> Any:
+    scale = _add(group, name, values, "s", long_name)
+    scale.make_scale(name)
+    return scale
+
+
+def _add(
+    group: Any, name: str, values: Any, unit: str, long_name: str, scale: Any = None
+) -> Any:
+    dataset = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+    dataset.attrs["units"] = unit
+    dataset.attrs["long_name"] = long_name
+    if scale is not None:
+        dataset.dims[0].attach_scale(scale)
+    return dataset
+
+
+@dataclass(frozen=True)
+class Result:
+    """A result file, read whole.
+
+    Attributes
+    ----------
+    attributes : dict of str
+    courses : dict of (n,) arrays, `time` among them
+    units, long_names : dict of str
+    events : dict of (m,) arrays, `time` among them
+    contacts : list of str
+        What the indices of `events["contact"]` stand for.
+    """
+
+    attributes: dict[str, str]
+    courses: dict[str, Any]
+    units: dict[str, str]
+    long_names: dict[str, str]
+    events: dict[str, Any]
+    contacts: list[str]
+
+
+def read(path: Path) -> Result:
+    """Read a result file.
+
+    Raises
+    ------
+    InputError
+        If it is not there, not HDF5, not of frictionsim, or of another format version.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(path, file)
+    except OSError as error:
+        reason = "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
+        raise InputError(f"{path}: cannot read this result: {reason}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+        raise InputError(
+            f"{path}: cannot read this result: it is HDF5, but not of frictionsim"
+        ) from error
+
+
+def _read(path: Path, file: Any) -> Result:
+    version = file.attrs["format_version"]
+    if version != FORMAT_VERSION:
+        raise InputError(
+            f"{path}: format version {version} of a result, this program reads {FORMAT_VERSION}"
+        )
+    datasets = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    events = file["events"]
+    return Result(
+        attributes={key: str(value) for key, value in file.attrs.items()},
+        courses={name: _values(item) for name, item in datasets.items()},
+        units={name: str(item.attrs["units"]) for name, item in datasets.items()},
+        long_names={name: str(item.attrs["long_name"]) for name, item in datasets.items()},
+        events={name: _values(item) for name, item in events.items()},
+        contacts=str(events["contact"].attrs["flag_meanings"]).split(),
+    )
+
+
+def _values(dataset: Any) -> Any:
+    return np.asarray(dataset[...], dtype=np.float64)

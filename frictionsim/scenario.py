@@ -1,0 +1,196 @@
+"""From a TOML file and overrides to a validated, frozen scenario, and back."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms import KINDS, module_of
+from frictionsim.parameters import Scenario
+
+# A scenario is written by hand; long courses belong into a CSV file.
+LARGEST_FILE = 16 * 1024 * 1024
+
+
+def load(path: Path, overrides: list[str] | None = None) -> Scenario:
+    """Read and validate a scenario.
+
+    Parameters
+    ----------
+    path : Path
+    overrides : list of str, optional
+        ``a.b=VALUE`` each, VALUE as TOML has it; they go over what the file says.
+
+    Returns
+    -------
+    Scenario
+        Of the model of its kind.
+
+    Raises
+    ------
+    ScenarioError
+        With all faults of the file, each with its line and key.
+    """
+    text = _read(path)
+    data = _parse(path, text)
+    overridden = [apply_override(data, override) for override in overrides or []]
+    try:
+        return validate(data, path.parent)
+    except ScenarioFaults as found:
+        from frictionsim.toml_lines import key_lines
+
+        lines = key_lines(text)
+        faults = []
+        for key, sentence in found.faults:
+            if any(key[: len(over)] == over for over in overridden):
+                where, line = "--set", 0
+            else:
+                line = _nearest_line(lines, key)
+                where = f"{path}:{line}"
+            faults.append((line, f"{where}: {'.'.join(map(str, key)) or 'scenario'}: {sentence}"))
+        raise ScenarioError([text for _, text in sorted(faults, key=lambda f: f[0])]) from None
+
+
+class ScenarioFaults(Exception):
+    """What is wrong with the data of a scenario, before it is known where that stands."""
+
+    def __init__(self, faults: list[tuple[tuple[str | int, ...], str]]) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+
+def validate(data: dict[str, Any], folder: Path) -> Scenario:
+    """Return the scenario that the data of a TOML file describes.
+
+    Parameters
+    ----------
+    data : dict
+    folder : Path
+        Where the files that it names are looked for.
+
+    Raises
+    ------
+    ScenarioFaults
+    """
+    kind = data.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ScenarioFaults([(("kind",), _kind_fault(data))])
+    model: type[Scenario] = module_of(kind).Scene
+    try:
+        return model.model_validate(data, context={"folder": folder})
+    except ValidationError as error:
+        from frictionsim.faults import fault_text
+
+        raise ScenarioFaults([fault_text(e, model) for e in error.errors()]) from None
+
+
+def resolved_toml(scenario: Scenario) -> str:
+    """Return the scenario as TOML with overrides, defaults and CSV courses filled in."""
+    import tomli_w
+
+    tables = scenario.model_dump(by_alias=True, exclude_none=True)
+    for section in ("solver", "output"):  # what is simulated comes before how
+        tables[section] = tables.pop(section)
+    return tomli_w.dumps(tables)
+
+
+def apply_override(data: dict[str, Any], override: str) -> tuple[str | int, ...]:
+    """Set one key of the data from ``a.b=VALUE`` and return its path.
+
+    A bare word stands for a string, so that no shell needs two layers of quotes.
+
+    Raises
+    ------
+    ScenarioError
+    """
+    key, equals, text = override.partition("=")
+    parts = [part.strip() for part in key.split(".")]
+    if not equals or not all(parts):
+        raise ScenarioError([f"--set {override}: expected KEY=VALUE, as in solver.rtol=1e-9"])
+    value = _override_value(override, text.strip())
+    path: tuple[str | int, ...] = ()
+    table: Any = data
+    for depth, part in enumerate(parts):
+        name: str | int = part
+        if isinstance(table, list):
+            if not part.isdecimal() or int(part) >= len(table):
+                raise ScenarioError(
+                    [f"--set {override}: '{part}' is no index of a list of {len(table)}"]
+                )
+            name = int(part)
+        elif not isinstance(table, dict):
+            raise ScenarioError(
+                [f"--set {override}: '{'.'.join(parts[:depth])}' is a value and has no keys"]
+            )
+        path = (*path, name)
+        if depth == len(parts) - 1:
+            table[name] = value
+        else:
+            table = table[name] if isinstance(table, list) else table.setdefault(name, {})
+    return path
+
+
+def _override_value(override: str, text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError, KeyError):
+        if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
+            return text
+        raise ScenarioError(
+            [f"--set {override}: '{text}' is no TOML value (a number, true, [1, 2], \"text\")"]
+        ) from None
+
+
+def _read(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise ScenarioError([f"{path}: cannot read this scenario: {error.strerror}"]) from None
+    except ValueError as error:  # a NUL in the name
+        raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
+    if len(content) > LARGEST_FILE:
+        raise ScenarioError(
+            [f"{path}: larger than {LARGEST_FILE >> 20} MiB; put long courses into CSV files"]
+        )
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ScenarioError([f"{path}: not a text in UTF-8, at byte {error.start}"]) from None
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except tomllib.TOMLDecodeError as error:
+        message, _, place = str(error).rpartition(" (at line ")
+        line = place.partition(",")[0] if message else ""
+        raise ScenarioError(
+            [f"{path}{line and ':' + line}: not valid TOML: {message or error}"]
+        ) from None
+    except RecursionError:
+        raise ScenarioError([f"{path}: tables or lists are nested too deeply"]) from None
+    except ValueError as error:  # an integer of thousands of digits, an impossible date
+        raise ScenarioError([f"{path}: not a usable TOML value: {error}"]) from None
+
+
+def _nearest_line(lines: dict[tuple[str | int, ...], int], key: tuple[str | int, ...]) -> int:
+    """Return the line of a key, or of the nearest table around it that the file has."""
+    while key and key not in lines:
+        key = key[:-1]
+    return lines.get(key, 1)
+
+
+def _kind_fault(data: dict[str, Any]) -> str:
+    from frictionsim.faults import toml_text, unknown
+
+    kinds = ", ".join(f"'{kind}'" for kind in KINDS)
+    if not data:
+        return f"the file is empty; a scenario starts with kind, one of {kinds}"
+    if "kind" not in data:
+        return f"missing; expected one of {kinds}"
+    if not isinstance(data["kind"], str):
+        return f"expected one of {kinds}, got {toml_text(data['kind'])}"
+    return unknown("kind", data["kind"], list(KINDS))
