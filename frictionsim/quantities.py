@@ -1,6 +1,7 @@
 """Named figures with units: what a summary shows and a script reads."""
 
-from typing import NamedTuple
+from math import isfinite
+from typing import Any, NamedTuple
 
 
 class Quantity(NamedTuple):
@@ -11,3 +12,14 @@ class Quantity(NamedTuple):
 
 
 Quantities = dict[str, Quantity]
+
+
+def quantities_json(quantities: Quantities) -> dict[str, Any]:
+    """Return quantities as JSON has them; what is not finite is null there."""
+    return {
+        name: {
+            "value": q.value if q.value is not None and isfinite(q.value) else None,
+            "unit": q.unit,
+        }
+        for name, q in quantities.items()
+    }

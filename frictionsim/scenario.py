@@ -10,11 +10,13 @@ from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms import KINDS, module_of
 from frictionsim.parameters import Scenario
 
+KeyPath = tuple[str | int, ...]
+
 # A scenario is written by hand; long courses belong into a CSV file.
 LARGEST_FILE = 16 * 1024 * 1024
 
 
-def load(path: Path, overrides: list[str] | None = None) -> Scenario:
+def load(path: Path, overrides: list[str] | None = None, backend: str | None = None) -> Scenario:
     """Read and validate a scenario.
 
     Parameters
@@ -22,6 +24,8 @@ def load(path: Path, overrides: list[str] | None = None) -> Scenario:
     path : Path
     overrides : list of str, optional
         ``a.b=VALUE`` each, VALUE as TOML has it; they go over what the file says.
+    backend : str, optional
+        Goes over both.
 
     Returns
     -------
@@ -35,28 +39,19 @@ def load(path: Path, overrides: list[str] | None = None) -> Scenario:
     """
     text = _read(path)
     data = _parse(path, text)
-    overridden = [apply_override(data, override) for override in overrides or []]
+    overridden = {apply_override(data, override): "--set" for override in overrides or []}
+    if backend is not None:
+        overridden[apply_override(data, f"solver.backend={backend}")] = "--backend"
     try:
         return validate(data, path.parent)
     except ScenarioFaults as found:
-        from frictionsim.toml_lines import key_lines
-
-        lines = key_lines(text)
-        faults = []
-        for key, sentence in found.faults:
-            if any(key[: len(over)] == over for over in overridden):
-                where, line = "--set", 0
-            else:
-                line = _nearest_line(lines, key)
-                where = f"{path}:{line}"
-            faults.append((line, f"{where}: {'.'.join(map(str, key)) or 'scenario'}: {sentence}"))
-        raise ScenarioError([text for _, text in sorted(faults, key=lambda f: f[0])]) from None
+        raise ScenarioError(_placed(found.faults, path, text, overridden)) from None
 
 
 class ScenarioFaults(Exception):
     """What is wrong with the data of a scenario, before it is known where that stands."""
 
-    def __init__(self, faults: list[tuple[tuple[str | int, ...], str]]) -> None:
+    def __init__(self, faults: list[tuple[KeyPath, str]]) -> None:
         super().__init__(faults)
         self.faults = faults
 
@@ -96,7 +91,7 @@ def resolved_toml(scenario: Scenario) -> str:
     return tomli_w.dumps(tables)
 
 
-def apply_override(data: dict[str, Any], override: str) -> tuple[str | int, ...]:
+def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     """Set one key of the data from ``a.b=VALUE`` and return its path.
 
     A bare word stands for a string, so that no shell needs two layers of quotes.
@@ -110,7 +105,7 @@ def apply_override(data: dict[str, Any], override: str) -> tuple[str | int, ...]
     if not equals or not all(parts):
         raise ScenarioError([f"--set {override}: expected KEY=VALUE, as in solver.rtol=1e-9"])
     value = _override_value(override, text.strip())
-    path: tuple[str | int, ...] = ()
+    path: KeyPath = ()
     table: Any = data
     for depth, part in enumerate(parts):
         name: str | int = part
@@ -176,7 +171,23 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise ScenarioError([f"{path}: not a usable TOML value: {error}"]) from None
 
 
-def _nearest_line(lines: dict[tuple[str | int, ...], int], key: tuple[str | int, ...]) -> int:
+def _placed(
+    faults: list[tuple[KeyPath, str]], path: Path, text: str, overridden: dict[KeyPath, str]
+) -> list[str]:
+    """Return faults with the place that each key has, in the file or on the command line."""
+    from frictionsim.toml_lines import key_lines
+
+    lines = key_lines(text)
+    placed = []
+    for key, sentence in faults:
+        option = next((o for over, o in overridden.items() if key[: len(over)] == over), None)
+        line = 0 if option else _nearest_line(lines, key)
+        name = ".".join(map(str, key)) or "scenario"
+        placed.append((line, f"{option or f'{path}:{line}'}: {name}: {sentence}"))
+    return [text for _, text in sorted(placed, key=lambda fault: fault[0])]
+
+
+def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
     """Return the line of a key, or of the nearest table around it that the file has."""
     while key and key not in lines:
         key = key[:-1]

@@ -2,10 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from frictionsim.backends.base import STICK
-from frictionsim.quantities import Quantities, Quantity
+from frictionsim.quantities import Quantities, Quantity, quantities_json
 
 if TYPE_CHECKING:
     from frictionsim.audit import Check
@@ -31,17 +29,6 @@ def figures(run: "Run") -> Quantities:
         for name, energy in series.ledger.items():
             found[name] = Quantity(float(energy[-1]), "J")
     return found
-
-
-def quantities_json(quantities: Quantities) -> dict[str, Any]:
-    """Return quantities as JSON has them; what is not finite is null there."""
-    return {
-        name: {
-            "value": q.value if q.value is not None and np.isfinite(q.value) else None,
-            "unit": q.unit,
-        }
-        for name, q in quantities.items()
-    }
 
 
 def run_json(run: "Run", checks: dict[str, "Check"], scenario: str, output: str) -> dict[str, Any]:

@@ -1,0 +1,25 @@
+"""The entry of the command line, kept apart so that it can answer before anything is loaded."""
+
+import gc
+import os
+import sys
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    # A short run allocates hundreds of thousands of objects while it imports and frees none:
+    # collecting them, now or at the end, takes longer than to simulate a pulley.
+    gc.disable()
+    from frictionsim.cli import run_command_line
+
+    code = run_command_line(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        code = code or 1
+    os._exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,235 @@
+"""Arguments, streams and exit codes. No physics here; heavy imports stand inside the commands."""
+
+import sys
+from pathlib import Path
+from signal import SIGINT
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from frictionsim import __version__
+from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
+    EXIT_BAD_INPUT,
+    EXIT_DEFECT,
+    EXIT_DIFFERENT,
+    EXIT_DONE,
+    EXIT_SIGNAL,
+    FrictionsimError,
+    OutputError,
+    ScenarioError,
+)
+
+if TYPE_CHECKING:
+    from frictionsim.audit import Check
+    from frictionsim.run import Run
+
+app = typer.Typer(
+    name="frictionsim",
+    help="Simulate mechanisms in which dry friction decides.",
+    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 an audit failed,"
+    " 4 result not written, 130/143 interrupted.",
+    add_completion=False,
+    rich_markup_mode=None,  # plain help starts in half the time
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+)
+
+ScenarioFile = Annotated[Path, typer.Argument(help="Scenario in TOML.", show_default=False)]
+ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_default=False)]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, as solver.rtol=1e-6."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]
+
+
+
+def run_command_line(arguments: list[str]) -> int:
+    """Run a command and return its exit code; every error becomes a message on stderr."""
+    try:
+        code = app(arguments, standalone_mode=False, prog_name="frictionsim")
+    except FrictionsimError as error:
+        _complain(str(error))
+        return error.exit_code
+    except typer.TyperException as error:
+        _complain(f"{error.format_message()} See --help.")
+        return EXIT_BAD_INPUT
+    except (KeyboardInterrupt, typer.Abort):
+        return EXIT_SIGNAL + SIGINT
+    except SystemExit as leave:  # the reader of a pipe has left
+        return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
+    except Exception as error:
+        if "--debug" in arguments:
+            raise
+        _complain(
+            f"a defect of this program: {type(error).__name__}: {error}\n"
+            "please report it with the scenario; --debug before the command shows where it is"
+        )
+        return EXIT_DEFECT
+    return code if isinstance(code, int) else EXIT_DONE
+
+
+def _complain(message: str) -> None:
+    print(f"frictionsim: {message}", file=sys.stderr)
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    from json import dumps
+
+    print(dumps(data, indent=2, allow_nan=False))
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def program(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, help="Show the version.")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show where a defect is.")] = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@app.command()
+def solve(
+    scenario: ScenarioFile,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Result file. [results/<scenario name>.h5]"),
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option("--backend", metavar="NAME", help="Instead of the scenario's.")
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> int:
+    """Simulate a scenario; write the result file and print the summary."""
+    from frictionsim.scenario import load
+
+    scene = load(scenario, overrides, backend)
+
+    from frictionsim import recorder
+    from frictionsim.audit import audit
+    from frictionsim.run import run
+    from frictionsim.watch import watch
+
+    target = output or _default_target(scenario)
+    recorder.check_target(target)
+    with watch(scene.solver.duration, with_progress=not (quiet or as_json)) as poll:
+        result = run(scene, poll)
+    recorder.write(result, target)
+    checks = audit(result)
+    if as_json:
+        from frictionsim.summary import run_json
+
+        _print_json(run_json(result, checks, str(scenario), str(target)))
+    elif not quiet:
+        from frictionsim.summary import figures
+        from frictionsim.tables import print_run
+
+        print_run(result, figures(result), checks, str(target))
+    return _verdict(result, checks, target)
+
+
+def _default_target(scenario: Path) -> Path:
+    folder = Path("results")
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"cannot make the folder '{folder}' here ({error.strerror}); name a file with -o"
+        ) from None
+    return folder / f"{scenario.stem}.h5"
+
+
+def _verdict(result: "Run", checks: "dict[str, Check]", target: Path) -> int:
+    """Say what went wrong, and return the exit code of a run."""
+    if result.status != "done":
+        _complain(f"run {result.status}: {result.reason}")
+        _complain(f"the samples up to there are in {target}, marked '{result.status}'")
+        return result.exit_code
+    failed = [
+        f"{name} {check.value:.3g} above {check.limit:.3g}"
+        for name, check in checks.items()
+        if not check.ok
+    ]
+    if failed:
+        _complain(f"self-audit failed: {', '.join(failed)}; do not trust {target}")
+        return EXIT_AUDIT_FAILED
+    return EXIT_DONE
+
+
+@app.command()
+def check(
+    scenarios: Annotated[
+        list[Path], typer.Argument(help="Scenarios in TOML.", show_default=False)
+    ],
+    overrides: Overrides = None,
+) -> int:
+    """Validate scenarios without running them."""
+    from frictionsim.scenario import load
+
+    code = EXIT_DONE
+    for path in scenarios:
+        try:
+            scene = load(path, overrides)
+        except ScenarioError as error:
+            _complain(str(error))
+            code = error.exit_code
+        else:
+            print(f"{path}: ok, {scene.kind} with {scene.solver.backend}")
+    return code
+
+
+@app.command()
+def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
+    """Solve for impending motion: what lifts, what holds."""
+    from frictionsim.mechanisms import module_of
+    from frictionsim.scenario import load
+
+    scene = load(scenario, overrides)
+    quantities = module_of(scene.kind).statics(scene)
+    if as_json:
+        from frictionsim.quantities import quantities_json
+
+        _print_json(
+            {
+                "scenario": str(scenario),
+                "kind": scene.kind,
+                "quantities": quantities_json(quantities),
+            }
+        )
+    else:
+        from frictionsim.tables import print_quantities
+
+        print_quantities(quantities)
+
+
+@app.command()
+def compare(
+    result: ResultFile,
+    golden: ResultFile,
+    rtol: Annotated[float, typer.Option(min=0.0, help="Relative tolerance.")] = 1e-6,
+    atol: Annotated[float, typer.Option(min=0.0, help="Absolute, in each unit.")] = 1e-9,
+    time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
+    ignore: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Leave a course out; energy_* works.")
+    ] = None,
+) -> int:
+    """Compare a result with a golden one: exit 0 if they agree, 1 if they differ."""
+    from frictionsim.comparison import compare as compare_files
+    from frictionsim.tables import print_comparison
+
+    comparison = compare_files(result, golden, rtol, atol, time_atol, ignore or [])
+    print_comparison(comparison)
+    return EXIT_DONE if comparison.same else EXIT_DIFFERENT

@@ -1,0 +1,192 @@
+"""Comparison of a result with a golden one, for continuous integration."""
+
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim import recorder
+from frictionsim.errors import InputError
+
+if TYPE_CHECKING:
+    from frictionsim.recorder import Result
+
+
+class Row(NamedTuple):
+    """The worst difference in one course.
+
+    Attributes
+    ----------
+    name : str
+    difference, allowed : float or None
+        At the sample that is worst against what is allowed there.
+    at : float or None, s
+    ok : bool
+    note : str
+        What is wrong beside the numbers.
+    """
+
+    name: str
+    difference: float | None
+    allowed: float | None
+    at: float | None
+    ok: bool
+    note: str = ""
+
+
+@dataclass
+class Comparison:
+    """The rows of a comparison, the worst first, and remarks that decide nothing."""
+
+    rows: list[Row] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def same(self) -> bool:
+        return all(row.ok for row in self.rows)
+
+
+def compare(
+    result_path: Path,
+    golden_path: Path,
+    rtol: float,
+    atol: float,
+    time_atol: float,
+    ignore: list[str],
+) -> Comparison:
+    """Compare two result files course by course and event by event.
+
+    A course agrees where |result - golden| <= atol + rtol |golden| at every sample. Samples
+    within time_atol of an event of the golden file are left out: either side of a jump is right
+    there. Events agree in number and modes, and in time within time_atol.
+
+    Parameters
+    ----------
+    result_path, golden_path : Path
+    rtol, atol : float
+        atol in the unit of each course.
+    time_atol : float, s
+    ignore : list of str
+        Names or patterns (``energy_*``) of courses to leave out; ``events`` for the events.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        If the two cannot be compared: one is not readable, they are of different kinds, or two
+        runs that are done were sampled at different times.
+    """
+    result, golden = recorder.read(result_path), recorder.read(golden_path)
+    kinds = result.attributes["kind"], golden.attributes["kind"]
+    if kinds[0] != kinds[1]:
+        raise InputError(
+            f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
+        )
+    comparison = Comparison()
+    _compare_status(result, golden, comparison)
+    if comparison.same:
+        _see_same_times(result, golden, f"{result_path} and {golden_path}")
+    for key in ("backend", "frictionsim_version", "scenario"):
+        if result.attributes[key] != golden.attributes[key]:
+            comparison.notes.append(f"note: the two files differ in their {key}")
+
+    def wanted(name: str) -> bool:
+        return not any(fnmatch(name, pattern) for pattern in ignore)
+
+    for name in sorted((result.courses.keys() | golden.courses.keys()) - {"time"}):
+        if wanted(name):
+            comparison.rows.append(_compare_course(name, result, golden, rtol, atol, time_atol))
+    if wanted("events"):
+        comparison.rows.append(_compare_events(result, golden, time_atol))
+    comparison.rows.sort(key=_badness, reverse=True)
+    return comparison
+
+
+def _badness(row: Row) -> tuple[bool, float]:
+    if row.difference is None or not row.allowed:
+        return not row.ok, 0.0
+    return not row.ok, row.difference / row.allowed
+
+
+def _compare_status(result: "Result", golden: "Result", comparison: Comparison) -> None:
+    statuses = result.attributes["status"], golden.attributes["status"]
+    if statuses[0] != statuses[1]:
+        note = f"'{statuses[0]}', expected '{statuses[1]}'"
+        comparison.rows.append(Row("status", None, None, None, False, note))
+
+
+def _see_same_times(result: "Result", golden: "Result", pair: str) -> None:
+    times, expected = result.courses["time"], golden.courses["time"]
+    if times.shape != expected.shape or not np.allclose(times, expected, rtol=1e-9, atol=0.0):
+        raise InputError(
+            f"cannot compare {pair}: they are sampled at different times ({times.size} and"
+            f" {expected.size} samples); run both with one duration and one output.interval"
+        )
+
+
+def _compare_course(
+    name: str, result: "Result", golden: "Result", rtol: float, atol: float, time_atol: float
+) -> Row:
+    if name not in result.courses or name not in golden.courses:
+        where = "the golden file" if name in result.courses else "the result"
+        return Row(name, None, None, None, False, f"missing in {where}")
+    if result.units[name] != golden.units[name]:
+        note = f"in {result.units[name]}, expected {golden.units[name]}"
+        return Row(name, None, None, None, False, note)
+    both = min(result.courses[name].size, golden.courses[name].size)
+    found, expected = result.courses[name][:both], golden.courses[name][:both]
+    time = golden.courses["time"][:both]
+    away = _away_from(golden.events["time"], time, time_atol)
+    allowed = atol + rtol * np.abs(expected)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(found - expected)
+    # Equal values agree also where both are infinite or not a number.
+    alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    difference = np.where(alike, 0.0, np.where(np.isnan(difference), np.inf, difference))
+    difference, allowed, time = difference[away], allowed[away], time[away]
+    if not difference.size:
+        return Row(name, 0.0, atol, None, True)
+    excess = difference - allowed
+    worst = int(np.argmax(excess))
+    ok = bool(excess[worst] <= 0.0)
+    return Row(name, float(difference[worst]), float(allowed[worst]), float(time[worst]), ok)
+
+
+def _away_from(events: Any, time: Any, time_atol: float) -> Any:
+    """Return which samples are further than time_atol from every event."""
+    away = np.ones(time.shape, dtype=bool)
+    for event in events:
+        first, last = np.searchsorted(time, (event - time_atol, event + time_atol))
+        away[first : last + 1] &= np.abs(time[first : last + 1] - event) > time_atol
+    return away
+
+
+def _compare_events(result: "Result", golden: "Result", time_atol: float) -> Row:
+    found, expected = _named_events(result), _named_events(golden)
+    if len(found) != len(expected):
+        note = f"{len(found)} events, expected {len(expected)}"
+        return Row("events", None, None, None, False, note)
+    worst = Row("events", 0.0, time_atol, None, True)
+    for (time, *what), (expected_time, *expected_what) in zip(found, expected, strict=True):
+        difference = abs(time - expected_time)
+        if what != expected_what:
+            note = f"{what} at {time:.9g} s, expected {expected_what}"
+            return Row("events", difference, time_atol, expected_time, False, note)
+        if worst.difference is not None and difference > worst.difference:
+            worst = Row("events", difference, time_atol, expected_time, difference <= time_atol)
+    return worst
+
+
+def _named_events(result: "Result") -> list[tuple[float, str, int, int]]:
+    e = result.events
+    return [
+        (float(time), result.contacts[int(contact)], int(mode_from), int(mode_to))
+        for time, contact, mode_from, mode_to in zip(
+            e["time"], e["contact"], e["mode_from"], e["mode_to"], strict=True
+        )
+    ]

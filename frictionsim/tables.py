@@ -1,0 +1,144 @@
+"""Tables and progress on a terminal: the only module that imports rich."""
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from frictionsim.audit import Check
+    from frictionsim.backends.base import Transition
+    from frictionsim.comparison import Comparison
+    from frictionsim.quantities import Quantities
+    from frictionsim.run import Run
+
+DIGITS = 10
+MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
+# A table of events longer than this shows its two ends.
+MOST_EVENTS = 20
+
+
+def print_run(run: "Run", quantities: "Quantities", checks: dict[str, "Check"], output: str) -> None:
+    """Print the summary of a run on stdout."""
+    console = _console()
+    title = run.scene.title or run.scene.kind
+    effects = ", ".join(run.mechanism.effects) or "none"
+    console.print(f"{title}: {run.status}", markup=False)
+    console.print(
+        f"kind {run.scene.kind}, effects {effects}, backend {run.scene.solver.backend}",
+        markup=False,
+    )
+    print_quantities(quantities)
+    if run.series.transitions:
+        console.print(_transitions_table(run.series.transitions))
+    console.print(_audit_table(checks))
+    counts = run.counts
+    console.print(
+        f"{counts.states} states, {counts.steps} steps, {counts.rejected} rejected,"
+        f" {counts.rhs_evaluations} right-hand sides, {counts.wall_seconds:.3g} s",
+    )
+    console.print(f"result: {output}", markup=False, soft_wrap=True)
+
+
+def print_quantities(quantities: "Quantities") -> None:
+    """Print quantities with their units on stdout."""
+    table = _table("quantity", ">value", "unit")
+    for name, quantity in quantities.items():
+        table.add_row(name, _number(quantity.value), quantity.unit)
+    _console().print(table)
+
+
+def print_comparison(comparison: "Comparison") -> None:
+    """Print the worst differences of two results on stdout."""
+    table = _table("course", ">worst difference", ">allowed", ">at", "")
+    for row in comparison.rows:
+        table.add_row(
+            row.name,
+            _short(row.difference),
+            _short(row.allowed),
+            "" if row.at is None else f"{row.at:.9g}",
+            "ok" if row.ok else (row.note or "different"),
+        )
+    console = _console()
+    console.print(table)
+    for note in comparison.notes:
+        console.print(note, markup=False, soft_wrap=True)
+
+
+class ProgressBar:
+    """Simulated time, share, real-time factor and time left, on stderr."""
+
+    def __init__(self, duration: float) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        self._progress = Progress(
+            TextColumn("t = {task.completed:.4g} of {task.total:.4g} s"),
+            BarColumn(),
+            TextColumn("{task.percentage:.0f} %, {task.fields[pace]}"),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task = self._progress.add_task("", total=duration, pace="")
+        self._duration = duration
+        self._progress.start()
+
+    def show(self, t: float, seconds: float) -> None:
+        """Show that the simulation is at t after so many seconds."""
+        pace = ""
+        if t > 0.0:
+            factor = seconds / t
+            pace = f"{factor:.3g} s per s, {factor * (self._duration - t):.0f} s left"
+        self._progress.update(self._task, completed=t, pace=pace)
+
+    def close(self) -> None:
+        """Take the bar off the terminal."""
+        self._progress.stop()
+
+
+def _console() -> Console:
+    return Console(highlight=False)
+
+
+def _table(*headings: str) -> Table:
+    """Return an empty table; a heading that starts with '>' is that of a column of numbers."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in headings:
+        right = heading.startswith(">")
+        table.add_column(heading.lstrip(">"), justify="right" if right else "left", no_wrap=True)
+    return table
+
+
+def _transitions_table(transitions: list["Transition"]) -> Table:
+    table = _table(">event", ">time / s", "contact", "from", "to", ">angle / rad")
+    numbered = list(enumerate(transitions, start=1))
+    if len(numbered) > MOST_EVENTS:
+        shown, last = numbered[: MOST_EVENTS - 2], numbered[-1]
+    else:
+        shown, last = numbered, None
+    for number, e in shown:
+        table.add_row(*_transition_cells(number, e))
+    if last:
+        table.add_row("...")
+        table.add_row(*_transition_cells(*last))
+    return table
+
+
+def _transition_cells(number: int, e: "Transition") -> tuple[str, ...]:
+    modes = MODE_NAMES[e.mode_from], MODE_NAMES[e.mode_to]
+    return (str(number), f"{e.time:.9f}", e.contact, *modes, _number(e.position))
+
+
+def _audit_table(checks: dict[str, "Check"]) -> Table:
+    table = _table("audit", ">value", ">limit", "")
+    for name, check in checks.items():
+        verdict = "ok" if check.ok else "FAILED"
+        table.add_row(name, _short(check.value), _short(check.limit), verdict)
+    return table
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.{DIGITS}g}"
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"
