@@ -10,6 +10,9 @@ def main() -> None:
     # A short run allocates hundreds of thousands of objects while it imports and frees none:
     # collecting them, now or at the end, takes longer than to simulate a pulley.
     gc.disable()
+    # pydantic would look through all installed packages for plugins of its own.
+    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
+
     from frictionsim.cli import run_command_line
 
     code = run_command_line(sys.argv[1:])

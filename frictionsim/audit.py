@@ -76,7 +76,7 @@ def power_check(series: "Series") -> Check:
     power = series.friction * series.velocity
     largest = np.max(np.abs(power), initial=0.0)
     worst = np.max(power, initial=0.0)
-    return Check(float(worst / largest) if largest else 0.0, 0.0)
+    return Check(float(worst / largest) if worst > 0.0 else 0.0, 0.0)
 
 
 def drift_check(series: "Series") -> Check:

@@ -45,7 +45,6 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]
 
 
-
 def run_command_line(arguments: list[str]) -> int:
     """Run a command and return its exit code; every error becomes a message on stderr."""
     try:
@@ -171,9 +170,7 @@ def _verdict(result: "Run", checks: "dict[str, Check]", target: Path) -> int:
 
 @app.command()
 def check(
-    scenarios: Annotated[
-        list[Path], typer.Argument(help="Scenarios in TOML.", show_default=False)
-    ],
+    scenarios: Annotated[list[Path], typer.Argument(help="Scenarios in TOML.", show_default=False)],
     overrides: Overrides = None,
 ) -> int:
     """Validate scenarios without running them."""

@@ -218,7 +218,8 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
         raise misfit(
             ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
         ) from None
-    times, values = [], []
+    times: list[float] = []
+    values: list[float] = []
     for number, line in enumerate(text.splitlines(), start=1):
         cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         if not cells:
@@ -252,7 +253,7 @@ COURSE_FORMS = (
     ' or {csv = "file.csv"}'
 )
 # The tag names the form in a validation error's location; it is no key of the scenario.
-COURSE_TAGS = {
+COURSE_TAGS: dict[str, type[Params]] = {
     "<points>": PointsTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,

@@ -4,7 +4,7 @@ The stages are plain loops over the states: on the short lists of a mechanism wi
 they run as they stand, and over arrays numba compiles the same lines for a large one.
 """
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable, MutableSequence, Sequence
 from math import isfinite, ulp
 
 from frictionsim.errors import SolverError
@@ -35,7 +35,7 @@ def stages(
     t: float,
     h: float,
     y: State,
-    k: tuple[State, State, State, State, State, State],
+    k: Sequence[State],
     stage: State,
     y_new: State,
     error: State,
@@ -47,7 +47,7 @@ def stages(
     rates : callable
     t, h : float, s
     y : (n,)
-    k : six of (n,)
+    k : six of (n,), or (6, n)
         k[0] is read, the others are overwritten.
     stage : (n,)
         Room to work in.
@@ -71,9 +71,7 @@ def stages(
         stage[i] = y[i] + h * (A51 * k1[i] + A52 * k2[i] + A53 * k3[i] + A54 * k4[i])
     rates(t + h, stage, k5)
     for i in range(n):
-        stage[i] = y[i] + h * (
-            A61 * k1[i] + A62 * k2[i] + A63 * k3[i] + A64 * k4[i] + A65 * k5[i]
-        )
+        stage[i] = y[i] + h * (A61 * k1[i] + A62 * k2[i] + A63 * k3[i] + A64 * k4[i] + A65 * k5[i])
     rates(t + C6 * h, stage, k6)
     for i in range(n):
         y_new[i] = y[i] + h * (B1 * k1[i] + B3 * k3[i] + B4 * k4[i] + B5 * k5[i] + B6 * k6[i])
@@ -121,11 +119,15 @@ class RungeKuttaFehlberg45:
         self._fixed_step = fixed_step
         self.steps = self.rejected = self.evaluations = 0
         self.t0 = self.t = 0.0
-        self.y0, self.y = [0.0] * states, [0.0] * states
-        self.rates0, self.rates1 = [0.0] * states, [0.0] * states
-        self._k = tuple([0.0] * states for _ in range(5))
-        self._stage, self._error = [0.0] * states, [0.0] * states
-        self._inside, self._inside_error = [0.0] * states, [0.0] * states
+        self.y0: State = [0.0] * states
+        self.y: State = [0.0] * states
+        self.rates0: State = [0.0] * states
+        self.rates1: State = [0.0] * states
+        self._k: list[State] = [[0.0] * states for _ in range(6)]  # the first is that of the step
+        self._stage: State = [0.0] * states
+        self._error: State = [0.0] * states
+        self._inside: State = [0.0] * states
+        self._inside_error: State = [0.0] * states
         self._h = 0.0
         self._error_before = 1.0
 
@@ -160,11 +162,7 @@ class RungeKuttaFehlberg45:
         rejected_here = False
         while True:
             h = self._fitting(limit - self.t0)
-            stages(
-                self._rates, self.t0, h, self.y0, (self.rates0, *self._k),
-                self._stage, self.y, self._error,
-            )  # fmt: skip
-            self.evaluations += 5
+            self._take(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
                 raise SolverError(
@@ -197,12 +195,13 @@ class RungeKuttaFehlberg45:
         """Return the state at a time inside the last step; the next call overwrites it."""
         if t >= self.t:
             return self.y
-        stages(
-            self._rates, self.t0, t - self.t0, self.y0, (self.rates0, *self._k),
-            self._stage, self._inside, self._inside_error,
-        )
-        self.evaluations += 5
+        self._take(t - self.t0, self._inside, self._inside_error)
         return self._inside
+
+    def _take(self, h: float, y_new: State, error: State) -> None:
+        self._k[0] = self.rates0
+        stages(self._rates, self.t0, h, self.y0, self._k, self._stage, y_new, error)
+        self.evaluations += 5
 
     def _fitting(self, left: float) -> float:
         """Return the length of the next step, at most `left`, s."""
@@ -242,7 +241,7 @@ class RungeKuttaFehlberg45:
         h0 = min(h0, self._max_step)
         for i, dy in enumerate(self.rates1):
             self._stage[i] = self.y[i] + h0 * dy
-        change = self._k[0]
+        change = self._k[1]
         self._rates(self.t + h0, self._stage, change)
         self.evaluations += 1
         for i, dy in enumerate(self.rates1):

@@ -17,6 +17,7 @@ class Params(BaseModel):
         frozen=True,
         allow_inf_nan=False,
         populate_by_name=True,
+        defer_build=True,  # only the scene that is loaded is built, not each of its tables
     )
 
 
@@ -61,7 +62,9 @@ class Solver(Params):
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
         if backend not in BACKENDS:
-            raise misfit((), f"'{backend}' is no backend; these are: {', '.join(BACKENDS)}")
+            from frictionsim.faults import unknown
+
+            raise misfit((), unknown("backend", backend, list(BACKENDS)))
         return backend
 
     @model_validator(mode="after")

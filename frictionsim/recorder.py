@@ -152,9 +152,7 @@ def _add_scale(group: Any, values: Any, name: str, long_name: str) -> Any:
     return scale
 
 
-def _add(
-    group: Any, name: str, values: Any, unit: str, long_name: str, scale: Any = None
-) -> Any:
+def _add(group: Any, name: str, values: Any, unit: str, long_name: str, scale: Any = None) -> Any:
     dataset = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
     dataset.attrs["units"] = unit
     dataset.attrs["long_name"] = long_name

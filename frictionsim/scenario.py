@@ -107,24 +107,25 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     value = _override_value(override, text.strip())
     path: KeyPath = ()
     table: Any = data
-    for depth, part in enumerate(parts):
-        name: str | int = part
-        if isinstance(table, list):
-            if not part.isdecimal() or int(part) >= len(table):
-                raise ScenarioError(
-                    [f"--set {override}: '{part}' is no index of a list of {len(table)}"]
-                )
-            name = int(part)
-        elif not isinstance(table, dict):
-            raise ScenarioError(
-                [f"--set {override}: '{'.'.join(parts[:depth])}' is a value and has no keys"]
-            )
+    for part in parts[:-1]:
+        name = _key_in(table, part, path, override)
         path = (*path, name)
-        if depth == len(parts) - 1:
-            table[name] = value
-        else:
-            table = table[name] if isinstance(table, list) else table.setdefault(name, {})
-    return path
+        table = table[name] if isinstance(table, list) else table.setdefault(name, {})
+    name = _key_in(table, parts[-1], path, override)
+    table[name] = value
+    return (*path, name)
+
+
+def _key_in(table: Any, part: str, path: KeyPath, override: str) -> Any:
+    """Return a part of an override's key as what it is in a table or a list."""
+    if isinstance(table, dict):
+        return part
+    where = ".".join(map(str, path))
+    if not isinstance(table, list):
+        raise ScenarioError([f"--set {override}: '{where}' is a value and has no keys"])
+    if not part.isdecimal() or int(part) >= len(table):
+        raise ScenarioError([f"--set {override}: '{where}' is a list of {len(table)}, from 0"])
+    return int(part)
 
 
 def _override_value(override: str, text: str) -> Any:

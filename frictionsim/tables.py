@@ -1,5 +1,6 @@
 """Tables and progress on a terminal: the only module that imports rich."""
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -18,12 +19,14 @@ MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 MOST_EVENTS = 20
 
 
-def print_run(run: "Run", quantities: "Quantities", checks: dict[str, "Check"], output: str) -> None:
+def print_run(
+    run: "Run", quantities: "Quantities", checks: dict[str, "Check"], output: str
+) -> None:
     """Print the summary of a run on stdout."""
     console = _console()
     title = run.scene.title or run.scene.kind
     effects = ", ".join(run.mechanism.effects) or "none"
-    console.print(f"{title}: {run.status}", markup=False)
+    console.print(f"{title}: {run.status}")
     console.print(
         f"kind {run.scene.kind}, effects {effects}, backend {run.scene.solver.backend}",
         markup=False,
@@ -37,7 +40,7 @@ def print_run(run: "Run", quantities: "Quantities", checks: dict[str, "Check"], 
         f"{counts.states} states, {counts.steps} steps, {counts.rejected} rejected,"
         f" {counts.rhs_evaluations} right-hand sides, {counts.wall_seconds:.3g} s",
     )
-    console.print(f"result: {output}", markup=False, soft_wrap=True)
+    console.print(f"result: {output}", soft_wrap=True)
 
 
 def print_quantities(quantities: "Quantities") -> None:
@@ -62,7 +65,7 @@ def print_comparison(comparison: "Comparison") -> None:
     console = _console()
     console.print(table)
     for note in comparison.notes:
-        console.print(note, markup=False, soft_wrap=True)
+        console.print(note, soft_wrap=True)
 
 
 class ProgressBar:
@@ -95,8 +98,10 @@ class ProgressBar:
         self._progress.stop()
 
 
+@cache
 def _console() -> Console:
-    return Console(highlight=False)
+    # Names and paths of the user are shown as they are, whatever brackets they hold.
+    return Console(highlight=False, markup=False, emoji=False)
 
 
 def _table(*headings: str) -> Table:

@@ -63,9 +63,7 @@ def _header(parsed: dict[str, Any], arrays: dict[KeyPath, int]) -> KeyPath:
     return path
 
 
-def _add(
-    table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath, int]
-) -> None:
+def _add(table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath, int]) -> None:
     for key, value in table.items():
         path = (*parent, key)
         lines.setdefault(path, line)

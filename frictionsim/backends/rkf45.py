@@ -116,9 +116,7 @@ class _ExactStick:
         stepper = self.stepper
         if mode != self.mode:
             q = stepper.state_at(t)[0]
-            self.recording.transitions.append(
-                Transition(t, self.contact.name, self.mode, mode, q)
-            )
+            self.recording.transitions.append(Transition(t, self.contact.name, self.mode, mode, q))
         self.mode = mode
         if mode * stepper.y[1] <= 0.0:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
