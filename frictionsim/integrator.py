@@ -26,6 +26,7 @@ E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # orde
 SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
 SHRINK_MOST, GROW_MOST = 0.2, 5.0  # ibid.
 NEARLY_ALL = 1.0 - 1e-9  # a remainder below this share of a step is not worth a step
+SHORTEST_TRIAL = 1e-100  # s: of the step that a first one is estimated from
 # PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
 PI_ERROR, PI_BEFORE = 0.7 / 5, 0.4 / 5
 
@@ -165,10 +166,7 @@ class RungeKuttaFehlberg45:
             self._take(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
-                raise SolverError(
-                    f"the state is not finite after t = {self.t0:.9g} s; is a force or a"
-                    " coefficient of the scenario too large?"
-                )
+                raise _not_finite(self.t0)
             if self._fixed_step or error <= 1.0 or h <= floor:
                 break
             self.rejected += 1
@@ -237,8 +235,10 @@ class RungeKuttaFehlberg45:
         """
         size = self._norm(self.y)
         rate = self._norm(self.rates1)
+        if not isfinite(rate):
+            raise _not_finite(self.t)
         h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
-        h0 = min(h0, self._max_step)
+        h0 = min(max(h0, SHORTEST_TRIAL), self._max_step)
         for i, dy in enumerate(self.rates1):
             self._stage[i] = self.y[i] + h0 * dy
         change = self._k[1]
@@ -247,6 +247,8 @@ class RungeKuttaFehlberg45:
         for i, dy in enumerate(self.rates1):
             change[i] = (change[i] - dy) / h0
         fastest = max(rate, self._norm(change))
+        if not isfinite(fastest):
+            return h0
         h1 = (0.01 / fastest) ** 0.2 if fastest > 1e-15 else max(1e-6, 1e-3 * h0)
         return min(100.0 * h0, h1, self._max_step)
 
@@ -254,3 +256,10 @@ class RungeKuttaFehlberg45:
         """Return the largest of the values, each in units of its own tolerance."""
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
+
+
+def _not_finite(t: float) -> SolverError:
+    return SolverError(
+        f"the state is not finite after t = {t:.9g} s; is a force or a coefficient of the"
+        " scenario too large?"
+    )

@@ -127,7 +127,7 @@ def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: floa
     drive = mechanism.drive
     b = min(end, drive.next_turn(t))
     for critical in contact.critical_inputs:
-        if (drive(t) > critical) != (drive(b) > critical):
+        if (drive(t) - critical) * (drive(b) - critical) < 0.0:
             _, b = sign_change(lambda x, c=critical: drive(x) - c, t, b)  # type: ignore[misc]
     return b
 

@@ -21,6 +21,7 @@ from frictionsim.backends.base import (
     rates_with_friction,
     run_without_friction,
 )
+from frictionsim.integrator import State
 from frictionsim.roots import sign_change
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class _ExactStick:
         stepper = self.stepper
         stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
-            self.go_over(self.mode_from_rest(), 0.0)
+            self.go_over(self.mode_from_rest(0.0, stepper.y), 0.0)
         self.sample()
         limit = 0.0
         while stepper.t < self.end:
@@ -103,13 +104,18 @@ class _ExactStick:
 
     def remember(self) -> None:
         """Take over what the last step did to the contact, and start anew where it changed."""
-        v = self.stepper.y[1]
+        stepper = self.stepper
+        v = stepper.y[1]
         if self.mode == STICK and v != 0.0:
-            # The sign of v is that of a weighted sum of stages and tells nothing yet.
-            mode = self.mode_from_rest() or (FORWARD if v > 0.0 else BACKWARD)
+            # The sign of v may be wrong: across a jump it is that of a weighted sum in which
+            # some stages have the friction of before and some that of after.
+            mode = self.mode_from_rest(stepper.t, stepper.y) or (FORWARD if v > 0.0 else BACKWARD)
             self.go_over(mode, self.time_of_breakaway(mode))
         elif self.mode != STICK and self.mode * v <= 0.0:
-            self.go_over(self.mode_from_rest(), self.time_of_rest())
+            t = self.time_of_rest()
+            # Held there, it may have broken away again since; reversed there, it has not.
+            mode = self.mode_from_rest(t, stepper.state_at(t))
+            self.go_over(mode or self.mode_from_rest(stepper.t, stepper.y), t)
 
     def go_over(self, mode: int, t: float) -> None:
         """Note the transition at t, and start anew from where the step ended."""
@@ -122,9 +128,9 @@ class _ExactStick:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
         stepper.begin(self.rates, stepper.t, stepper.y)
 
-    def mode_from_rest(self) -> int:
-        """Return the mode that the contact has at rest where the last step ended."""
-        u, q = self.mechanism.drive(self.stepper.t), self.stepper.y[0]
+    def mode_from_rest(self, t: float, y: State) -> int:
+        """Return the mode that the contact has at rest at a time and place."""
+        u, q = self.mechanism.drive(t), y[0]
         return self.mode_at(u, q, 0.0, self.mechanism.moment(u, q, 0.0))
 
     def time_of_breakaway(self, mode: int) -> float:

@@ -1,0 +1,113 @@
+"""Courses in time: their values, and that they tell where they kink and turn."""
+
+from math import inf, pi, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.drives import (
+    Constant,
+    Course,
+    CourseInTime,
+    PiecewiseLinear,
+    Sine,
+    SmoothStep,
+    course_of,
+)
+from frictionsim.parameters import Params
+
+
+class Drive(Params):
+    force: CourseInTime
+
+
+def course(table: Any, folder: Path = Path()) -> Course:
+    return course_of(Drive.model_validate({"force": table}, context={"folder": folder}).force)
+
+
+def test_a_number_is_a_constant() -> None:
+    for number in (3, 3.0):
+        force = course(number)
+        assert (force(0.0), force(1e9), force.next_kink(0.0)) == (3.0, 3.0, inf)
+
+
+def test_points_are_joined_by_lines_and_constant_outside() -> None:
+    force = course({"time": [1, 2, 4], "value": [10, 20, 0]})
+    assert [force(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] == [10, 10, 15, 20, 10, 0, 0]
+    assert [force.next_kink(t) for t in (0.0, 1.0, 1.5, 2.0, 4.0)] == [1, 2, 2, 4, inf]
+
+
+def test_a_single_point_or_equal_values_are_a_constant() -> None:
+    assert isinstance(course({"time": [1.0], "value": [5.0]}), Constant)
+    assert isinstance(course({"time": [1.0, 2.0], "value": [5.0, 5.0]}), Constant)
+
+
+def test_points_are_hit_exactly() -> None:
+    times, values = [0.1, 0.30000000000000004, 0.7], [1.1, 3.3, -2.2]
+    force = PiecewiseLinear(times, values)
+    assert [force(t) for t in times] == values
+
+
+def test_sine_has_mean_amplitude_frequency_and_phase() -> None:
+    force = course({"sine": {"mean": 2, "amplitude": 3, "frequency_hz": 0.5, "phase_deg": 30}})
+    assert force(0.0) == pytest.approx(3.5, rel=1e-15)
+    assert force(1.3) == pytest.approx(2 + 3 * sin(pi * 1.3 + pi / 6), rel=1e-15)
+    assert force.next_turn(0.0) == pytest.approx(1 / 3, rel=1e-15)
+    assert force.next_turn(0.5) == pytest.approx(4 / 3, rel=1e-15)
+    assert force.next_kink(0.0) == inf
+
+
+def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
+    force = course({"smooth_step": {"from": 2, "to": 4, "start": 1, "stop": 3}})
+    assert [force(t) for t in (0.0, 1.0, 2.0, 3.0, 9.0)] == [2, 2, 3, 4, 4]
+    assert force(1.5) == pytest.approx(2 + 2 * (3 * 0.25**2 - 2 * 0.25**3), rel=1e-15)
+    assert [force.next_kink(t) for t in (0.0, 1.0, 2.0, 3.0)] == [1, 3, 3, inf]
+    h = 1e-6
+    for t in (1.0, 3.0):  # the slope is continuous: zero at both ends, to the order of h
+        assert (force(t + h) - force(t - h)) / (2 * h) == pytest.approx(0.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["0,1\n1,2\n", "time;force\n0;1\n1;2\n", "# s N\n\n0 1\n1\t2  # end\n", "\ufefft,F\n0,1\n1,2"],
+)
+def test_csv_courses_are_points(text: str, tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text(text, encoding="utf-8")
+    force = course({"csv": "force.csv"}, tmp_path)
+    assert [force(t) for t in (0.0, 0.5, 1.0)] == [1.0, 1.5, 2.0]
+
+
+courses = st.one_of(
+    st.builds(
+        Sine,
+        st.floats(-10, 10),
+        st.floats(0.1, 10),
+        st.floats(0.01, 1000),
+        st.floats(-10, 10),
+    ),
+    st.lists(st.tuples(st.floats(0.01, 10), st.floats(-10, 10)), min_size=2, max_size=8).map(
+        lambda p: PiecewiseLinear(np.cumsum([x for x, _ in p]).tolist(), [v for _, v in p])
+    ),
+    st.builds(
+        lambda a, b, start, length: SmoothStep(a, b, start, start + length),
+        st.floats(-10, 10),
+        st.floats(-10, 10),
+        st.floats(0, 10),
+        st.floats(0.01, 10),
+    ),
+)
+
+
+@given(courses, st.floats(0, 20))
+def test_a_course_is_monotone_up_to_its_next_turn(force: Course, t: float) -> None:
+    turn = force.next_turn(t)
+    assert turn > t
+    assert force.next_kink(t) >= turn
+    values = [force(x) for x in np.linspace(t, min(turn, t + 10.0), 50)]
+    steps = np.diff(values)
+    rounding = 1e-11  # of values up to 20 in a phase of up to 1e4
+    assert np.all(steps >= -rounding) or np.all(steps <= rounding)
