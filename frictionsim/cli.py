@@ -230,3 +230,20 @@ def compare(
     comparison = compare_files(result, golden, rtol, atol, time_atol, ignore or [])
     print_comparison(comparison)
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
+
+
+@app.command()
+def plot(
+    result: ResultFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Picture: .png, .pdf or .svg. [RESULT.png]"),
+    ] = None,
+) -> None:
+    """Draw the courses of a result file."""
+    from frictionsim import recorder
+    from frictionsim.plots import plot as draw
+
+    target = output or result.with_suffix(".png")
+    draw(recorder.read(result), target)
+    print(target)

@@ -5,6 +5,7 @@ Each module holds one mechanism whole - parameters, effects, equations, statics,
     Scene              the model of its scenario files
     build(scene)       its equations, composed of the effects that the scene names
     statics(scene)     its figures of impending motion
+    PANELS             the courses that a plot of it shows
 """
 
 from importlib import import_module

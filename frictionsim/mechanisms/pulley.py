@@ -47,6 +47,10 @@ CHANNELS = {
 }
 
 
+# What a plot shows, from top to bottom.
+PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
+
+
 class Geometry(Params):
     """`[mechanism]`."""
 

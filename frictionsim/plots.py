@@ -1,0 +1,105 @@
+"""Pictures of result files: the only module that imports matplotlib."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from frictionsim.errors import InputError, OutputError
+from frictionsim.mechanisms import KINDS, module_of
+
+if TYPE_CHECKING:
+    from frictionsim.recorder import Result
+
+# Okabe and Ito: told apart also by colour-blind readers, and in grey.
+COURSE_COLOUR, EVENT_COLOUR, STICK_COLOUR = "#0072B2", "#D55E00", "#E5E5E5"
+WIDTH, PANEL_HEIGHT = 8.0, 1.7  # inches
+FORMATS = (".png", ".pdf", ".svg")
+
+
+def plot(result: "Result", path: Path) -> None:
+    """Draw the courses of a result over time, stick phases shaded and events marked.
+
+    Parameters
+    ----------
+    result : Result
+    path : Path
+        Ends in .png, .pdf or .svg.
+
+    Raises
+    ------
+    InputError
+        If the format is another one.
+    OutputError
+        If the picture cannot be written.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: pictures are written as {', '.join(FORMATS)}; name one of them")
+    names = _panels(result)
+    figure = Figure(figsize=(WIDTH, 0.8 + PANEL_HEIGHT * len(names)), layout="constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    time = result.courses["time"]
+    for panel, name in zip(panels, names, strict=True):
+        _shade_sticks(panel, result)
+        panel.plot(time, result.courses[name], color=COURSE_COLOUR, linewidth=1.5)
+        height = panel.get_xaxis_transform()
+        events = result.events["time"]
+        panel.vlines(events, 0.0, 1.0, EVENT_COLOUR, "--", linewidth=0.8, transform=height)
+        panel.set_ylabel(f"{name.replace('_', ' ')}\n{_unit(result.units[name])}")
+        panel.margins(x=0.0)
+        panel.grid(linewidth=0.3)
+    panels[-1].set_xlabel("time, s")
+    figure.align_ylabels(panels)
+    figure.suptitle(_title(result), fontsize="medium")
+    try:
+        # No date, no version, no random names: the same result gives the same picture.
+        with mpl.rc_context({"svg.hashsalt": "frictionsim"}):
+            figure.savefig(path, dpi=100, metadata=_metadata(path))
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+
+
+def _panels(result: "Result") -> list[str]:
+    """Return the courses that the mechanism wants drawn and the scene has."""
+    kind = result.attributes["kind"]
+    if kind not in KINDS:
+        raise InputError(f"cannot draw a result of kind '{kind}'; known: {', '.join(KINDS)}")
+    return [name for name in module_of(kind).PANELS if name in result.courses]
+
+
+def _title(result: "Result") -> str:
+    attributes = result.attributes
+    title = attributes["title"] or attributes["kind"]
+    done = "" if attributes["status"] == "done" else f", {attributes['status']}"
+    return f"{title} ({attributes['backend']}{done}; grey: sticking, dashed: event)"
+
+
+def _unit(unit: str) -> str:
+    return unit.replace("^2", "²")
+
+
+def _metadata(path: Path) -> dict[str, Any]:
+    return {
+        ".png": {"Software": None},
+        ".pdf": {"CreationDate": None},
+        ".svg": {"Date": None},
+    }[path.suffix.lower()]
+
+
+def _shade_sticks(panel: Any, result: "Result") -> None:
+    """Shade the time from every rest to the next breakaway."""
+    if "mode" not in result.courses:
+        return
+    time, events = result.courses["time"], result.events
+    if not time.size:
+        return
+    resting_since = time[0] if result.courses["mode"][0] == 0 else None
+    for at, mode in zip(events["time"], events["mode_to"], strict=True):
+        if mode == 0:
+            resting_since = at
+        elif resting_since is not None:
+            panel.axvspan(resting_since, at, color=STICK_COLOUR, linewidth=0)
+            resting_since = None
+    if resting_since is not None:
+        panel.axvspan(resting_since, time[-1], color=STICK_COLOUR, linewidth=0)

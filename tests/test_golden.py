@@ -1,0 +1,36 @@
+"""The shipped scenarios against golden results, as a user's CI would compare them.
+
+`pytest --update-golden` writes them anew; say in the commit why they changed.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from frictionsim import recorder
+from frictionsim.comparison import compare
+from frictionsim.run import run
+from frictionsim.scenario import load
+
+from .conftest import GOLDEN, SCENARIOS
+
+SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenario_gives_its_golden_result(
+    name: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    result = run(load(SCENARIOS / f"{name}.toml"), lambda t: None)
+    golden = GOLDEN / f"{name}.h5"
+    if request.config.getoption("--update-golden"):
+        recorder.write(result, golden)
+    found = tmp_path / f"{name}.h5"
+    recorder.write(result, found)
+    # The runs have rtol 1e-9; another platform may round differently in every step.
+    comparison = compare(found, golden, rtol=1e-7, atol=1e-8, time_atol=1e-8, ignore=[])
+    assert [row for row in comparison.rows if not row.ok] == []
+
+
+def test_there_is_a_golden_result_for_each_scenario_and_no_other() -> None:
+    assert sorted(path.stem for path in GOLDEN.glob("*.h5")) == SHIPPED
