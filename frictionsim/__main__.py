@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+from contextlib import suppress
 
 
 def main() -> None:
@@ -16,11 +17,10 @@ def main() -> None:
     from frictionsim.cli import run_command_line
 
     code = run_command_line(sys.argv[1:])
-    try:
-        sys.stdout.flush()
-        sys.stderr.flush()
-    except OSError:
-        code = code or 1
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # closed by who started this
+            with suppress(OSError):  # its reader has left, or its disk is full
+                stream.flush()
     os._exit(code)
 
 

@@ -14,6 +14,7 @@ from frictionsim.errors import (
     EXIT_DEFECT,
     EXIT_DIFFERENT,
     EXIT_DONE,
+    EXIT_NOT_WRITTEN,
     EXIT_SIGNAL,
     FrictionsimError,
     OutputError,
@@ -32,7 +33,6 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,  # plain help starts in half the time
     pretty_exceptions_enable=False,
-    no_args_is_help=True,
 )
 
 ScenarioFile = Annotated[Path, typer.Argument(help="Scenario in TOML.", show_default=False)]
@@ -53,12 +53,15 @@ def run_command_line(arguments: list[str]) -> int:
         _complain(str(error))
         return error.exit_code
     except typer.TyperException as error:
-        _complain(f"{error.format_message()} See --help.")
+        _complain(f"{error.format_message().rstrip('.')}; see --help")
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
     except SystemExit as leave:  # the reader of a pipe has left
         return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
+    except OSError as error:
+        _complain(f"cannot print the output: {error.strerror}")
+        return EXIT_NOT_WRITTEN
     except Exception as error:
         if "--debug" in arguments:
             raise
@@ -95,7 +98,8 @@ def program(
     debug: Annotated[bool, typer.Option("--debug", help="Show where a defect is.")] = False,
 ) -> None:
     if context.invoked_subcommand is None:
-        print(context.get_help())
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(EXIT_BAD_INPUT)
 
 
 @app.command()

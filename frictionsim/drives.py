@@ -133,7 +133,7 @@ class SmoothStep:
 class PointsTable(Params):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
 
-    time: tuple[float, ...] = Field(min_length=1, strict=False)
+    time: tuple[float, ...] = quantity("s", min_length=1, strict=False)
     value: tuple[float, ...] = Field(min_length=1, strict=False)
 
     @model_validator(mode="after")
@@ -214,7 +214,9 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
+        reason = getattr(error, "strerror", None) or (
+            "it is not text in UTF-8" if isinstance(error, UnicodeError) else error
+        )
         raise misfit(
             ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
         ) from None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from difflib import get_close_matches
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel
 
@@ -10,6 +10,14 @@ from frictionsim.drives import COURSE_FORMS, COURSE_TAGS
 from frictionsim.toml_lines import KeyPath
 
 LONGEST_VALUE = 40  # characters of a found value that a message shows
+
+
+class _Place(NamedTuple):
+    """Where an error is: its keys as in the TOML file, the table they are in, the unit there."""
+
+    path: KeyPath
+    table: type[BaseModel] | None
+    unit: str
 
 
 def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
@@ -27,18 +35,16 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     (path, text)
         The path as in the TOML file, without pydantic's names of union branches.
     """
-    location: KeyPath = error["loc"]
-    path = tuple(part for part in location if not str(part).startswith("<"))
+    place = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
     if kind == "misfit":
-        return (*path, *context["where"]), context["message"]
+        return (*place.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        siblings = key_names(_model_at(model, location[:-1]))
-        return path, unknown("key", str(path[-1]), siblings)
-    wanted = _wanted(kind, context, _unit_at(model, location))
+        return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
+    wanted = _wanted(kind, context, place.unit)
     if kind == "missing":
-        return path, f"missing; expected {wanted}"
-    return path, f"expected {wanted}, got {toml_text(error['input'])}"
+        return place.path, f"missing; expected {wanted}"
+    return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
 
 
 def unknown(what: str, found: str, known: list[str]) -> str:
@@ -100,44 +106,44 @@ def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
 
 
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Yield the table models that an annotation names."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models(argument)
+def _place(model: type[BaseModel], location: KeyPath) -> _Place:
+    """Follow the location of an error through the models."""
+    path: KeyPath = ()
+    unit = ""
+    table: type[BaseModel] | None = None
+    here: type[BaseModel] | None = model
+    at_course = False
+    for part in location:
+        if at_course:  # the form of the course, which is no key
+            here, at_course = COURSE_TAGS.get(str(part)), False
+            continue
+        path = (*path, part)
+        if isinstance(part, int):
+            continue
+        table, field = here, _field(here, part)
+        if field is None:
+            here, unit = None, ""
+            continue
+        extra = field.json_schema_extra
+        unit = extra["unit"] if isinstance(extra, dict) else unit
+        models = list(_models(field.annotation))
+        at_course = len(models) > 1
+        here = models[0] if models else None
+    return _Place(path, table, "" if unit == "1" else str(unit))
 
 
 def _field(model: type[BaseModel] | None, key: Any) -> Any:
     if model is None:
         return None
     for name, field in model.model_fields.items():
-        if key in (field.alias, name):
+        if key == (field.alias or name):
             return field
     return None
 
 
-def _model_at(model: type[BaseModel], location: KeyPath) -> type[BaseModel] | None:
-    """Return the model of the table at a location of an error; None if it is no table."""
-    here: type[BaseModel] | None = model
-    for part in location:
-        if part in COURSE_TAGS:
-            here = COURSE_TAGS[str(part)]
-        elif not isinstance(part, int):
-            field = _field(here, part)
-            here = next(_models(field.annotation), None) if field else None
-    return here
-
-
-def _unit_at(model: type[BaseModel], location: KeyPath) -> str:
-    """Return the unit of the nearest field above a location that has one; '' if none."""
-    unit = ""
-    here: type[BaseModel] | None = model
-    for part in location:
-        if part in COURSE_TAGS:
-            here = COURSE_TAGS[str(part)]
-        elif not isinstance(part, int) and (field := _field(here, part)):
-            extra = field.json_schema_extra
-            unit = extra["unit"] if isinstance(extra, dict) else ""
-            here = next(_models(field.annotation), None)
-    return "" if unit == "1" else str(unit)
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the table models that an annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)

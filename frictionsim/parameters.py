@@ -16,7 +16,6 @@ class Params(BaseModel):
         extra="forbid",
         frozen=True,
         allow_inf_nan=False,
-        populate_by_name=True,
         defer_build=True,  # only the scene that is loaded is built, not each of its tables
     )
 
@@ -31,7 +30,7 @@ def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
     default : optional
         Left out, the key is required.
     **bounds
-        ``gt``, ``ge``, ``lt``, ``le`` and ``alias``, as pydantic's ``Field`` has them.
+        As pydantic's ``Field`` has them: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
     """
     return Field(default, json_schema_extra={"unit": unit}, **bounds)
 
@@ -97,8 +96,17 @@ class Scenario(Params):
         """The time between two samples, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
 
+    @field_validator("title")
+    @classmethod
+    def _title_is_printable(cls, title: str) -> str:
+        if any(character < " " or character == "\x7f" for character in title):
+            raise misfit((), "expected one line of text, without control characters")
+        return title
+
     @model_validator(mode="after")
     def _samples_fit_in_memory(self) -> Self:
+        if self.interval <= 0.0:  # the duration is of the order of the smallest number
+            raise misfit(("solver", "duration"), f"{self.solver.duration} s is too short to sample")
         samples = self.solver.duration / self.interval
         if samples > MOST_SAMPLES:
             raise misfit(

@@ -35,6 +35,15 @@ if TYPE_CHECKING:
     from frictionsim.run import Run
 
 FORMAT_VERSION = 1
+ATTRIBUTES = (
+    "backend",
+    "frictionsim_version",
+    "kind",
+    "reason",
+    "scenario",
+    "status",
+    "title",
+)
 MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
 
 
@@ -50,6 +59,8 @@ def check_target(path: Path) -> None:
         raise _not_written(path, "this is a folder; give a file name")
     if path.exists() and not path.is_file():
         raise _not_written(path, "this is a device; give the name of a file")
+    if path.exists() and not path.stat().st_mode & 0o222:
+        raise _not_written(path, "the file that is there is read-only")
     if not folder.is_dir():
         raise _not_written(path, f"there is no folder '{folder}'")
     if not os.access(folder, os.W_OK):
@@ -80,16 +91,22 @@ def write(run: "Run", path: Path) -> None:
             file.flush()
             os.fsync(file.fileno())
         part.replace(target)
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
     except OSError as error:
         raise _not_written(path, error.strerror or str(error)) from None
     finally:
         with suppress(OSError):
             part.unlink()  # gone already where all went well
+    _sync_folder(target.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the disk know the new name, too; some file systems have no such thing."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _image(run: "Run") -> bytes:
@@ -209,16 +226,33 @@ def _read(path: Path, file: Any) -> Result:
         raise InputError(
             f"{path}: format version {version} of a result, this program reads {FORMAT_VERSION}"
         )
+    missing = [name for name in ATTRIBUTES if name not in file.attrs]
+    if missing:
+        raise KeyError(*missing)
     datasets = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
-    events = file["events"]
-    return Result(
+    events = {name: _values(item) for name, item in file["events"].items()}
+    contacts = str(file["events/contact"].attrs["flag_meanings"]).split()
+    result = Result(
         attributes={key: str(value) for key, value in file.attrs.items()},
         courses={name: _values(item) for name, item in datasets.items()},
         units={name: str(item.attrs["units"]) for name, item in datasets.items()},
         long_names={name: str(item.attrs["long_name"]) for name, item in datasets.items()},
-        events={name: _values(item) for name, item in events.items()},
-        contacts=str(events["contact"].attrs["flag_meanings"]).split(),
+        events=events,
+        contacts=contacts,
     )
+    _see_shapes(result)
+    return result
+
+
+def _see_shapes(result: Result) -> None:
+    """See that all courses are over one time, and events name contacts that there are."""
+    for courses in (result.courses, result.events):
+        for name, values in courses.items():
+            if values.ndim != 1 or values.shape != courses["time"].shape:
+                raise ValueError(f"{name} is not a course over time")
+    contact = result.events["contact"]
+    if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
+        raise ValueError("an event is of a contact without a name")
 
 
 def _values(dataset: Any) -> Any:

@@ -14,6 +14,7 @@ KeyPath = tuple[str | int, ...]
 
 # A scenario is written by hand; long courses belong into a CSV file.
 LARGEST_FILE = 16 * 1024 * 1024
+LONGEST_KEY = 60  # characters of a key that a message shows
 
 
 def load(path: Path, overrides: list[str] | None = None, backend: str | None = None) -> Scenario:
@@ -41,7 +42,8 @@ def load(path: Path, overrides: list[str] | None = None, backend: str | None = N
     data = _parse(path, text)
     overridden = {apply_override(data, override): "--set" for override in overrides or []}
     if backend is not None:
-        overridden[apply_override(data, f"solver.backend={backend}")] = "--backend"
+        _table_of(data, "solver", "--backend")["backend"] = backend
+        overridden["solver", "backend"] = "--backend"
     try:
         return validate(data, path.parent)
     except ScenarioFaults as found:
@@ -116,6 +118,13 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     return (*path, name)
 
 
+def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:
+    table = data.setdefault(name, {})
+    if not isinstance(table, dict):
+        raise ScenarioError([f"{option}: '{name}' of the scenario is no table"])
+    return table
+
+
 def _key_in(table: Any, part: str, path: KeyPath, override: str) -> Any:
     """Return a part of an override's key as what it is in a table or a list."""
     if isinstance(table, dict):
@@ -130,8 +139,11 @@ def _key_in(table: Any, part: str, path: KeyPath, override: str) -> Any:
 
 def _override_value(override: str, text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError, KeyError):
+        parsed = tomllib.loads(f"value = {text}")
+        if len(parsed) == 1:  # not several lines
+            return parsed["value"]
+        raise ValueError
+    except (ValueError, RecursionError):
         if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
             return text
         raise ScenarioError(
@@ -181,11 +193,30 @@ def _placed(
     lines = key_lines(text)
     placed = []
     for key, sentence in faults:
-        option = next((o for over, o in overridden.items() if key[: len(over)] == over), None)
+        option = _option_of(key, overridden, lines)
         line = 0 if option else _nearest_line(lines, key)
-        name = ".".join(map(str, key)) or "scenario"
+        name = ".".join(map(_key_text, key)) or "scenario"
         placed.append((line, f"{option or f'{path}:{line}'}: {name}: {sentence}"))
     return [text for _, text in sorted(placed, key=lambda fault: fault[0])]
+
+
+def _option_of(
+    key: KeyPath, overridden: dict[KeyPath, str], lines: dict[KeyPath, int]
+) -> str | None:
+    """Return the option that a key comes from; None if it is the file's."""
+    for over, option in overridden.items():
+        made_by_it = over[: len(key)] == key and key not in lines
+        if key[: len(over)] == over or made_by_it:
+            return option
+    return None
+
+
+def _key_text(part: str | int) -> str:
+    """Return a part of a key as it may stand in TOML, shortened and on one line."""
+    text = str(part)
+    if not text.replace("-", "_").isidentifier() and not text.isdecimal():
+        text = repr(text)
+    return text if len(text) <= LONGEST_KEY else text[:LONGEST_KEY] + "..."
 
 
 def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:

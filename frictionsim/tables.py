@@ -1,5 +1,6 @@
 """Tables and progress on a terminal: the only module that imports rich."""
 
+import sys
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from frictionsim.run import Run
 
 DIGITS = 10
+WIDTH_OF_A_FILE = 1000
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 # A table of events longer than this shows its two ends.
 MOST_EVENTS = 20
@@ -100,8 +102,10 @@ class ProgressBar:
 
 @cache
 def _console() -> Console:
-    # Names and paths of the user are shown as they are, whatever brackets they hold.
-    return Console(highlight=False, markup=False, emoji=False)
+    # Names and paths of the user are shown as they are, whatever brackets they hold; what goes
+    # into a file or a pipe is not cut to the width of a terminal that is not there.
+    width = None if sys.stdout.isatty() else WIDTH_OF_A_FILE
+    return Console(highlight=False, markup=False, emoji=False, width=width)
 
 
 def _table(*headings: str) -> Table:

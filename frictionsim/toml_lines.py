@@ -5,8 +5,10 @@ from typing import Any
 
 KeyPath = tuple[str | int, ...]
 
-# A statement longer than this is data, a course of many points; it is not looked into further.
-LONGEST_STATEMENT = 500
+# A statement longer than this is data, a course of many points; parsing it anew with each of its
+# lines would take long, so only those are tried that it may end with.
+LONG_STATEMENT = 100
+CLOSINGS = ("]", "}", '"', "'")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
@@ -29,12 +31,12 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     arrays: dict[KeyPath, int] = {}
     header: KeyPath = ()
     statement: list[str] = []
-    for number, line in enumerate(text.splitlines(keepends=True), start=1):
+    for number, line in enumerate(text.split("\n"), start=1):
         statement.append(line)
-        if len(statement) > LONGEST_STATEMENT:
+        if len(statement) > LONG_STATEMENT and not line.rstrip().endswith(CLOSINGS):
             continue
         try:
-            parsed = tomllib.loads("".join(statement))
+            parsed = tomllib.loads("\n".join(statement))
         except tomllib.TOMLDecodeError:
             continue
         first = number - len(statement) + 1
@@ -42,7 +44,8 @@ def key_lines(text: str) -> dict[KeyPath, int]:
         statement = []
         if is_header:
             header = _header(parsed, arrays)
-            lines.setdefault(header, first)
+            for depth in range(1, len(header) + 1):
+                lines.setdefault(header[:depth], first)
         else:
             _add(parsed, header, first, lines)
     return lines
@@ -64,8 +67,12 @@ def _header(parsed: dict[str, Any], arrays: dict[KeyPath, int]) -> KeyPath:
 
 
 def _add(table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath, int]) -> None:
-    for key, value in table.items():
-        path = (*parent, key)
-        lines.setdefault(path, line)
-        if isinstance(value, dict):
-            _add(value, path, line, lines)
+    """Note the line of all keys of a statement, those of its inline tables, too."""
+    left = [(parent, table)]
+    while left:
+        around, inner = left.pop()
+        for key, value in inner.items():
+            path = (*around, key)
+            lines.setdefault(path, line)
+            if isinstance(value, dict):
+                left.append((path, value))

@@ -1,0 +1,49 @@
+"""What the backends reach on the pulley's reference profile, tolerance by tolerance.
+
+Run it with `python tests/benchmarks/accuracy.py` from the root of the project.
+"""
+
+import sys
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from frictionsim.run import Run
+from tests.conftest import pulley, simulate
+from tests.problems import RETURN_FORCE, RETURN_STICK
+
+REPEATS = 9
+
+
+def measured(**solver: Any) -> tuple[Run, float]:
+    """Return a run of the return profile and the median of its wall seconds."""
+    data = pulley(drive__force=RETURN_FORCE, solver__duration=12.0, **solver)
+    runs = [simulate(data) for _ in range(REPEATS)]
+    return runs[-1], median(run.counts.wall_seconds for run in runs)
+
+
+def main() -> None:
+    """Print the errors of stop time and final angle, and what they cost."""
+    print(f"{'backend':10s} {'setting':>12s} {'stop, s':>9s} {'angle, rad':>10s} {'steps':>7s} ms")
+    settings = [
+        (backend, {"rtol": rtol, "atol": rtol * 1e-3})
+        for backend in ("events", "rkf45", "published")
+        for rtol in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+    ]
+    settings += [("published", {"step": step}) for step in (1e-2, 1e-3, 1e-4)]
+    for backend, setting in settings:
+        changes = {f"solver__{name}": value for name, value in setting.items()}
+        run, seconds = measured(solver__backend=backend, **changes)
+        stop = abs(run.series.transitions[1].time - RETURN_STICK[0])
+        angle = abs(run.series.position[-1] - RETURN_STICK[1])
+        name, value = next(iter(setting.items()))
+        print(
+            f"{backend:10s} {name + f' {value:.0e}':>12s} {stop:9.1e} {angle:10.1e}"
+            f" {run.counts.steps:7d} {seconds * 1e3:.1f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
