@@ -20,9 +20,8 @@ on when or where it was made: two runs of one scenario give identical bytes.
 
 import os
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -178,8 +177,7 @@ def _add(group: Any, name: str, values: Any, unit: str, long_name: str, scale: A
     return dataset
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(NamedTuple):
     """A result file, read whole.
 
     Attributes

@@ -1,6 +1,5 @@
 """One run: a scene goes in, sampled courses, transitions and counts come out."""
 
-from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Series:
+class Series(NamedTuple):
     """The samples of a run as arrays over time, and its transitions.
 
     Attributes
@@ -63,8 +61,7 @@ class Counts(NamedTuple):
     wall_seconds: float
 
 
-@dataclass(frozen=True)
-class Run:
+class Run(NamedTuple):
     """A run with its outcome.
 
     Attributes

@@ -1,6 +1,5 @@
 """The self-audit passes sound runs and catches what it is there for."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ def failed(run: Run) -> set[str]:
 
 
 def spoiled(run: Run, **courses: Any) -> Run:
-    return replace(run, series=replace(run.series, **courses))
+    return run._replace(series=run.series._replace(**courses))
 
 
 def with_sample(course: Any, i: int, value: float) -> Any:

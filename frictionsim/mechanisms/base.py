@@ -10,7 +10,6 @@ steps and arrays when the whole run is looked at; `u` is the value of the drive.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -28,8 +27,7 @@ class Channel(NamedTuple):
     long_name: str
 
 
-@dataclass(frozen=True, slots=True)
-class Contact:
+class Contact(NamedTuple):
     """Dry friction along the coordinate of a mechanism.
 
     Sticking, v = 0, the friction is what holds the mechanism, |T| <= static_limit(u, q).
@@ -56,8 +54,7 @@ class Contact:
     critical_inputs: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Mechanism:
+class Mechanism(NamedTuple):
     """One rotating coordinate q with v = dq/dt and at most one dry contact.
 
         inertia dv/dt = moment(u, q, v) + T,    u = drive(t)
@@ -102,12 +99,12 @@ class Mechanism:
     effects: tuple[str, ...]
     position: float = 0.0
     velocity: float = 0.0
-    ledger: tuple[str, ...] = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Name the energies that are integrated along, in the order of the state vector."""
+    @property
+    def ledger(self) -> tuple[str, ...]:
+        """The energies that are integrated along, in the order of the state vector."""
         friction = () if self.contact is None else ("energy_friction",)
-        object.__setattr__(self, "ledger", (*self.powers, *friction))
+        return (*self.powers, *friction)
 
     @property
     def initial_state(self) -> list[float]:

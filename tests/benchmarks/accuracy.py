@@ -36,6 +36,9 @@ def main() -> None:
     for backend, setting in settings:
         changes = {f"solver__{name}": value for name, value in setting.items()}
         run, seconds = measured(solver__backend=backend, **changes)
+        if run.status != "done":
+            print(f"{backend:10s} {run.status}: {run.reason}")
+            continue
         stop = abs(run.series.transitions[1].time - RETURN_STICK[0])
         angle = abs(run.series.position[-1] - RETURN_STICK[1])
         name, value = next(iter(setting.items()))
