@@ -12,7 +12,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact
-    from frictionsim.run import Run, Series
+    from frictionsim.run import Run
+    from frictionsim.series import Series
 
 # The local errors of all steps may add up to this many times the relative tolerance.
 STEPS_IN_STEP = 100.0

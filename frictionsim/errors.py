@@ -48,3 +48,13 @@ class OutputError(FrictionsimError):
     """A result that could not be written; what stood in its place before is untouched."""
 
     exit_code = EXIT_NOT_WRITTEN
+
+
+def unknown(what: str, found: str, known: list[str]) -> str:
+    """Return the sentence on a name that does not exist, with the nearest that does."""
+    from difflib import get_close_matches  # only a mistake needs it
+
+    near = get_close_matches(found, known, n=1)
+    if near:
+        return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
+    return f"unknown {what} '{found}'; known: {', '.join(known)}"

@@ -1,12 +1,12 @@
 """The wording of what is wrong with a scenario: where, what was wanted, what was found."""
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel
 
 from frictionsim.drives import COURSE_FORMS, COURSE_TAGS
+from frictionsim.errors import unknown
 from frictionsim.toml_lines import KeyPath
 
 LONGEST_VALUE = 40  # characters of a found value that a message shows
@@ -45,14 +45,6 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "missing":
         return place.path, f"missing; expected {wanted}"
     return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
-
-
-def unknown(what: str, found: str, known: list[str]) -> str:
-    """Return the sentence on a name that does not exist, with the nearest that does."""
-    near = get_close_matches(found, known, n=1)
-    if near:
-        return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
-    return f"unknown {what} '{found}'; known: {', '.join(known)}"
 
 
 def toml_text(value: Any) -> str:

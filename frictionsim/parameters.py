@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from pydantic_core import PydanticCustomError
 
 from frictionsim.backends import BACKENDS
+from frictionsim.errors import unknown
 
 
 class Params(BaseModel):
@@ -61,8 +62,6 @@ class Solver(Params):
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
         if backend not in BACKENDS:
-            from frictionsim.faults import unknown
-
             raise misfit((), unknown("backend", backend, list(BACKENDS)))
         return backend
 

@@ -4,51 +4,18 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from frictionsim import backends
-from frictionsim.backends.base import Recording, SampleTimes, Transition
+from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.errors import Interrupted, SolverError
 from frictionsim.mechanisms import module_of
+from frictionsim.series import Series
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from frictionsim.mechanisms.base import Mechanism
     from frictionsim.parameters import Scenario
-
-Array = npt.NDArray[np.float64]
-
-
-class Series(NamedTuple):
-    """The samples of a run as arrays over time, and its transitions.
-
-    Attributes
-    ----------
-    time : (n,), s
-    drive : (n,)
-        Value of the drive, in its own unit.
-    position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
-    friction : (n,), N m
-    mode : (n,)
-        0 sticking, +1 or -1 sliding.
-    ledger : dict of (n,), J
-        The energies that were integrated along: into the mechanism, and out of it as heat.
-    stores : dict of (n,), J
-        The energies that the state has.
-    transitions : list of Transition
-    """
-
-    time: Array
-    drive: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    friction: Array
-    mode: Array
-    ledger: dict[str, Array]
-    stores: dict[str, Array]
-    transitions: list[Transition]
 
 
 class Counts(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from frictionsim.errors import ScenarioError
+from frictionsim.errors import ScenarioError, unknown
 from frictionsim.mechanisms import KINDS, module_of
 from frictionsim.parameters import Scenario
 
@@ -227,7 +227,7 @@ def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
 
 
 def _kind_fault(data: dict[str, Any]) -> str:
-    from frictionsim.faults import toml_text, unknown
+    from frictionsim.faults import toml_text
 
     kinds = ", ".join(f"'{kind}'" for kind in KINDS)
     if not data:

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.backends.base import STICK
 from frictionsim.quantities import Quantities, Quantity, quantities_json
+from frictionsim.series import STICK
 
 if TYPE_CHECKING:
     from frictionsim.audit import Check

@@ -9,10 +9,10 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from frictionsim.audit import Check
-    from frictionsim.backends.base import Transition
     from frictionsim.comparison import Comparison
     from frictionsim.quantities import Quantities
     from frictionsim.run import Run
+    from frictionsim.series import Transition
 
 DIGITS = 10
 WIDTH_OF_A_FILE = 1000

@@ -4,29 +4,18 @@ from array import array
 from collections import deque
 from collections.abc import Callable
 from math import floor, inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from frictionsim.errors import SolverError
 from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
 from frictionsim.roots import sign_change
+from frictionsim.series import STICK, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
 
-STICK, FORWARD, BACKWARD = 0, 1, -1
-
 Poll = Callable[[float], object]
-
-
-class Transition(NamedTuple):
-    """A contact goes over from one mode to another."""
-
-    time: float
-    contact: str
-    mode_from: int
-    mode_to: int
-    position: float
 
 
 class SampleTimes:

@@ -9,13 +9,9 @@ from math import copysign, inf
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
-    BACKWARD,
-    FORWARD,
-    STICK,
     Poll,
     Recording,
     StormGuard,
-    Transition,
     end_of_piece,
     new_stepper,
     rates_with_friction,
@@ -23,6 +19,7 @@ from frictionsim.backends.base import (
 )
 from frictionsim.integrator import Rates
 from frictionsim.roots import sign_change
+from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism

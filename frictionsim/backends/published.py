@@ -19,12 +19,12 @@ from frictionsim.backends.base import (
     Poll,
     Recording,
     StormGuard,
-    Transition,
     end_of_piece,
     new_stepper,
     rates_with_friction,
     run_without_friction,
 )
+from frictionsim.series import Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism

@@ -10,12 +10,8 @@ from math import copysign, ulp
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
-    BACKWARD,
-    FORWARD,
-    STICK,
     Poll,
     Recording,
-    Transition,
     end_of_piece,
     new_stepper,
     rates_with_friction,
@@ -23,6 +19,7 @@ from frictionsim.backends.base import (
 )
 from frictionsim.integrator import State
 from frictionsim.roots import sign_change
+from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from frictionsim.drives import Course
     from frictionsim.quantities import Quantities
-    from frictionsim.run import Series
+    from frictionsim.series import Series
 
 Value = Any  # float while stepping, array of floats afterwards
 

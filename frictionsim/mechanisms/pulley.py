@@ -24,7 +24,7 @@ from frictionsim.parameters import Params, Scenario, quantity
 from frictionsim.quantities import Quantities, Quantity
 
 if TYPE_CHECKING:
-    from frictionsim.run import Series
+    from frictionsim.series import Series
 
 CONTACT_NAME = "shaft"
 
