@@ -63,17 +63,22 @@ class Recording:
 
 
 class StormGuard:
-    """Stops a run whose contact changes its mode without end.
+    """Stops a run whose contact changes its mode without end: a hundred times within a window.
 
-    A hundred transitions within a millionth of the run are no motion that anyone asked for;
-    the fastest stick-slip worth simulating takes its sixty samples a cycle.
+    Parameters
+    ----------
+    window : float, s
+        Shorter than a hundred transitions that anyone would want to simulate.
+    contact : str
+        Named in the message.
+    advice : str
+        The end of the message.
     """
 
     MOST = 100
-    SHARE = 1e-6
 
-    def __init__(self, duration: float, contact: str, advice: str) -> None:
-        self._window = self.SHARE * duration
+    def __init__(self, window: float, contact: str, advice: str) -> None:
+        self._window = window
         self._contact = contact
         self._advice = advice
         self._times: deque[float] = deque(maxlen=self.MOST)
@@ -169,6 +174,7 @@ def run_without_friction(
         while True:
             while times.next <= stepper.t:
                 t = times.next
+                poll(t)
                 y = stepper.state_at(t)
                 u = drive(t)
                 recording.add(t, u, y, moment(u, y[0], y[1]) / inertia, 0.0, STICK)

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # The end of a slip phase is located to this share of the step that it falls in.
 RESOLUTION = 1e-12
+# A hundred transitions within a microsecond, fifty megahertz, are no motion of a mechanism.
+STORM = 1e-6
 
 
 def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
@@ -58,8 +60,9 @@ class _StickSlip:
         self.recording, self.poll = recording, poll
         self.end = settings.duration
         self.stepper = new_stepper(mechanism, settings)
+        window = STORM * min(1.0, settings.duration)
         self.storm = StormGuard(
-            settings.duration, contact.name, "does the drive change faster than it should?"
+            window, contact.name, "does the drive change faster than it should?"
         )
         self.slip_rates = {s: _slip_rates(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
         self.t = 0.0
@@ -90,13 +93,14 @@ class _StickSlip:
         u, q = self.mechanism.drive(t), self.y[0]
         return s * self.mechanism.moment(u, q, 0.0) - self.contact.static_limit(u, q)
 
-    def breaks(self, t: float, s: int) -> bool:
-        """Tell whether the static limit is exceeded in direction s; a tie holds."""
-        return self.excess(t, s) > self.contact.rounding(self.mechanism.drive(t), self.y[0])
+    def clear_excess(self, t: float, s: int) -> float:
+        """Return how far it is above more than rounding, N m; up to there it is a tie and holds."""
+        return self.excess(t, s) - self.contact.rounding(self.mechanism.drive(t), self.y[0])
 
     def mode_from_rest(self) -> int:
         """Return the mode that the contact has at rest now."""
-        return next((s for s in (FORWARD, BACKWARD) if self.breaks(self.t, s)), STICK)
+        directions = (FORWARD, BACKWARD)
+        return next((s for s in directions if self.clear_excess(self.t, s) > 0.0), STICK)
 
     def stick(self) -> int:
         """Stand still up to the breakaway or the end; return the mode that follows."""
@@ -104,7 +108,7 @@ class _StickSlip:
         while a < self.end:
             b = end_of_piece(self.mechanism, self.contact, a, self.end)
             for s in (FORWARD, BACKWARD):
-                if self.breaks(b, s):
+                if self.clear_excess(b, s) > 0.0:
                     self.t = self.breakaway(a, b, s)
                     self.sample_stick(self.t)
                     return s
@@ -116,16 +120,15 @@ class _StickSlip:
 
     def breakaway(self, a: float, b: float, s: int) -> float:
         """Return when the moment in direction s passes the static limit in a monotone piece."""
-        if self.excess(a, s) <= 0.0:
-            return sign_change(lambda t: self.excess(t, s), a, b)[1]
-        # A tie to rounding at a: it ends where there is more to it than rounding.
-        rounding = self.contact.rounding(self.mechanism.drive(a), self.y[0])
-        return sign_change(lambda t: self.excess(t, s) - rounding, a, b)[1]
+        # From a tie at a, it breaks away where there is more to it than rounding.
+        excess = self.excess if self.excess(a, s) <= 0.0 else self.clear_excess
+        return sign_change(lambda t: excess(t, s), a, b)[1]
 
     def sample_stick(self, until: float) -> None:
         """Record the samples that are due before a time in a stick phase."""
         times = self.recording.times
         while times.next < until:
+            self.poll(times.next)
             self.sample(times.next)
 
     def sample(self, t: float) -> None:
@@ -155,6 +158,7 @@ class _StickSlip:
             stepper.advance(limit)
             rest = self.rest_within_step(s)
             while times.next < min(stepper.t, rest):
+                self.poll(times.next)
                 self.sample(times.next)
             self.poll(stepper.t)
         self.t = min(stepper.t, rest)

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
 
+# A hundred changes of direction within this share of the run are no motion, but chatter.
+STORM = 1e-4
+
 ADVICE = (
     "eq 30 chatters where it should stick; backend 'events' or 'rkf45' sticks, and a fixed"
     " solver.step shows the chatter"
@@ -69,7 +72,7 @@ def _solve_eq_30(
     poll: Poll,
 ) -> None:
     drive, times, end = mechanism.drive, recording.times, settings.duration
-    storm = StormGuard(settings.duration, contact.name, ADVICE)
+    storm = StormGuard(STORM * settings.duration, contact.name, ADVICE)
     stepper = new_stepper(mechanism, settings)
 
     def friction(u: float, q: float, v: float, moment: float) -> float:
@@ -83,6 +86,7 @@ def _solve_eq_30(
         while True:
             while times.next <= stepper.t:
                 t = times.next
+                poll(t)
                 y = stepper.state_at(t)
                 u, q, v = drive(t), y[0], y[1]
                 moment = mechanism.moment(u, q, v)

@@ -41,9 +41,9 @@ def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll
     if mechanism.contact is None:
         run_without_friction(mechanism, settings, recording, poll)
         return
-    run = _ExactStick(mechanism, mechanism.contact, settings, recording)
+    run = _ExactStick(mechanism, mechanism.contact, settings, recording, poll)
     try:
-        run.run(poll)
+        run.run()
     finally:
         recording.count(run.stepper)
 
@@ -57,8 +57,10 @@ class _ExactStick:
         contact: "Contact",
         settings: "Solver",
         recording: Recording,
+        poll: Poll,
     ) -> None:
-        self.mechanism, self.contact, self.recording = mechanism, contact, recording
+        self.mechanism, self.contact = mechanism, contact
+        self.recording, self.poll = recording, poll
         self.end = settings.duration
         self.stepper = new_stepper(mechanism, settings)
         self.rates = rates_with_friction(mechanism, self.friction)
@@ -83,7 +85,7 @@ class _ExactStick:
             return STICK
         return FORWARD if moment > 0.0 else BACKWARD
 
-    def run(self, poll: Poll) -> None:
+    def run(self) -> None:
         stepper = self.stepper
         stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
@@ -91,7 +93,7 @@ class _ExactStick:
         self.sample()
         limit = 0.0
         while stepper.t < self.end:
-            poll(stepper.t)
+            self.poll(stepper.t)
             if stepper.t >= limit:
                 # The drive is monotone up to there: no breakaway hides within a step.
                 limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
@@ -155,6 +157,7 @@ class _ExactStick:
         times = self.recording.times
         while times.next <= self.stepper.t:
             t = times.next
+            self.poll(t)
             y = self.stepper.state_at(t)
             u, q, v = self.mechanism.drive(t), y[0], y[1]
             moment = self.mechanism.moment(u, q, v)
