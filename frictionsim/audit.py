@@ -66,7 +66,7 @@ def friction_check(series: "Series", contact: "Contact") -> Check:
     u, q, v, mode = series.drive, series.position, series.velocity, series.mode
     static = contact.static_limit(u, q) + contact.rounding(u, q)
     size = np.abs(series.friction)
-    off = np.where(mode == 0, size - static, np.abs(size - contact.kinetic_limit(u, q, v)))
+    off = np.where(mode == 0, size - static, np.abs(size - contact.kinetic_limit(u, q, v, mode)))
     largest = np.max(static, initial=0.0)
     worst = np.max(off, initial=0.0)
     return Check(float(worst / largest) if largest else float(worst), ROUNDING)

@@ -189,6 +189,13 @@ class RungeKuttaFehlberg45:
         if not self._fixed_step:
             self._choose_next(h, error, rejected_here)
 
+    def cut(self, t: float) -> None:
+        """End the last step at a time inside it."""
+        self.y[:] = self.state_at(t)
+        self.t = t
+        self._rates(t, self.y, self.rates1)
+        self.evaluations += 1
+
     def state_at(self, t: float) -> State:
         """Return the state at a time inside the last step; the next call overwrites it."""
         if t >= self.t:

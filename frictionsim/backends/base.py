@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from frictionsim.errors import SolverError
 from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
 from frictionsim.roots import sign_change
-from frictionsim.series import STICK, Transition
+from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.base import Contact, Mechanism
+    from frictionsim.mechanisms.base import Contact, Kink, Mechanism
     from frictionsim.parameters import Solver
 
 Poll = Callable[[float], object]
@@ -55,6 +55,14 @@ class Recording:
         """Add the sample that is due at t."""
         self.rows.extend((t, drive, y[0], y[1], acceleration, friction, mode, *y[2:]))
         self.times.advance()
+
+    def note(self, event: str, stepper: RungeKuttaFehlberg45) -> None:
+        """Add an event at the end of a step, if there was one; the mechanism goes on sliding."""
+        if event:
+            direction = FORWARD if stepper.y[1] > 0.0 else BACKWARD
+            self.transitions.append(
+                Transition(stepper.t, event, direction, direction, stepper.y[0])
+            )
 
     def count(self, stepper: RungeKuttaFehlberg45) -> None:
         """Take over what the integrator has counted so far."""
@@ -126,6 +134,36 @@ def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: floa
     return b
 
 
+def advance(
+    stepper: RungeKuttaFehlberg45,
+    mechanism: "Mechanism",
+    limit: float,
+    floor: float = 0.0,
+) -> str:
+    """Take a step that ends on `limit` or the first kink of the mechanism at the latest.
+
+    Return the name of the event that this kink is; empty if it is none.
+    """
+    stepper.advance(limit, floor)
+    event = ""
+    for kink in mechanism.kinks:
+        before = kink.function(stepper.y0[0], stepper.y0[1])
+        if before * kink.function(stepper.y[0], stepper.y[1]) < 0.0:
+            stepper.cut(_time_of_kink(kink, stepper, before))
+            event = kink.event
+    return event
+
+
+def _time_of_kink(kink: "Kink", stepper: RungeKuttaFehlberg45, before: float) -> float:
+    """Return when a kink is passed in the last step; `before` has the sign of before it."""
+
+    def passed(t: float) -> float:
+        y = stepper.state_at(t)
+        return -before * kink.function(y[0], y[1])
+
+    return sign_change(passed, stepper.t0, stepper.t)[1]
+
+
 def rates_without_friction(mechanism: "Mechanism") -> Rates:
     """Compose the rates of a mechanism that has no dry contact."""
     drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
@@ -181,6 +219,7 @@ def run_without_friction(
             if stepper.t >= end:
                 return
             poll(stepper.t)
-            stepper.advance(min(end, drive.next_kink(stepper.t)))
+            event = advance(stepper, mechanism, min(end, drive.next_kink(stepper.t)))
+            recording.note(event, stepper)
     finally:
         recording.count(stepper)

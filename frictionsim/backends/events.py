@@ -12,6 +12,7 @@ from frictionsim.backends.base import (
     Poll,
     Recording,
     StormGuard,
+    advance,
     end_of_piece,
     new_stepper,
     rates_with_friction,
@@ -139,7 +140,7 @@ class _StickSlip:
         if self.mode == STICK:
             self.recording.add(t, u, y, 0.0, -moment, STICK)
         else:
-            friction = -self.mode * self.contact.kinetic_limit(u, q, v)
+            friction = -self.mode * self.contact.kinetic_limit(u, q, v, self.mode)
             acceleration = (moment + friction) / self.mechanism.inertia
             self.recording.add(t, u, y, acceleration, friction, self.mode)
 
@@ -155,8 +156,10 @@ class _StickSlip:
         while rest == inf and stepper.t < self.end:
             if stepper.t >= limit:
                 limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-            stepper.advance(limit)
+            event = advance(stepper, self.mechanism, limit)
             rest = self.rest_within_step(s)
+            if rest == inf:
+                self.recording.note(event, stepper)
             while times.next < min(stepper.t, rest):
                 self.poll(times.next)
                 self.sample(times.next)
@@ -220,6 +223,6 @@ def _slip_rates(mechanism: "Mechanism", contact: "Contact", s: int) -> Rates:
     kinetic_limit = contact.kinetic_limit
 
     def friction(u: float, q: float, v: float, moment: float) -> float:
-        return -s * kinetic_limit(u, q, v)
+        return -s * kinetic_limit(u, q, v, s)
 
     return rates_with_friction(mechanism, friction)

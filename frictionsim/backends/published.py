@@ -19,6 +19,7 @@ from frictionsim.backends.base import (
     Poll,
     Recording,
     StormGuard,
+    advance,
     end_of_piece,
     new_stepper,
     rates_with_friction,
@@ -78,7 +79,8 @@ def _solve_eq_30(
     def friction(u: float, q: float, v: float, moment: float) -> float:
         if switch(moment, contact.static_limit(u, q), v) == 0:
             return -moment
-        return -sign(v) * contact.kinetic_limit(u, q, v)
+        s = sign(v)
+        return -s * contact.kinetic_limit(u, q, v, s)
 
     stepper.begin(rates_with_friction(mechanism, friction), 0.0, mechanism.initial_state)
     mode, limit = sign(mechanism.velocity), 0.0
@@ -98,7 +100,7 @@ def _solve_eq_30(
             poll(stepper.t)
             if stepper.t >= limit:
                 limit = end_of_piece(mechanism, contact, stepper.t, end)
-            stepper.advance(limit)
+            recording.note(advance(stepper, mechanism, limit), stepper)
             direction = sign(stepper.y[1])
             if direction != mode:
                 recording.transitions.append(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from frictionsim.backends.base import (
     Poll,
     Recording,
+    advance,
     end_of_piece,
     new_stepper,
     rates_with_friction,
@@ -69,7 +70,7 @@ class _ExactStick:
     def friction(self, u: float, q: float, v: float, moment: float) -> float:
         """Return the friction torque, N m, with the applied moment given."""
         mode = self.mode_at(u, q, v, moment)
-        return -moment if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v)
+        return -moment if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
 
     def mode_at(self, u: float, q: float, v: float, moment: float) -> int:
         """Return whether the contact slides and where to.
@@ -97,7 +98,9 @@ class _ExactStick:
             if stepper.t >= limit:
                 # The drive is monotone up to there: no breakaway hides within a step.
                 limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-            stepper.advance(limit, floor=JUMP_ROUNDINGS * ulp(stepper.t))
+            floor = JUMP_ROUNDINGS * ulp(stepper.t)
+            event = advance(stepper, self.mechanism, limit, floor)
+            self.recording.note(event, stepper)
             self.sample()
             self.remember()
 

@@ -31,7 +31,8 @@ class Contact(NamedTuple):
     """Dry friction along the coordinate of a mechanism.
 
     Sticking, v = 0, the friction is what holds the mechanism, |T| <= static_limit(u, q).
-    Sliding in direction s = +1 or -1, it is T = -s kinetic_limit(u, q, v).
+    Sliding in direction s = +1 or -1, it is T = -s kinetic_limit(u, q, v, s). The direction is an
+    argument because the load of a contact may depend on the acceleration that s leads to.
 
     Both limits are not negative and kinetic_limit <= static_limit at v = 0.
 
@@ -49,9 +50,24 @@ class Contact(NamedTuple):
 
     name: str
     static_limit: Callable[[Value, Value], Value]
-    kinetic_limit: Callable[[Value, Value, Value], Value]
+    kinetic_limit: Callable[[Value, Value, Value, Value], Value]
     rounding: Callable[[Value, Value], Value]
     critical_inputs: tuple[float, ...] = ()
+
+
+class Kink(NamedTuple):
+    """A place or state at which the equations of a mechanism have a kink.
+
+    Attributes
+    ----------
+    function : callable
+        function(q, v) changes its sign there. A step ends on it.
+    event : str
+        What happens there, if it is to be noted as an event.
+    """
+
+    function: Callable[[Value, Value], Value]
+    event: str = ""
 
 
 class Mechanism(NamedTuple):
@@ -77,6 +93,8 @@ class Mechanism(NamedTuple):
         energy(q, v) of each store: `energy_kinetic`, `energy_potential`.
     position, velocity : float, rad and rad/s
         The state at the start.
+    kinks : tuple of Kink
+        Those that depend on the state; the drive knows its own.
     channels : callable
         channels(series) returns the courses to record beside time and energies, by name.
     channel_info : mapping of name to Channel
@@ -99,6 +117,7 @@ class Mechanism(NamedTuple):
     effects: tuple[str, ...]
     position: float = 0.0
     velocity: float = 0.0
+    kinks: tuple[Kink, ...] = ()
 
     @property
     def ledger(self) -> tuple[str, ...]:

@@ -117,7 +117,7 @@ def build(scene: Scene) -> Mechanism:
         contact = Contact(
             name=CONTACT_NAME,
             static_limit=lambda force, angle: r_s * reaction(force),
-            kinetic_limit=lambda force, angle, velocity: r_k * reaction(force),
+            kinetic_limit=lambda force, angle, velocity, direction: r_k * reaction(force),
             rounding=lambda force, angle: ROUNDING * arm * (abs(force) + load),
             critical_inputs=_critical_forces(arm, r_s, load, vertical),
         )
