@@ -7,7 +7,7 @@ which is what makes the search for a breakaway rigorous.
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from math import ceil, inf, pi, radians, sin
+from math import ceil, cos, inf, pi, radians, sin
 from pathlib import Path
 from typing import Annotated, Any, Protocol, Self
 
@@ -29,6 +29,9 @@ class Course(Protocol):
     def __call__(self, t: float) -> float:
         """Return the value at time t, s."""
 
+    def slope(self, t: float) -> float:
+        """Return the derivative at time t, s; at a kink that of after it."""
+
     def next_kink(self, t: float) -> float:
         """Return the first time after t, s, at which a derivative jumps; inf if none."""
 
@@ -44,6 +47,9 @@ class Constant:
 
     def __call__(self, t: float) -> float:
         return self._value
+
+    def slope(self, t: float) -> float:
+        return 0.0
 
     def next_kink(self, t: float) -> float:
         return inf
@@ -70,6 +76,9 @@ class PiecewiseLinear:
         i = bisect_right(self._times, t)
         return self._from_value[i] + self._slope[i] * (t - self._from_time[i])
 
+    def slope(self, t: float) -> float:
+        return self._slope[bisect_right(self._times, t)]
+
     def next_kink(self, t: float) -> float:
         i = bisect_right(self._times, t)
         return self._times[i] if i < len(self._times) else inf
@@ -90,6 +99,10 @@ class Sine:
 
     def __call__(self, t: float) -> float:
         return self._mean + self._amplitude * sin(self._angular_frequency * t + self._phase)
+
+    def slope(self, t: float) -> float:
+        omega = self._angular_frequency
+        return self._amplitude * omega * cos(omega * t + self._phase)
 
     def next_kink(self, t: float) -> float:
         return inf
@@ -121,6 +134,10 @@ class SmoothStep:
     def __call__(self, t: float) -> float:
         x = min(max((t - self._start) / self._duration, 0.0), 1.0)
         return self._before + self._rise * (x * x * (3.0 - 2.0 * x))
+
+    def slope(self, t: float) -> float:
+        x = min(max((t - self._start) / self._duration, 0.0), 1.0)
+        return self._rise * 6.0 * x * (1.0 - x) / self._duration
 
     def next_kink(self, t: float) -> float:
         if t < self._start:

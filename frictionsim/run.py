@@ -65,7 +65,7 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
         Also of a run that failed or was interrupted, with the samples up to there.
     """
     mechanism = module_of(scene.kind).build(scene)
-    solve = backends.solver_of(scene.solver.backend)
+    solve = backends.solver_of(scene.solver.backend, mechanism.prescribed)
     recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
     status, reason, exit_code = "done", "", 0
     started = perf_counter()

@@ -103,6 +103,17 @@ courses = st.one_of(
 
 
 @given(courses, st.floats(0, 20))
+def test_slope_is_the_derivative(force: Course, t: float) -> None:
+    """The slope integrated over a piece, by Gauss' formula of three points, is the rise."""
+    end = min(force.next_kink(t), force.next_turn(t), t + 1.0)
+    half, middle = 0.5 * (end - t), 0.5 * (end + t)
+    nodes = ((-(0.6**0.5), 5 / 9), (0.0, 8 / 9), (0.6**0.5, 5 / 9))
+    rise = half * sum(weight * force.slope(middle + half * x) for x, weight in nodes)
+    # Exact for the cubic; of half a wave of the sine it misses 2e-3 at most.
+    assert rise == pytest.approx(force(end) - force(t), rel=5e-3, abs=1e-9)
+
+
+@given(courses, st.floats(0, 20))
 def test_a_course_is_monotone_up_to_its_next_turn(force: Course, t: float) -> None:
     turn = force.next_turn(t)
     assert turn > t

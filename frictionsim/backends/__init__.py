@@ -16,7 +16,11 @@ BACKENDS = {
 }
 
 
-def solver_of(name: str) -> Callable[..., None]:
+# Takes over from each of them where the drive prescribes the velocity.
+PRESCRIBED = "frictionsim.backends.prescribed"
+
+
+def solver_of(name: str, prescribed: bool = False) -> Callable[..., None]:
     """Import a backend and return its `solve`; the others stay unloaded."""
-    solve: Callable[..., Any] = import_module(BACKENDS[name]).solve
+    solve: Callable[..., Any] = import_module(PRESCRIBED if prescribed else BACKENDS[name]).solve
     return solve

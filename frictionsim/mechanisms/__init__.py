@@ -13,6 +13,7 @@ from types import ModuleType
 
 KINDS = {
     "pulley": "frictionsim.mechanisms.pulley",
+    "epicyclic": "frictionsim.mechanisms.epicyclic",
 }
 
 

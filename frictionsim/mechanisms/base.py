@@ -95,6 +95,8 @@ class Mechanism(NamedTuple):
         The state at the start.
     kinks : tuple of Kink
         Those that depend on the state; the drive knows its own.
+    prescribed : bool
+        The drive gives the velocity, and u is the torque that it takes: a summand of the moment.
     channels : callable
         channels(series) returns the courses to record beside time and energies, by name.
     channel_info : mapping of name to Channel
@@ -118,6 +120,7 @@ class Mechanism(NamedTuple):
     position: float = 0.0
     velocity: float = 0.0
     kinks: tuple[Kink, ...] = ()
+    prescribed: bool = False
 
     @property
     def ledger(self) -> tuple[str, ...]:

@@ -1,0 +1,460 @@
+"""An epicyclic gear: a crank carries a satellite that rolls on a fixed sun.
+
+phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the turns
+of the satellite for each of the crank, G the weights. Formulation `consistent` (Lagrange and
+Newton-Euler agree on it):
+
+    J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
+    sliding    T = -s (M_A r1/r2 + f N lambda)
+    sticking   T holds while |T| <= M_As r1/r2 + f |G_2 sin phi| lambda
+    N = |G_2 sin phi| (`weight`) or |G_2 sin phi - m_2 L phi'^2| (`radial`)
+
+M_A is the couple of the hinge, which satellite and crank feel against each other: it works on
+their relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. How crank and
+mesh share the radial load of the satellite is not determined; `normal_load` states which share is
+taken.
+
+Formulation `published` is eq 26 of [1]_ as it is printed, for all directions of motion:
+
+    J phi'' = M_O - (G_OA/2 + 2 G_2) L cos phi - M_A lambda - f G_2 sin phi lambda
+
+It counts the weight of the satellite twice, has the couple of the hinge act against the ground,
+and its friction drives where phi' < 0 or sin phi < 0; it cannot stick.
+
+References
+----------
+.. [1] Z. Mchedlishvili, Z. Tsitskishvili, doi 10.36073/1512-0996-2026-1-143-147.
+"""
+
+from math import asin, pi, radians, sqrt
+from sys import float_info
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+from pydantic import model_validator
+
+from frictionsim.drives import CourseInTime, course_of
+from frictionsim.elementary import cos, sin
+from frictionsim.mechanisms.base import Channel, Contact, Kink, Mechanism, Value
+from frictionsim.parameters import Params, Scenario, misfit, quantity
+from frictionsim.quantities import Quantities, Quantity
+
+if TYPE_CHECKING:
+    from frictionsim.series import Series
+
+# The moment is a difference of torques, each a few roundings off.
+ROUNDING = 16 * float_info.epsilon
+
+CHANNELS = {
+    "angle": Channel("rad", "angle of the crank from the horizontal"),
+    "angular_velocity": Channel("rad/s", "angular velocity of the crank"),
+    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the crank"),
+    "drive_torque": Channel("N m", "torque on the crank"),
+    "uniform_torque": Channel("N m", "torque that would turn the crank uniformly forward here"),
+    "normal_load": Channel("N", "load of the rolling friction at the mesh"),
+    "friction_torque": Channel("N m", "friction of hinge and mesh, on the crank"),
+    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
+    "tracer_x": Channel("m", "horizontal place of the tracer point"),
+    "tracer_y": Channel("m", "vertical place of the tracer point"),
+    "energy_input": Channel("J", "work of the torque on the crank"),
+    "energy_kinetic": Channel("J", "kinetic energy of crank and satellite"),
+    "energy_potential": Channel("J", "potential energy of the weights in the equation"),
+    "energy_friction": Channel("J", "heat of hinge and mesh"),
+}
+PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity", "angle")
+
+
+class Geometry(Params):
+    """`[mechanism]`."""
+
+    sun_radius: float = quantity("m", gt=0)
+    planet_radius: float = quantity("m", gt=0)
+    crank_mass: float = quantity("kg", ge=0)
+    planet_mass: float = quantity("kg", ge=0)
+    initial_angle_deg: float = quantity("deg", 0.0)
+    initial_angular_velocity: float = quantity("rad/s", 0.0)
+    formulation: Literal["consistent", "published"] = "consistent"
+
+    @model_validator(mode="after")
+    def _something_is_heavy(self) -> Self:
+        if self.crank_mass + self.planet_mass <= 0.0:
+            raise misfit(("crank_mass",), "crank and planet have no mass at all; give one of them")
+        return self
+
+    @property
+    def length(self) -> float:
+        """L, m."""
+        return self.sun_radius + self.planet_radius
+
+    @property
+    def turns(self) -> float:
+        """lambda: turns of the satellite for each of the crank."""
+        return self.length / self.planet_radius
+
+    @property
+    def inertia(self) -> float:
+        """J, kg m^2."""
+        return (2.0 * self.crank_mass + 9.0 * self.planet_mass) * self.length**2 / 6.0
+
+
+class Drive(Params):
+    """`[drive]`: a torque on the crank, or the speed that it is turned with."""
+
+    torque: CourseInTime | None = quantity("N m", None)
+    speed: CourseInTime | None = quantity("rad/s", None)
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.torque is None) == (self.speed is None):
+            raise misfit((), "give one of torque and speed")
+        return self
+
+
+class Gravity(Params):
+    """Weight of crank and satellite."""
+
+    g: float = quantity("m/s^2", 9.81, ge=0)
+
+
+class HingeFriction(Params):
+    """Dry couple between satellite and crank."""
+
+    torque_static: float = quantity("N m", ge=0)
+    torque_kinetic: float = quantity("N m", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        if self.torque_kinetic > self.torque_static:
+            raise misfit(
+                ("torque_kinetic",),
+                f"{self.torque_kinetic} N m is above torque_static = {self.torque_static} N m",
+            )
+        return self
+
+
+class RollingFriction(Params):
+    """Rolling friction of the satellite on the sun."""
+
+    arm: float = quantity("m", ge=0)
+    normal_load: Literal["weight", "radial"] = "weight"
+
+
+class TracerPoint(Params):
+    """A point of the satellite whose path is recorded; at angle_deg = 180 it starts on the sun.
+
+    `dwell_distance` is how far it may be from a place to be said to dwell there.
+    """
+
+    radius: float = quantity("m", ge=0)
+    angle_deg: float = quantity("deg", 180.0)
+    dwell_distance: float = quantity("m", 1e-3, gt=0)
+
+
+class Effects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    gravity: Gravity | None = None
+    hinge_friction: HingeFriction | None = None
+    rolling_friction: RollingFriction | None = None
+    tracer_point: TracerPoint | None = None
+
+
+class Scene(Scenario):
+    """A scenario of kind `epicyclic`."""
+
+    kind: Literal["epicyclic"]
+    mechanism: Geometry
+    drive: Drive
+    effects: Effects = Effects()
+
+    @model_validator(mode="after")
+    def _choices_go_together(self) -> Self:
+        rolling = self.effects.rolling_friction
+        published = self.mechanism.formulation == "published"
+        if published and rolling is not None and rolling.normal_load == "radial":
+            raise misfit(
+                ("effects", "rolling_friction", "normal_load"),
+                "eq 26 as published knows the weight alone; take 'weight', or formulation"
+                " 'consistent'",
+            )
+        if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
+            raise misfit(
+                ("mechanism", "initial_angular_velocity"),
+                "the speed of the drive gives it; leave it out",
+            )
+        return self
+
+
+class _Terms:
+    """The constants of the equation, and the terms that the effects of a scene have in it."""
+
+    def __init__(self, scene: Scene) -> None:
+        geometry, effects = scene.mechanism, scene.effects
+        self.length, self.turns = geometry.length, geometry.turns
+        self.gearing = geometry.sun_radius / geometry.planet_radius
+        g = effects.gravity.g if effects.gravity else 0.0
+        self.planet_mass, self.planet_weight = geometry.planet_mass, geometry.planet_mass * g
+        self.gravity_moment = (0.5 * geometry.crank_mass * g + self.planet_weight) * self.length
+        self.hinge, self.rolling = effects.hinge_friction, effects.rolling_friction
+        self.static_couple = self.hinge.torque_static if self.hinge else 0.0
+        self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
+        self.arm = self.rolling.arm if self.rolling else 0.0
+
+    def mesh_load(self, angle: Value, velocity: Value) -> Value:
+        """Return N, in N."""
+        if self.rolling is not None and self.rolling.normal_load == "radial":
+            return abs(self.radial_balance(angle, velocity))
+        return abs(self.planet_weight * sin(angle))
+
+    def radial_balance(self, angle: Value, velocity: Value) -> Value:
+        """Return G_2 sin phi - m_2 L phi'^2, N."""
+        centripetal = self.planet_mass * self.length * velocity * velocity
+        return self.planet_weight * sin(angle) - centripetal
+
+
+def build(scene: Scene) -> Mechanism:
+    """Compose the equation of the crank from the effects that the scene names."""
+    terms, geometry = _Terms(scene), scene.mechanism
+    published = geometry.formulation == "published"
+    moment, stored = _published_equation(terms) if published else _equation(terms, scene)
+    contact = None if published else _contact(terms)
+    powers: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
+    rubs = terms.hinge is not None or terms.rolling is not None
+    if published and rubs:
+        resistance = _published_resistance(terms)
+        powers["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
+    inertia = geometry.inertia
+    stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
+    if scene.effects.gravity is not None:
+        stores["energy_potential"] = lambda angle, velocity: stored * sin(angle)
+    prescribed = scene.drive.speed is not None
+    drive = course_of(scene.drive.speed if prescribed else scene.drive.torque)  # type: ignore[arg-type]
+
+    def uniform_torque(angle: Value, velocity: Value) -> Value:
+        opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
+        return opposed - moment(0.0, angle, velocity)
+
+    def channels(series: "Series") -> dict[str, Value]:
+        angle, velocity = series.position, series.velocity
+        courses = {
+            "angle": angle,
+            "angular_velocity": velocity,
+            "angular_acceleration": series.acceleration,
+            "drive_torque": series.drive,
+            "uniform_torque": uniform_torque(angle, velocity) + 0.0 * angle,
+        }
+        if terms.rolling is not None:
+            courses["normal_load"] = terms.mesh_load(angle, velocity)
+        if contact is not None:
+            courses["friction_torque"], courses["mode"] = series.friction, series.mode
+        elif rubs:
+            courses["friction_torque"] = -resistance(angle) + 0.0 * angle
+        if scene.effects.tracer_point is not None:
+            courses["tracer_x"], courses["tracer_y"] = tracer(
+                terms.length, terms.turns, scene.effects.tracer_point, angle
+            )
+        return courses
+
+    def figures(series: "Series") -> Quantities:
+        speed = float(series.velocity[-1]) if series.velocity.size else 0.0
+        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, speed), "N m")}
+        if scene.effects.tracer_point is not None:
+            point = scene.effects.tracer_point
+            x, y = tracer(terms.length, terms.turns, point, series.position)
+            found["tracer_cusps"] = Quantity(cusps(geometry, point, series.position), "1")
+            found["tracer_dwell_time"] = Quantity(
+                longest_dwell(series.time, x, y, point.dwell_distance), "s"
+            )
+        return found
+
+    return Mechanism(
+        drive=drive,
+        inertia=inertia,
+        moment=moment,
+        contact=contact,
+        powers=powers,
+        stores=stores,
+        channels=channels,
+        channel_info=CHANNELS,
+        figures=figures,
+        effects=tuple(name for name, effect in scene.effects if effect is not None),
+        position=radians(geometry.initial_angle_deg),
+        velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,
+        kinks=() if published else _kinks(terms),
+        prescribed=prescribed,
+    )
+
+
+def _equation(terms: _Terms, scene: Scene) -> tuple[Any, float]:
+    """Return the moment of the consistent form, and the factor of sin phi in its potential."""
+    k = terms.gravity_moment
+    if scene.effects.gravity is None:
+        return (lambda torque, angle, velocity: torque), 0.0
+    return (lambda torque, angle, velocity: torque - k * cos(angle)), k
+
+
+def _published_equation(terms: _Terms) -> tuple[Any, float]:
+    """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
+    weight = terms.gravity_moment + terms.planet_weight * terms.length
+    resistance = _published_resistance(terms)
+
+    def moment(torque: Value, angle: Value, velocity: Value) -> Value:
+        return torque - weight * cos(angle) - resistance(angle)
+
+    return moment, weight
+
+
+def _published_resistance(terms: _Terms) -> Any:
+    """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
+    couple = terms.kinetic_couple * terms.turns
+    rolling = terms.arm * terms.planet_weight * terms.turns
+    return lambda angle: couple + rolling * sin(angle)
+
+
+def _contact(terms: _Terms) -> Contact | None:
+    """Return the friction of hinge and mesh, of those that the scene names."""
+    static_hinge = terms.static_couple * terms.gearing
+    kinetic_hinge = terms.kinetic_couple * terms.gearing
+    lever, weight = terms.arm * terms.turns, terms.planet_weight
+    scale = terms.gravity_moment + static_hinge + lever * weight
+
+    def rounding(torque: Value, angle: Value) -> Value:
+        return ROUNDING * (abs(torque) + scale)
+
+    if terms.rolling is None:
+        if terms.hinge is None:
+            return None
+        return Contact(
+            "hinge",
+            static_limit=lambda torque, angle: static_hinge,
+            kinetic_limit=lambda torque, angle, velocity, direction: kinetic_hinge,
+            rounding=rounding,
+        )
+    if terms.hinge is None:
+        return Contact(
+            "mesh",
+            static_limit=lambda torque, angle: lever * abs(weight * sin(angle)),
+            kinetic_limit=lambda torque, angle, velocity, direction: (
+                lever * terms.mesh_load(angle, velocity)
+            ),
+            rounding=rounding,
+        )
+    return Contact(
+        "hinge+mesh",
+        static_limit=lambda torque, angle: static_hinge + lever * abs(weight * sin(angle)),
+        kinetic_limit=lambda torque, angle, velocity, direction: (
+            kinetic_hinge + lever * terms.mesh_load(angle, velocity)
+        ),
+        rounding=rounding,
+    )
+
+
+def _kinks(terms: _Terms) -> tuple[Kink, ...]:
+    """Return where the load of the rolling friction changes its sign under its absolute value."""
+    if terms.rolling is None:
+        return ()
+    if terms.rolling.normal_load == "radial":
+        return (Kink(terms.radial_balance),)
+    return (Kink(lambda angle, velocity: sin(angle)),) if terms.planet_weight else ()
+
+
+def uniform_torque_mean(scene: Scene, speed: float) -> float:
+    """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
+
+    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
+    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
+    b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
+
+    Parameters
+    ----------
+    scene : Scene
+    speed : float, rad/s
+    """
+    terms = _Terms(scene)
+    if scene.mechanism.formulation == "published":
+        return terms.kinetic_couple * terms.turns
+    a, b = terms.planet_weight, 0.0
+    if terms.rolling is not None and terms.rolling.normal_load == "radial":
+        b = terms.planet_mass * terms.length * speed * speed
+    load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
+    return terms.kinetic_couple * terms.gearing + terms.arm * load * terms.turns
+
+
+def tracer(length: float, turns: float, point: TracerPoint, angle: Value) -> tuple[Value, Value]:
+    """Return the place of a point of the satellite, an epicycloid for radius = r2, m and m.
+
+    x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
+    """
+    psi = radians(point.angle_deg) + turns * angle
+    x = length * cos(angle) + point.radius * cos(psi)
+    y = length * sin(angle) + point.radius * sin(psi)
+    return x, y
+
+
+def cusps(geometry: Geometry, point: TracerPoint, angle: Any) -> float | None:
+    """Count the cusps in the path of a point of the rim: it touches the sun and stands still.
+
+    There psi_0 + lambda phi - phi = pi + 2 pi k. Points within the rim have none: None.
+    """
+    if point.radius != geometry.planet_radius or not angle.size:
+        return None
+    gearing = geometry.sun_radius / geometry.planet_radius
+    # A start or an end on a cusp counts, whatever the rounding of its angle.
+    slack = 1e-9
+    seen = (radians(point.angle_deg) - pi + gearing * angle) / (2.0 * pi)
+    lowest, highest = float(seen.min()), float(seen.max())
+    return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
+
+
+def longest_dwell(time: Any, x: Any, y: Any, distance: float) -> float | None:
+    """Return the longest time that a point stays within a distance of where it is slowest, s.
+
+    To the spacing of the samples: each dwell is counted from the last sample before it to the
+    first after it that are too far, by linear interpolation of the distance.
+
+    Parameters
+    ----------
+    time : (n,), s
+    x, y : (n,), m
+    distance : float, m
+    """
+    import numpy as np
+
+    if time.size < 3:
+        return None
+    pace = np.hypot(np.diff(x), np.diff(y)) / np.diff(time)
+    slow = 1 + np.flatnonzero((pace[1:] <= pace[:-1]) & (pace[1:] <= np.append(pace[2:], np.inf)))
+    longest = 0.0
+    for i in slow:
+        far = np.hypot(x - x[i], y - y[i])
+        outside = far > distance
+        before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
+        start = _passing(time, far, before[-1], distance) if before.size else time[0]
+        stop = _passing(time, far, i + after[0] - 1, distance) if after.size else time[-1]
+        longest = max(longest, float(stop - start))
+    return longest
+
+
+def _passing(time: Any, far: Any, i: int, distance: float) -> float:
+    """Return when a distance is passed between the samples i and i + 1."""
+    share = (distance - far[i]) / (far[i + 1] - far[i])
+    return float(time[i] + share * (time[i + 1] - time[i]))
+
+
+def statics(scene: Scene) -> Quantities:
+    """Return the torques that just start the crank where it is, and those of uniform turning."""
+    terms, mechanism = _Terms(scene), build(scene)
+    angle = mechanism.position
+    balance = -mechanism.moment(0.0, angle, 0.0)
+    limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0
+    other = "published" if scene.mechanism.formulation == "consistent" else "consistent"
+    changed = scene.model_copy(
+        update={"mechanism": scene.mechanism.model_copy(update={"formulation": other})}
+    )
+    return {
+        "torque_to_start_forward": Quantity(balance + limit, "N m"),
+        "torque_to_start_backward": Quantity(balance - limit, "N m"),
+        "uniform_torque_mean": Quantity(uniform_torque_mean(scene, 0.0), "N m"),
+        f"uniform_torque_mean_{other}": Quantity(uniform_torque_mean(changed, 0.0), "N m"),
+        "gravity_moment": Quantity(terms.gravity_moment, "N m"),
+        "inertia": Quantity(scene.mechanism.inertia, "kg m^2"),
+    }
