@@ -77,6 +77,6 @@ class SlipOnRamp(NamedTuple):
         return angle, w
 
 
-def cases() -> list[dict[str, Any]]:
-    """Return the independently computed scenes of tests/data."""
-    return json.loads((Path(__file__).parent / "data" / "pulley_cases.json").read_text())
+def cases(kind: str) -> list[dict[str, Any]]:
+    """Return the independently computed scenes of a kind in tests/data."""
+    return json.loads((Path(__file__).parent / "data" / f"{kind}_cases.json").read_text())

@@ -13,6 +13,7 @@ from types import ModuleType
 
 KINDS = {
     "pulley": "frictionsim.mechanisms.pulley",
+    "marble_machine": "frictionsim.mechanisms.marble",
     "epicyclic": "frictionsim.mechanisms.epicyclic",
 }
 
