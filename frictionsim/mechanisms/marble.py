@@ -333,6 +333,9 @@ def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: f
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
 
+    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which does not
+    cancel where the friction is small.
+
     Parameters
     ----------
     k : float
@@ -349,14 +352,15 @@ def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: f
     Limits
         A `hold` below zero means that the shaft holds the load by itself.
     """
-    a = k * k - radius**2 * (mesh.c_z**2 + mesh.c_y**2)
+    c_2 = mesh.c_z**2 + mesh.c_y**2
+    a = k * k - radius**2 * c_2
     if a <= 0.0:
         return Limits(None, 0.0)
     b = k * moment + radius**2 * weight * mesh.c_y
-    c = moment**2 - (radius * weight) ** 2
-    root = sqrt(max(b * b - a * c, 0.0))
-    lift = (b + root) / a
-    return Limits(lift, c / (a * lift) if lift else 0.0)
+    inner = c_2 * moment**2 + 2.0 * k * moment * weight * mesh.c_y
+    inner += (k * weight) ** 2 - (radius * weight * mesh.c_z) ** 2
+    root = radius * sqrt(max(inner, 0.0))
+    return Limits((b + root) / a, (b - root) / a)
 
 
 def torques_of_rest(scene: Scene) -> Quantities:
