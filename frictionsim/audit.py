@@ -45,6 +45,15 @@ def audit(run: "Run") -> dict[str, Check]:
     return checks
 
 
+def failures(checks: dict[str, Check]) -> str:
+    """Return which checks failed, and by how much; empty if none."""
+    return ", ".join(
+        f"{name} {check.value:.3g} above {check.limit:.3g}"
+        for name, check in checks.items()
+        if not check.ok
+    )
+
+
 def energy_check(series: "Series", rtol: float, atol: float) -> Check:
     """Compare the work in with where it went, over the largest of the energies.
 

@@ -16,13 +16,14 @@ from frictionsim.errors import (
     EXIT_DONE,
     EXIT_NOT_WRITTEN,
     EXIT_SIGNAL,
+    EXIT_SOLVER_FAILED,
     FrictionsimError,
     OutputError,
     ScenarioError,
 )
 
 if TYPE_CHECKING:
-    from frictionsim.audit import Check
+    from frictionsim.parameters import Scenario
     from frictionsim.run import Run
 
 app = typer.Typer(
@@ -59,6 +60,9 @@ def run_command_line(arguments: list[str]) -> int:
         return EXIT_SIGNAL + SIGINT
     except SystemExit as leave:  # the reader of a pipe has left
         return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
+    except MemoryError:
+        _complain("out of memory; ask for fewer samples with a larger output.interval")
+        return EXIT_SOLVER_FAILED
     except OSError as error:
         _complain(f"cannot print the output: {error.strerror}")
         return EXIT_NOT_WRITTEN
@@ -75,6 +79,11 @@ def run_command_line(arguments: list[str]) -> int:
 
 def _complain(message: str) -> None:
     print(f"frictionsim: {message}", file=sys.stderr)
+
+
+def _warn(scene: "Scenario") -> None:
+    for remark in scene.remarks():
+        _complain(f"warning: {remark}")
 
 
 def _print_json(data: dict[str, Any]) -> None:
@@ -122,16 +131,20 @@ def solve(
     scene = load(scenario, overrides, backend)
 
     from frictionsim import recorder
-    from frictionsim.audit import audit
+    from frictionsim.audit import audit, failures
     from frictionsim.run import run
     from frictionsim.watch import watch
 
+    _warn(scene)
     target = output or _default_target(scenario)
     recorder.check_target(target)
     with watch(scene.solver.duration, with_progress=not (quiet or as_json)) as poll:
         result = run(scene, poll)
-    recorder.write(result, target)
-    checks = audit(result)
+        checks = audit(result)
+        failed = failures(checks)
+        if result.status == "done" and failed:
+            result = result._replace(reason=f"self-audit failed: {failed}")
+        recorder.write(result, target)  # in here: a first signal does not come in between
     if as_json:
         from frictionsim.summary import run_json
 
@@ -141,7 +154,7 @@ def solve(
         from frictionsim.tables import print_run
 
         print_run(result, figures(result), checks, str(target))
-    return _verdict(result, checks, target)
+    return _verdict(result, target)
 
 
 def _default_target(scenario: Path) -> Path:
@@ -155,19 +168,14 @@ def _default_target(scenario: Path) -> Path:
     return folder / f"{scenario.stem}.h5"
 
 
-def _verdict(result: "Run", checks: "dict[str, Check]", target: Path) -> int:
+def _verdict(result: "Run", target: Path) -> int:
     """Say what went wrong, and return the exit code of a run."""
     if result.status != "done":
         _complain(f"run {result.status}: {result.reason}")
         _complain(f"the samples up to there are in {target}, marked '{result.status}'")
         return result.exit_code
-    failed = [
-        f"{name} {check.value:.3g} above {check.limit:.3g}"
-        for name, check in checks.items()
-        if not check.ok
-    ]
-    if failed:
-        _complain(f"self-audit failed: {', '.join(failed)}; do not trust {target}")
+    if result.reason:
+        _complain(f"{result.reason}; do not trust {target}")
         return EXIT_AUDIT_FAILED
     return EXIT_DONE
 
@@ -188,7 +196,9 @@ def check(
             _complain(str(error))
             code = error.exit_code
         else:
-            print(f"{path}: ok, {scene.kind} with {scene.solver.backend}")
+            effects = ", ".join(scene.effect_names) or "none"
+            print(f"{path}: ok; effects {effects}; backend {scene.solver.backend}")
+            _warn(scene)
     return code
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim import recorder
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, unknown
 
 if TYPE_CHECKING:
     from frictionsim.recorder import Result
@@ -87,6 +87,7 @@ def compare(
         raise InputError(
             f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
         )
+    _see_patterns(ignore, {*result.courses, *golden.courses, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
     _compare_times(result, golden, comparison, f"{result_path} and {golden_path}")
@@ -104,6 +105,16 @@ def compare(
         comparison.rows.append(_compare_events(result, golden, time_atol))
     comparison.rows.sort(key=_badness, reverse=True)
     return comparison
+
+
+def _see_patterns(ignore: list[str], names: set[str]) -> None:
+    """Refuse a pattern that leaves nothing out, and patterns that leave nothing to compare."""
+    names = names - {"time"}
+    for pattern in ignore:
+        if not any(fnmatch(name, pattern) for name in names):
+            raise InputError(f"--ignore: {unknown('course', pattern, sorted(names))}")
+    if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
+        raise InputError("--ignore: nothing is left to compare")
 
 
 def _badness(row: Row) -> tuple[bool, float]:

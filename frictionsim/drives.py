@@ -271,6 +271,7 @@ COURSE_FORMS = (
     "a number, {time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
     ' or {csv = "file.csv"}'
 )
+COURSE_NUMBER = "<number>"
 # The tag names the form in a validation error's location; it is no key of the scenario.
 COURSE_TAGS: dict[str, type[Params]] = {
     "<points>": PointsTable,
@@ -283,7 +284,7 @@ def _course_form(table: Any) -> str | None:
     if isinstance(table, Params):
         return next(tag for tag, model in COURSE_TAGS.items() if isinstance(table, model))
     if not isinstance(table, dict):
-        return "<number>"
+        return COURSE_NUMBER
     if "sine" in table:
         return "<sine>"
     if "smooth_step" in table:
@@ -294,7 +295,7 @@ def _course_form(table: Any) -> str | None:
 
 
 CourseInTime = Annotated[
-    Annotated[float, Tag("<number>")]
+    Annotated[float, Tag(COURSE_NUMBER)]
     | Annotated[PointsTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")],

@@ -1,5 +1,7 @@
 """The ways in which a command ends short of its purpose, each with its exit code."""
 
+from signal import Signals
+
 EXIT_DONE = 0
 EXIT_SOLVER_FAILED = 1
 EXIT_DIFFERENT = 1
@@ -40,7 +42,7 @@ class Interrupted(SolverError):
     """A run that a signal stopped; the samples up to there are good."""
 
     def __init__(self, signal_number: int, time: float) -> None:
-        super().__init__(f"interrupted at t = {time:.9g} s")
+        super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
         self.exit_code = EXIT_SIGNAL + signal_number
 
 

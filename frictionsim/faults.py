@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel
 
-from frictionsim.drives import COURSE_FORMS, COURSE_TAGS
+from frictionsim.drives import COURSE_FORMS, COURSE_NUMBER, COURSE_TAGS
 from frictionsim.errors import unknown
 from frictionsim.toml_lines import KeyPath
 
@@ -42,6 +42,8 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "extra_forbidden":
         return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
     wanted = _wanted(kind, context, place.unit)
+    if kind == "float_type" and error["loc"][-1] == COURSE_NUMBER:
+        wanted = f"{wanted}, or {COURSE_FORMS.partition(', ')[2]}"
     if kind == "missing":
         return place.path, f"missing; expected {wanted}"
     return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
@@ -84,7 +86,7 @@ def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
     if kind == "literal_error":
         return str(context["expected"])
     return {
-        "missing": f"a number in {unit}" if unit else "this key",
+        "missing": f"a number in {unit}" if unit else "this key or table",
         "float_type": f"a number in {unit}" if unit else "a number",
         "finite_number": f"a finite number in {unit}" if unit else "a finite number",
         "int_type": "a whole number",

@@ -184,7 +184,8 @@ class RungeKuttaFehlberg45:
         if self.steps + self.rejected > self._max_steps:
             raise SolverError(
                 f"{self._max_steps} steps are spent at t = {self.t:.9g} s; give a larger"
-                " solver.max_steps or looser tolerances"
+                " solver.max_steps, or looser tolerances unless a short time constant of the"
+                " scene, as inertia over drag, is what keeps the steps short"
             )
         if not self._fixed_step:
             self._choose_next(h, error, rejected_here)

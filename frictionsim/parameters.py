@@ -95,6 +95,21 @@ class Scenario(Params):
         """The time between two samples, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
 
+    @property
+    def effect_names(self) -> tuple[str, ...]:
+        """The effects that are simulated."""
+        effects = getattr(self, "effects", ())
+        return tuple(name for name, effect in effects if effect is not None)
+
+    def remarks(self) -> list[str]:
+        """Return what is odd about the scene, though it can be simulated."""
+        if self.interval > self.solver.duration:
+            return [
+                f"output.interval = {self.interval} s is longer than the run: only its two ends"
+                " are sampled"
+            ]
+        return []
+
     @field_validator("title")
     @classmethod
     def _title_is_printable(cls, title: str) -> str:

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError, OutputError
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 # Okabe and Ito: told apart also by colour-blind readers, and in grey.
 COURSE_COLOUR, EVENT_COLOUR, STICK_COLOUR = "#0072B2", "#D55E00", "#E5E5E5"
 WIDTH, PANEL_HEIGHT = 8.0, 1.7  # inches
+MOST_MARKS = 60  # events; more would hide the courses
+JUMPING = ("friction_torque", "angular_acceleration")
 FORMATS = (".png", ".pdf", ".svg")
 
 
@@ -39,22 +43,23 @@ def plot(result: "Result", path: Path) -> None:
     names = _panels(result)
     figure = Figure(figsize=(WIDTH, 0.8 + PANEL_HEIGHT * len(names)), layout="constrained")
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    time = result.courses["time"]
+    events = result.events["time"]
     for panel, name in zip(panels, names, strict=True):
         _shade_sticks(panel, result)
-        panel.plot(time, result.courses[name], color=COURSE_COLOUR, linewidth=1.5)
+        panel.plot(*_with_jumps(result, name), color=COURSE_COLOUR, linewidth=1.5)
         height = panel.get_xaxis_transform()
-        events = result.events["time"]
-        panel.vlines(events, 0.0, 1.0, EVENT_COLOUR, "--", linewidth=0.8, transform=height)
-        panel.set_ylabel(f"{name.replace('_', ' ')}\n{_unit(result.units[name])}")
+        if len(events) <= MOST_MARKS:
+            panel.vlines(events, 0.0, 1.0, EVENT_COLOUR, "--", linewidth=0.8, transform=height)
+        panel.set_ylabel(f"{name.replace('_', ' ')},\n{_unit(result.units[name])}")
         panel.margins(x=0.0)
         panel.grid(linewidth=0.3)
     panels[-1].set_xlabel("time, s")
     figure.align_ylabels(panels)
-    figure.suptitle(_title(result), fontsize="medium")
+    figure.suptitle(_title(result), fontsize="medium", wrap=True, parse_math=False)
     try:
         # No date, no version, no random names: the same result gives the same picture.
-        with mpl.rc_context({"svg.hashsalt": "frictionsim"}):
+        with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
+            simplefilter("ignore")  # a title in letters that the font does not have
             figure.savefig(path, dpi=100, metadata=_metadata(path))
     except OSError as error:
         raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
@@ -71,8 +76,26 @@ def _panels(result: "Result") -> list[str]:
 def _title(result: "Result") -> str:
     attributes = result.attributes
     title = attributes["title"] or attributes["kind"]
-    done = "" if attributes["status"] == "done" else f", {attributes['status']}"
-    return f"{title} ({attributes['backend']}{done}; grey: sticking, dashed: event)"
+    notes = [f"backend {attributes['backend']}"]
+    if attributes["status"] != "done":
+        notes.append(attributes["status"])
+    elif attributes["reason"]:
+        notes.append("self-audit failed")
+    if "mode" in result.courses:
+        notes.append("grey: sticking")
+    count = len(result.events["time"])
+    if count:
+        notes.append("dashed: event" if count <= MOST_MARKS else f"{count} events, not marked")
+    return f"{title} ({'; '.join(notes)})"
+
+
+def _with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
+    """Return times and values of a course, with a gap where an event makes it jump."""
+    time, values = result.courses["time"], result.courses[name]
+    if name not in JUMPING or len(result.events["time"]) > MOST_MARKS:
+        return time, values
+    places = np.searchsorted(time, result.events["time"])
+    return np.insert(time, places, result.events["time"]), np.insert(values, places, np.nan)
 
 
 def _unit(unit: str) -> str:

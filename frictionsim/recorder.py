@@ -4,7 +4,7 @@ A result file, format version 1, holds
 
     /                    attributes format_version, frictionsim_version, scenario (TOML with
                          overrides, defaults and CSV courses filled in), kind, backend, title,
-                         status (done, failed, interrupted), reason (empty if done)
+                         status (done, failed, interrupted), reason (empty if all is well)
     /time                (n,) s, the dimension scale of every course
     /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...
     /energy_<name>       (n,) J, the energies that the scene has
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from frictionsim.run import Run
 
 FORMAT_VERSION = 1
+SUFFIXES = (".h5", ".hdf5", ".nc")
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 ATTRIBUTES = (
     "backend",
     "frictionsim_version",
@@ -53,17 +55,34 @@ def check_target(path: Path) -> None:
     ------
     OutputError
     """
+    try:
+        reason = _why_no_target(path)
+    except OSError as error:  # a name that is too long, a folder that may not be entered
+        reason = error.strerror or str(error)
+    if reason:
+        raise _not_written(path, reason)
+
+
+def _why_no_target(path: Path) -> str:
+    """Return why a result must not be put at a path; empty if it may."""
     folder = path.parent
     if path.is_dir():
-        raise _not_written(path, "this is a folder; give a file name")
-    if path.exists() and not path.is_file():
-        raise _not_written(path, "this is a device; give the name of a file")
-    if path.exists() and not path.stat().st_mode & 0o222:
-        raise _not_written(path, "the file that is there is read-only")
+        return "this is a folder; give a file name"
+    if path.exists():
+        if not path.is_file():
+            return "this is a device; give the name of a file"
+        if not path.stat().st_mode & 0o222:
+            return "the file that is there is read-only"
+        if path.suffix not in SUFFIXES and not _starts_as_hdf5(path):
+            return "the file that is there is no result; it would be lost"
     if not folder.is_dir():
-        raise _not_written(path, f"there is no folder '{folder}'")
-    if not os.access(folder, os.W_OK):
-        raise _not_written(path, f"no permission to write in '{folder}'")
+        return f"there is no folder '{folder}'"
+    return "" if os.access(folder, os.W_OK) else f"no permission to write in '{folder}'"
+
+
+def _starts_as_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
 
 
 def _not_written(path: Path, reason: str) -> OutputError:

@@ -88,6 +88,7 @@ def resolved_toml(scenario: Scenario) -> str:
     import tomli_w
 
     tables = scenario.model_dump(by_alias=True, exclude_none=True)
+    tables["output"]["interval"] = scenario.interval
     for section in ("solver", "output"):  # what is simulated comes before how
         tables[section] = tables.pop(section)
     return tomli_w.dumps(tables)
@@ -173,11 +174,7 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).rpartition(" (at line ")
-        line = place.partition(",")[0] if message else ""
-        raise ScenarioError(
-            [f"{path}{line and ':' + line}: not valid TOML: {message or error}"]
-        ) from None
+        raise ScenarioError([f"{path}{_syntax_fault(text, str(error))}"]) from None
     except RecursionError:
         raise ScenarioError([f"{path}: tables or lists are nested too deeply"]) from None
     except ValueError as error:  # an integer of thousands of digits, an impossible date
@@ -198,6 +195,16 @@ def _placed(
         name = ".".join(map(_key_text, key)) or "scenario"
         placed.append((line, f"{option or f'{path}:{line}'}: {name}: {sentence}"))
     return [text for _, text in sorted(placed, key=lambda fault: fault[0])]
+
+
+def _syntax_fault(text: str, error: str) -> str:
+    """Return where a TOML text is wrong and why, with the line that is."""
+    message, _, place = error.rpartition(" (at line ")
+    number = place.partition(",")[0]
+    if not message or not number.isdecimal():
+        return f": not valid TOML: {error}"
+    line = text.split("\n")[int(number) - 1].strip()
+    return f":{number}: not valid TOML: {message}, in '{line[:LONGEST_KEY]}'"
 
 
 def _option_of(

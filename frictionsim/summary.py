@@ -26,7 +26,7 @@ def figures(run: "Run") -> Quantities:
         found["final_time"] = Quantity(float(series.time[-1]), "s")
         found["final_angle"] = Quantity(float(series.position[-1]), "rad")
         found["final_angular_velocity"] = Quantity(float(series.velocity[-1]), "rad/s")
-        for name, energy in series.ledger.items():
+        for name, energy in (*series.ledger.items(), *series.stores.items()):
             found[name] = Quantity(float(energy[-1]), "J")
     return found
 

@@ -1,5 +1,6 @@
 """Tables and progress on a terminal: the only module that imports rich."""
 
+import os
 import sys
 from functools import cache
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from frictionsim.series import Transition
 
 DIGITS = 10
-WIDTH_OF_A_FILE = 1000
+WIDTH = 1000
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 # A table of events longer than this shows its two ends.
 MOST_EVENTS = 20
@@ -35,14 +36,15 @@ def print_run(
     )
     print_quantities(quantities)
     if run.series.transitions:
-        console.print(_transitions_table(run.series.transitions))
-    console.print(_audit_table(checks))
+        _print_table(_transitions_table(run.series.transitions))
+    _print_table(_audit_table(checks))
     counts = run.counts
     console.print(
-        f"{counts.states} states, {counts.steps} steps, {counts.rejected} rejected,"
-        f" {counts.rhs_evaluations} right-hand sides, {counts.wall_seconds:.3g} s",
+        f"{counts.states} states, {counts.steps} steps and {counts.rejected} rejected, solved in"
+        f" {counts.wall_seconds:.3g} s; {counts.rhs_evaluations} right-hand sides with those of"
+        f" {run.series.time.size} samples"
     )
-    console.print(f"result: {output}", soft_wrap=True)
+    console.print(f"result: {output}")
 
 
 def print_quantities(quantities: "Quantities") -> None:
@@ -50,7 +52,7 @@ def print_quantities(quantities: "Quantities") -> None:
     table = _table("quantity", ">value", "unit")
     for name, quantity in quantities.items():
         table.add_row(name, _number(quantity.value), quantity.unit)
-    _console().print(table)
+    _print_table(table)
 
 
 def print_comparison(comparison: "Comparison") -> None:
@@ -64,10 +66,13 @@ def print_comparison(comparison: "Comparison") -> None:
             "" if row.at is None else f"{row.at:.9g}",
             "ok" if row.ok else (row.note or "different"),
         )
+    _print_table(table)
     console = _console()
-    console.print(table)
     for note in comparison.notes:
-        console.print(note, soft_wrap=True)
+        console.print(note)
+    differing = sum(not row.ok for row in comparison.rows)
+    verdict = f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"
+    console.print(verdict)
 
 
 class ProgressBar:
@@ -77,9 +82,9 @@ class ProgressBar:
         from rich.progress import BarColumn, Progress, TextColumn
 
         self._progress = Progress(
-            TextColumn("t = {task.completed:.4g} of {task.total:.4g} s"),
+            TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
             BarColumn(),
-            TextColumn("{task.percentage:.0f} %, {task.fields[pace]}"),
+            TextColumn("{task.percentage:.1f} %{task.fields[pace]}"),
             console=Console(stderr=True),
             transient=True,
         )
@@ -92,7 +97,8 @@ class ProgressBar:
         pace = ""
         if t > 0.0:
             factor = seconds / t
-            pace = f"{factor:.3g} s per s, {factor * (self._duration - t):.0f} s left"
+            left = factor * (self._duration - t)
+            pace = f", {factor:.3g} s for each simulated, {left:.0f} s left"
         self._progress.update(self._task, completed=t, pace=pace)
 
     def close(self) -> None:
@@ -100,12 +106,28 @@ class ProgressBar:
         self._progress.stop()
 
 
+class _PatientConsole(Console):
+    """A console whose output may lose its reader: what is left goes nowhere."""
+
+    def on_broken_pipe(self) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+
+
 @cache
 def _console() -> Console:
-    # Names and paths of the user are shown as they are, whatever brackets they hold; what goes
-    # into a file or a pipe is not cut to the width of a terminal that is not there.
-    width = None if sys.stdout.isatty() else WIDTH_OF_A_FILE
-    return Console(highlight=False, markup=False, emoji=False, width=width)
+    # Names and paths of the user are shown as they are, whatever brackets they hold. Tables take
+    # the width they need: numbers are not cut, neither in a file nor on a narrow terminal.
+    return _PatientConsole(highlight=False, markup=False, emoji=False, width=WIDTH)
+
+
+def _print_table(table: Table) -> None:
+    """Print a table without the blanks that fill up its last column."""
+    console = _console()
+    with console.capture() as capture:
+        console.print(table)
+    for line in capture.get().splitlines():
+        console.out(line.rstrip(), highlight=False)
 
 
 def _table(*headings: str) -> Table:

@@ -173,7 +173,7 @@ def test_check_goes_through_all_files_and_writes_none(
     Path("bad.toml").write_text('kind = "puley"\n')
     assert run_command_line(["check", PULLEY, "bad.toml", "none.toml", PULLEY]) == 2
     said = capsys.readouterr()
-    assert said.out == f"{PULLEY}: ok, pulley with events\n" * 2
+    assert said.out == f"{PULLEY}: ok; effects shaft_friction, air_drag; backend events\n" * 2
     assert said.err.splitlines() == [
         "frictionsim: bad.toml:1: kind: unknown kind 'puley' (did you mean 'pulley'?)",
         "frictionsim: none.toml: cannot read this scenario: No such file or directory",
@@ -321,7 +321,7 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
         process.send_signal(number)
         _, errors = process.communicate()
     assert process.returncode == 128 + number
-    assert errors.startswith("frictionsim: run interrupted: interrupted at t = ")
+    assert errors.startswith("frictionsim: run interrupted: by SIG")
     assert "Traceback" not in errors
     kept = recorder.read(tmp_path / "a.h5")
     assert kept.attributes["status"] == "interrupted"

@@ -70,7 +70,8 @@ def put(name: str, index: int, value: float) -> Edit:
 
 def rows(table: str) -> list[list[str]]:
     """Return the rows under the heading of a printed table, each as its words."""
-    return [line.split() for line in table.splitlines()[1:] if not line.startswith("note:")]
+    lines = table.splitlines()[1:-1]  # without the heading and the verdict
+    return [line.split() for line in lines if not line.startswith("note:")]
 
 
 def final_angle(golden: Path) -> float:

@@ -14,7 +14,7 @@ from frictionsim.parameters import Solver
 DURATION = 3.0
 
 
-def wheel(friction: float) -> Mechanism:
+def wheel(friction: float, kink: Kink) -> Mechanism:
     """A wheel of 1 kg m^2 under 2 N m, and 1 N m more where sin(q) is negative."""
 
     def moment(u: float, q: float, v: float) -> float:
@@ -37,16 +37,20 @@ def wheel(friction: float) -> Mechanism:
         channel_info={},
         figures=lambda series: {},
         effects=(),
-        kinks=(Kink(lambda q, v: sin(q), event="half turn"),),
+        kinks=(kink,),
     )
 
 
+EVENT = "half turn"
+
+
+@pytest.mark.parametrize("kink", [Kink(lambda q, v: sin(q), event=EVENT), Kink(None, pi, EVENT)])
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float) -> None:
+def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, kink: Kink) -> None:
     recording = Recording(SampleTimes(DURATION, DURATION))
     settings = Solver(backend=backend, duration=DURATION)
-    backends.solver_of(backend)(wheel(friction), settings, recording, lambda t: None)
+    backends.solver_of(backend)(wheel(friction, kink), settings, recording, lambda t: None)
     # From rest with 2 N m to pi, then with 3 N m to 2 pi, then with 2 N m to the end.
     t, v = 0.0, 0.0
     expected = []
@@ -54,7 +58,7 @@ def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float) ->
         faster = (v * v + 2.0 * (torque - friction) * pi) ** 0.5
         t, v = t + (faster - v) / (torque - friction), faster
         expected.append((t, k * pi))
-    found = [(e.time, e.position) for e in recording.transitions if e.contact == "half turn"]
+    found = [(e.time, e.position) for e in recording.transitions if e.contact == EVENT]
     # Before and after the jump the motion is a parabola, which the method gives exactly; the last
     # stage of the step that ends on it may see what is beyond, which the tolerance covers.
     assert np.array(found[:2]) == pytest.approx(np.array(expected), abs=1e-8)

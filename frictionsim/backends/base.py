@@ -12,7 +12,7 @@ from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.base import Contact, Kink, Mechanism
+    from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
 
 Poll = Callable[[float], object]
@@ -147,21 +147,22 @@ def advance(
     stepper.advance(limit, floor)
     event = ""
     for kink in mechanism.kinks:
-        before = kink.function(stepper.y0[0], stepper.y0[1])
-        if before * kink.function(stepper.y[0], stepper.y[1]) < 0.0:
-            stepper.cut(_time_of_kink(kink, stepper, before))
+        y0, y = stepper.y0, stepper.y
+        passed = kink.passed(y0[0], y0[1], y[0], y[1])
+        if passed(y[0], y[1]) > 0.0:
+            stepper.cut(_time_of(passed, stepper))
             event = kink.event
     return event
 
 
-def _time_of_kink(kink: "Kink", stepper: RungeKuttaFehlberg45, before: float) -> float:
-    """Return when a kink is passed in the last step; `before` has the sign of before it."""
+def _time_of(passed: Callable[[float, float], float], stepper: RungeKuttaFehlberg45) -> float:
+    """Return when a function of position and velocity becomes positive in the last step."""
 
-    def passed(t: float) -> float:
+    def inside(t: float) -> float:
         y = stepper.state_at(t)
-        return -before * kink.function(y[0], y[1])
+        return passed(y[0], y[1])
 
-    return sign_change(passed, stepper.t0, stepper.t)[1]
+    return sign_change(inside, stepper.t0, stepper.t)[1]
 
 
 def rates_without_friction(mechanism: "Mechanism") -> Rates:

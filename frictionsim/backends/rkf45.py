@@ -125,9 +125,11 @@ class _ExactStick:
         if mode != self.mode:
             q = stepper.state_at(t)[0]
             self.recording.transitions.append(Transition(t, self.contact.name, self.mode, mode, q))
-        self.mode = mode
+        before, self.mode = self.mode, mode
         if mode * stepper.y[1] <= 0.0:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
+            if before == STICK:
+                stepper.y[0] = stepper.y0[0]
         stepper.begin(self.rates, stepper.t, stepper.y)
 
     def mode_from_rest(self, t: float, y: State) -> int:

@@ -10,6 +10,7 @@ steps and arrays when the whole run is looked at; `u` is the value of the drive.
 """
 
 from collections.abc import Callable, Mapping
+from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -56,18 +57,35 @@ class Contact(NamedTuple):
 
 
 class Kink(NamedTuple):
-    """A place or state at which the equations of a mechanism have a kink.
+    """States at which the equations of a mechanism have a kink; a step ends on them.
 
     Attributes
     ----------
-    function : callable
-        function(q, v) changes its sign there. A step ends on it.
+    function : callable or None
+        function(q, v) changes its sign there, and not twice within a step.
+    every : float, rad
+        Without a function: the multiples of this angle, however many a step would pass.
     event : str
         What happens there, if it is to be noted as an event.
     """
 
-    function: Callable[[Value, Value], Value]
+    function: Callable[[Value, Value], Value] | None = None
+    every: float = 0.0
     event: str = ""
+
+    def passed(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
+        """Return a function of q and v that is positive once the first kink is passed.
+
+        On the way from (q0, v0) to (q, v); not positive at the end if none is.
+        """
+        if self.function is not None:
+            function, before = self.function, self.function(q0, v0)
+            return lambda q, v: -before * function(q, v)
+        if q > q0:
+            upper = (floor(q0 / self.every) + 1) * self.every
+            return lambda q, v: q - upper
+        lower = (ceil(q0 / self.every) - 1) * self.every
+        return lambda q, v: lower - q
 
 
 class Mechanism(NamedTuple):

@@ -276,7 +276,7 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
-        effects=tuple(name for name, effect in scene.effects if effect is not None),
+        effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,
         kinks=() if published else _kinks(terms),
@@ -354,7 +354,7 @@ def _kinks(terms: _Terms) -> tuple[Kink, ...]:
         return ()
     if terms.rolling.normal_load == "radial":
         return (Kink(terms.radial_balance),)
-    return (Kink(lambda angle, velocity: sin(angle)),) if terms.planet_weight else ()
+    return (Kink(every=pi),) if terms.planet_weight else ()
 
 
 def uniform_torque_mean(scene: Scene, speed: float) -> float:

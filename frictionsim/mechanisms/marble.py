@@ -251,7 +251,6 @@ def build(scene: Scene) -> Mechanism:
                 found["motor_power_mean"] = Quantity(work / span, "W")
         return found
 
-    half_slots = 0.5 * geometry.slots
     return Mechanism(
         drive=drive,
         inertia=inertia,
@@ -262,10 +261,10 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
-        effects=tuple(name for name, effect in effects if effect is not None),
+        effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=geometry.initial_angular_velocity,
-        kinks=(Kink(lambda angle, velocity: sin(half_slots * angle), event="transfer"),),
+        kinks=(Kink(every=p, event="transfer"),),
     )
 
 

@@ -83,6 +83,14 @@ class Scene(Scenario):
     drive: Drive
     effects: Effects = Effects()
 
+    def remarks(self) -> list[str]:
+        """Return what is odd about the scene: also a shaft as thick as its pulley."""
+        journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
+        if journal is None or journal.shaft_radius < arm:
+            return super().remarks()
+        thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
+        return [thick, *super().remarks()]
+
 
 def build(scene: Scene) -> Mechanism:
     """Compose the equation of the pulley from the effects that the scene names."""
@@ -151,7 +159,7 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
-        effects=tuple(name for name, effect in scene.effects if effect is not None),
+        effects=scene.effect_names,
         position=radians(scene.mechanism.initial_angle_deg),
         velocity=scene.mechanism.initial_angular_velocity,
     )
