@@ -128,8 +128,8 @@ class _ExactStick:
         before, self.mode = self.mode, mode
         if mode * stepper.y[1] <= 0.0:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
-            if before == STICK:
-                stepper.y[0] = stepper.y0[0]
+        if before == STICK and mode * (stepper.y[0] - stepper.y0[0]) < 0.0:
+            stepper.y[0] = stepper.y0[0]  # as is a way against the motion
         stepper.begin(self.rates, stepper.t, stepper.y)
 
     def mode_from_rest(self, t: float, y: State) -> int:
