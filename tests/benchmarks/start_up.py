@@ -35,10 +35,20 @@ def main() -> None:
     """Print a table of medians and ratios."""
     scenario = str(ROOT / "scenarios" / "pulley.toml")
     frictionsim = [sys.executable, "-m", "frictionsim"]
+    solve = [*frictionsim, "solve", "-o", "result.h5"]
+    # As many samples as those of the pulley, 301.
+    marble = [str(ROOT / "scenarios" / "marble_machine.toml"), "--set", "output.interval=0.01"]
+    epicyclic = [
+        str(ROOT / "scenarios" / "epicyclic.toml"),
+        "--set",
+        f"output.interval={2.5 / 300}",
+    ]
     commands = {
         "import numpy, h5py": [sys.executable, "-c", "import numpy, h5py"],
         "import all libraries of solve": [sys.executable, "-c", LIBRARIES],
-        "frictionsim solve pulley.toml": [*frictionsim, "solve", scenario, "-o", "pulley.h5"],
+        "frictionsim solve pulley.toml": [*solve, scenario],
+        "frictionsim solve marble_machine": [*solve, *marble],
+        "frictionsim solve epicyclic.toml": [*solve, *epicyclic],
         "frictionsim static pulley.toml": [*frictionsim, "static", scenario],
         "frictionsim check pulley.toml": [*frictionsim, "check", scenario],
         "frictionsim --help": [*frictionsim, "--help"],
