@@ -55,7 +55,7 @@ def plot(result: "Result", path: Path) -> None:
         panel.grid(linewidth=0.3)
     panels[-1].set_xlabel("time, s")
     figure.align_ylabels(panels)
-    figure.suptitle(_title(result), fontsize="medium", wrap=True, parse_math=False)
+    figure.suptitle(_title(result), fontsize="medium", wrap=True)
     try:
         # No date, no version, no random names: the same result gives the same picture.
         with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
@@ -75,7 +75,7 @@ def _panels(result: "Result") -> list[str]:
 
 def _title(result: "Result") -> str:
     attributes = result.attributes
-    title = attributes["title"] or attributes["kind"]
+    title = (attributes["title"] or attributes["kind"]).replace("$", r"\$")  # no formula
     notes = [f"backend {attributes['backend']}"]
     if attributes["status"] != "done":
         notes.append(attributes["status"])
