@@ -154,7 +154,9 @@ def _image(run: "Run") -> bytes:
 def courses(run: "Run") -> dict[str, Any]:
     """Return every course of a run by the name it has in the result file."""
     series = run.series
-    return {**run.mechanism.channels(series), **series.ledger, **series.stores}
+    found = {**run.mechanism.channels(series), **series.ledger, **series.stores}
+    # A course that is constant may be given as a number.
+    return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
 
 
 def _add_transitions(events: Any, run: "Run") -> None:

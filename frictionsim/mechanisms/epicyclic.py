@@ -198,6 +198,9 @@ class _Terms:
         self.static_couple = self.hinge.torque_static if self.hinge else 0.0
         self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
         self.arm = self.rolling.arm if self.rolling else 0.0
+        radial = self.rolling is not None and self.rolling.normal_load == "radial"
+        # Without weight, and without the radial load of the motion, the mesh is not loaded.
+        self.rolls = self.rolling is not None and (radial or self.planet_weight > 0.0)
 
     def mesh_load(self, angle: Value, velocity: Value) -> Value:
         """Return N, in N."""
@@ -215,10 +218,10 @@ def build(scene: Scene) -> Mechanism:
     """Compose the equation of the crank from the effects that the scene names."""
     terms, geometry = _Terms(scene), scene.mechanism
     published = geometry.formulation == "published"
-    moment, stored = _published_equation(terms) if published else _equation(terms, scene)
+    moment, stored = _published_equation(terms, scene) if published else _equation(terms, scene)
     contact = None if published else _contact(terms)
     powers: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
-    rubs = terms.hinge is not None or terms.rolling is not None
+    rubs = terms.hinge is not None or terms.rolls
     if published and rubs:
         resistance = _published_resistance(terms)
         powers["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
@@ -240,14 +243,14 @@ def build(scene: Scene) -> Mechanism:
             "angular_velocity": velocity,
             "angular_acceleration": series.acceleration,
             "drive_torque": series.drive,
-            "uniform_torque": uniform_torque(angle, velocity) + 0.0 * angle,
+            "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
             courses["normal_load"] = terms.mesh_load(angle, velocity)
         if contact is not None:
             courses["friction_torque"], courses["mode"] = series.friction, series.mode
         elif rubs:
-            courses["friction_torque"] = -resistance(angle) + 0.0 * angle
+            courses["friction_torque"] = -resistance(angle)
         if scene.effects.tracer_point is not None:
             courses["tracer_x"], courses["tracer_y"] = tracer(
                 terms.length, terms.turns, scene.effects.tracer_point, angle
@@ -292,21 +295,25 @@ def _equation(terms: _Terms, scene: Scene) -> tuple[Any, float]:
     return (lambda torque, angle, velocity: torque - k * cos(angle)), k
 
 
-def _published_equation(terms: _Terms) -> tuple[Any, float]:
+def _published_equation(terms: _Terms, scene: Scene) -> tuple[Any, float]:
     """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
-    weight = terms.gravity_moment + terms.planet_weight * terms.length
     resistance = _published_resistance(terms)
-
-    def moment(torque: Value, angle: Value, velocity: Value) -> Value:
-        return torque - weight * cos(angle) - resistance(angle)
-
-    return moment, weight
+    weight = terms.gravity_moment + terms.planet_weight * terms.length
+    if scene.effects.gravity is None:
+        return (lambda torque, angle, velocity: torque - resistance(angle)), 0.0
+    return (
+        lambda torque, angle, velocity: torque - weight * cos(angle) - resistance(angle)
+    ), weight
 
 
 def _published_resistance(terms: _Terms) -> Any:
     """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
     couple = terms.kinetic_couple * terms.turns
     rolling = terms.arm * terms.planet_weight * terms.turns
+    if not terms.rolls:
+        return lambda angle: couple
+    if terms.hinge is None:
+        return lambda angle: rolling * sin(angle)
     return lambda angle: couple + rolling * sin(angle)
 
 
@@ -320,7 +327,7 @@ def _contact(terms: _Terms) -> Contact | None:
     def rounding(torque: Value, angle: Value) -> Value:
         return ROUNDING * (abs(torque) + scale)
 
-    if terms.rolling is None:
+    if not terms.rolls:
         if terms.hinge is None:
             return None
         return Contact(
@@ -350,11 +357,11 @@ def _contact(terms: _Terms) -> Contact | None:
 
 def _kinks(terms: _Terms) -> tuple[Kink, ...]:
     """Return where the load of the rolling friction changes its sign under its absolute value."""
-    if terms.rolling is None:
+    if terms.rolling is None or not terms.rolls:
         return ()
     if terms.rolling.normal_load == "radial":
         return (Kink(terms.radial_balance),)
-    return (Kink(every=pi),) if terms.planet_weight else ()
+    return (Kink(every=pi),)
 
 
 def uniform_torque_mean(scene: Scene, speed: float) -> float:

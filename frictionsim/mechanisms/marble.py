@@ -230,7 +230,7 @@ def build(scene: Scene) -> Mechanism:
             "angular_acceleration": series.acceleration,
             "motor_torque": torque,
             "shaft_reaction": mesh.reaction(through_mesh, weight),
-            "carried_marbles": n + 0.0 * series.position,
+            "carried_marbles": n,
         }
         if effects.gravity is not None:
             courses["load_torque"] = load(series.position)
