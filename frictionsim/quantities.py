@@ -14,12 +14,11 @@ class Quantity(NamedTuple):
 Quantities = dict[str, Quantity]
 
 
+def finite(value: float | None) -> float | None:
+    """Return a number as JSON has it: null for what is not finite."""
+    return value if value is not None and isfinite(value) else None
+
+
 def quantities_json(quantities: Quantities) -> dict[str, Any]:
     """Return quantities as JSON has them; what is not finite is null there."""
-    return {
-        name: {
-            "value": q.value if q.value is not None and isfinite(q.value) else None,
-            "unit": q.unit,
-        }
-        for name, q in quantities.items()
-    }
+    return {name: {"value": finite(q.value), "unit": q.unit} for name, q in quantities.items()}

@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from frictionsim.parameters import Scenario
 
 
+OUT_OF_RANGE = (
+    "a number is beyond the range of double precision; is a force or an inertia far too large or"
+    " too small?"
+)
+
+
 class Counts(NamedTuple):
     """What a run took."""
 
@@ -75,6 +81,8 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
         status, reason, exit_code = "interrupted", str(stop), stop.exit_code
     except SolverError as failure:
         status, reason, exit_code = "failed", str(failure), failure.exit_code
+    except ArithmeticError:
+        status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
     wall_seconds = perf_counter() - started
     counts = Counts(
         recording.steps,
@@ -83,13 +91,22 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
         len(mechanism.initial_state),
         wall_seconds,
     )
-    series = _series(mechanism, recording)
+    samples = _samples(mechanism, recording)
+    unsound = np.flatnonzero(~np.isfinite(samples).all(axis=0))
+    if unsound.size:  # the samples before the first that is not finite are good
+        samples = samples[:, : unsound[0]]
+        status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
+    series = _series(mechanism, samples, recording)
     return Run(scene, mechanism, series, counts, status, reason, exit_code)
 
 
-def _series(mechanism: "Mechanism", recording: Recording) -> Series:
+def _samples(mechanism: "Mechanism", recording: Recording) -> Any:
+    """Return the samples as an array, a row for each quantity."""
     width = Recording.COLUMNS + len(mechanism.ledger)
-    columns = np.array(recording.rows).reshape(-1, width).T.copy()
+    return np.array(recording.rows).reshape(-1, width).T.copy()
+
+
+def _series(mechanism: "Mechanism", columns: Any, recording: Recording) -> Series:
     time, drive, position, velocity, acceleration, friction, mode = columns[: Recording.COLUMNS]
     return Series(
         time,

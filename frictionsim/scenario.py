@@ -1,6 +1,7 @@
 """From a TOML file and overrides to a validated, frozen scenario, and back."""
 
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ KeyPath = tuple[str | int, ...]
 
 # A scenario is written by hand; long courses belong into a CSV file.
 LARGEST_FILE = 16 * 1024 * 1024
+# Products of a few of these, and their squares, are still numbers.
+LARGEST_NUMBER = 1e50
 LONGEST_KEY = 60  # characters of a key that a message shows
 
 
@@ -76,11 +79,32 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
         raise ScenarioFaults([(("kind",), _kind_fault(data))])
     model: type[Scenario] = module_of(kind).Scene
     try:
-        return model.model_validate(data, context={"folder": folder})
+        scene = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         from frictionsim.faults import fault_text
 
         raise ScenarioFaults([fault_text(e, model) for e in error.errors()]) from None
+    beyond = [
+        (path, f"{value:.3g} is beyond any use; numbers go up to {LARGEST_NUMBER:g}")
+        for path, value in _numbers(scene.model_dump(by_alias=True))
+        if abs(value) > LARGEST_NUMBER
+    ]
+    if beyond:
+        raise ScenarioFaults(beyond)
+    return scene
+
+
+def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
+    """Yield all numbers of a scenario with their keys; the points of a course under its key."""
+    left: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
+    while left:
+        path, value = left.pop()
+        if isinstance(value, dict):
+            left.extend(((*path, key), inner) for key, inner in value.items())
+        elif isinstance(value, tuple):
+            yield path, max(value, key=abs)
+        elif isinstance(value, int | float):
+            yield path, value
 
 
 def resolved_toml(scenario: Scenario) -> str:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.quantities import Quantities, Quantity, quantities_json
+from frictionsim.quantities import Quantities, Quantity, finite, quantities_json
 from frictionsim.series import STICK
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def run_json(run: "Run", checks: dict[str, "Check"], scenario: str, output: str)
         "solver": run.counts._asdict(),
         "effects": list(run.mechanism.effects),
         "audit": {
-            name: {"value": check.value, "limit": check.limit, "ok": check.ok}
+            name: {"value": finite(check.value), "limit": check.limit, "ok": check.ok}
             for name, check in checks.items()
         },
         "output": output,

@@ -153,3 +153,18 @@ def test_a_course_given_as_text_is_told_the_forms(
 ) -> None:
     assert run_command_line(["check", PULLEY, "--set", "drive.force=force"]) == 2
     assert '{csv = "file.csv"}' in capsys.readouterr().err
+
+
+def test_a_number_beyond_any_use_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["check", PULLEY, "--set", "mechanism.load=1e308"]) == 2
+    assert "mechanism.load: 1e+308 is beyond any use" in capsys.readouterr().err
+
+
+def test_a_sample_that_is_not_finite_is_never_in_a_file_that_is_done(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A slope that overflows between two points of a course."""
+    steep = "drive.force={time=[0, 5e-324], value=[1832.6, 3113.75]}"
+    assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", "--set", steep]) == 1
+    assert "beyond the range of double precision" in capsys.readouterr().err
+    assert recorder.read(here / "a.h5").attributes["status"] == "failed"
