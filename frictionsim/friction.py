@@ -1,4 +1,4 @@
-"""Friction of a shaft mechanism: dry in the journal, viscous in the air."""
+"""Dry friction of a journal on its shaft."""
 
 from math import hypot
 from typing import Self
@@ -61,9 +61,3 @@ class ShaftFriction(Params):
     def kinetic_radius(self) -> float:
         """r_k, m."""
         return friction_radius(self.shaft_radius, self.mu_k)
-
-
-class AirDrag(Params):
-    """Viscous resistance of the air: a torque -b w."""
-
-    coefficient: float = quantity("N m s", ge=0)

@@ -13,6 +13,7 @@ from frictionsim.mechanisms import epicyclic
 from frictionsim.recorder import courses
 from frictionsim.run import Run
 from frictionsim.scenario import ScenarioFaults, validate
+from frictionsim.tracer import TracerPoint, place
 
 from .conftest import SCENARIOS, Scenario, changed, simulate
 from .problems import cases
@@ -200,14 +201,14 @@ def test_without_gravity_there_is_none() -> None:
     [(0.06, 0.1314402418608, 0.0041610212473), (0.03, 0.1526534452964, 0.0253742246829)],
 )
 def test_tracer_is_on_its_epicycloid(radius: float, x: float, y: float) -> None:
-    point = epicyclic.TracerPoint(radius=radius, angle_deg=180.0)
-    found = epicyclic.tracer(0.18, 3.0, point, radians(15.0))
+    point = TracerPoint(radius=radius, angle_deg=180.0)
+    found = place(0.18, 3.0, point, radians(15.0))
     assert found == pytest.approx((x, y), abs=1e-12)  # the digits that are given
 
 
 def test_a_point_of_the_rim_stays_between_the_radii_and_has_a_path_of_8_lengths() -> None:
     angle = np.linspace(0.0, 2 * pi, 100_001)
-    x, y = epicyclic.tracer(0.18, 3.0, epicyclic.TracerPoint(radius=0.06), angle)
+    x, y = place(0.18, 3.0, TracerPoint(radius=0.06), angle)
     distance = np.hypot(x, y)
     assert distance.min() == pytest.approx(0.12, abs=1e-12)  # roundings
     assert distance.max() == pytest.approx(0.24, abs=1e-8)  # order h^2 of the samples

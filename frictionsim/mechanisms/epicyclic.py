@@ -33,10 +33,12 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import model_validator
 
 from frictionsim.drives import CourseInTime, course_of
+from frictionsim.effects import Gravity
 from frictionsim.elementary import cos, sin
 from frictionsim.mechanisms.base import Channel, Contact, Kink, Mechanism, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
+from frictionsim.tracer import TracerPoint, cusps, longest_dwell, place
 
 if TYPE_CHECKING:
     from frictionsim.series import Series
@@ -109,12 +111,6 @@ class Drive(Params):
         return self
 
 
-class Gravity(Params):
-    """Weight of crank and satellite."""
-
-    g: float = quantity("m/s^2", 9.81, ge=0)
-
-
 class HingeFriction(Params):
     """Dry couple between satellite and crank."""
 
@@ -136,17 +132,6 @@ class RollingFriction(Params):
 
     arm: float = quantity("m", ge=0)
     normal_load: Literal["weight", "radial"] = "weight"
-
-
-class TracerPoint(Params):
-    """A point of the satellite whose path is recorded; at angle_deg = 180 it starts on the sun.
-
-    `dwell_distance` is how far it may be from a place to be said to dwell there.
-    """
-
-    radius: float = quantity("m", ge=0)
-    angle_deg: float = quantity("deg", 180.0)
-    dwell_distance: float = quantity("m", 1e-3, gt=0)
 
 
 class Effects(Params):
@@ -252,7 +237,7 @@ def build(scene: Scene) -> Mechanism:
         elif rubs:
             courses["friction_torque"] = -resistance(angle)
         if scene.effects.tracer_point is not None:
-            courses["tracer_x"], courses["tracer_y"] = tracer(
+            courses["tracer_x"], courses["tracer_y"] = place(
                 terms.length, terms.turns, scene.effects.tracer_point, angle
             )
         return courses
@@ -262,8 +247,10 @@ def build(scene: Scene) -> Mechanism:
         found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, speed), "N m")}
         if scene.effects.tracer_point is not None:
             point = scene.effects.tracer_point
-            x, y = tracer(terms.length, terms.turns, point, series.position)
-            found["tracer_cusps"] = Quantity(cusps(geometry, point, series.position), "1")
+            x, y = place(terms.length, terms.turns, point, series.position)
+            found["tracer_cusps"] = Quantity(
+                cusps(geometry.sun_radius, geometry.planet_radius, point, series.position), "1"
+            )
             found["tracer_dwell_time"] = Quantity(
                 longest_dwell(series.time, x, y, point.dwell_distance), "s"
             )
@@ -384,67 +371,6 @@ def uniform_torque_mean(scene: Scene, speed: float) -> float:
         b = terms.planet_mass * terms.length * speed * speed
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
     return terms.kinetic_couple * terms.gearing + terms.arm * load * terms.turns
-
-
-def tracer(length: float, turns: float, point: TracerPoint, angle: Value) -> tuple[Value, Value]:
-    """Return the place of a point of the satellite, an epicycloid for radius = r2, m and m.
-
-    x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
-    """
-    psi = radians(point.angle_deg) + turns * angle
-    x = length * cos(angle) + point.radius * cos(psi)
-    y = length * sin(angle) + point.radius * sin(psi)
-    return x, y
-
-
-def cusps(geometry: Geometry, point: TracerPoint, angle: Any) -> float | None:
-    """Count the cusps in the path of a point of the rim: it touches the sun and stands still.
-
-    There psi_0 + lambda phi - phi = pi + 2 pi k. Points within the rim have none: None.
-    """
-    if point.radius != geometry.planet_radius or not angle.size:
-        return None
-    gearing = geometry.sun_radius / geometry.planet_radius
-    # A start or an end on a cusp counts, whatever the rounding of its angle.
-    slack = 1e-9
-    seen = (radians(point.angle_deg) - pi + gearing * angle) / (2.0 * pi)
-    lowest, highest = float(seen.min()), float(seen.max())
-    return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
-
-
-def longest_dwell(time: Any, x: Any, y: Any, distance: float) -> float | None:
-    """Return the longest time that a point stays within a distance of where it is slowest, s.
-
-    To the spacing of the samples: each dwell is counted from the last sample before it to the
-    first after it that are too far, by linear interpolation of the distance.
-
-    Parameters
-    ----------
-    time : (n,), s
-    x, y : (n,), m
-    distance : float, m
-    """
-    import numpy as np
-
-    if time.size < 3:
-        return None
-    pace = np.hypot(np.diff(x), np.diff(y)) / np.diff(time)
-    slow = 1 + np.flatnonzero((pace[1:] <= pace[:-1]) & (pace[1:] <= np.append(pace[2:], np.inf)))
-    longest = 0.0
-    for i in slow:
-        far = np.hypot(x - x[i], y - y[i])
-        outside = far > distance
-        before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
-        start = _passing(time, far, before[-1], distance) if before.size else time[0]
-        stop = _passing(time, far, i + after[0] - 1, distance) if after.size else time[-1]
-        longest = max(longest, float(stop - start))
-    return longest
-
-
-def _passing(time: Any, far: Any, i: int, distance: float) -> float:
-    """Return when a distance is passed between the samples i and i + 1."""
-    share = (distance - far[i]) / (far[i + 1] - far[i])
-    return float(time[i] + share * (time[i + 1] - time[i]))
 
 
 def statics(scene: Scene) -> Quantities:

@@ -32,8 +32,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 from pydantic import model_validator
 
 from frictionsim.drives import Constant, Course, CourseInTime, course_of
+from frictionsim.effects import AirDrag, Gravity
 from frictionsim.elementary import cos, sin
-from frictionsim.friction import AirDrag, ShaftFriction
+from frictionsim.friction import ShaftFriction
 from frictionsim.mechanisms.base import Channel, Contact, Kink, Mechanism, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
@@ -119,12 +120,6 @@ class Drive(Params):
         if (self.torque is None) == (self.motor is None):
             raise misfit((), "give one of torque and motor")
         return self
-
-
-class Gravity(Params):
-    """Weight of gear and marbles."""
-
-    g: float = quantity("m/s^2", 9.81, ge=0)
 
 
 class MotorInertia(Params):

@@ -18,7 +18,8 @@ from sys import float_info
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from frictionsim.drives import CourseInTime, course_of
-from frictionsim.friction import AirDrag, ShaftFriction
+from frictionsim.effects import AirDrag
+from frictionsim.friction import ShaftFriction
 from frictionsim.mechanisms.base import Channel, Contact, Mechanism, Value
 from frictionsim.parameters import Params, Scenario, quantity
 from frictionsim.quantities import Quantities, Quantity
