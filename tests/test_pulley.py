@@ -220,3 +220,25 @@ def test_stick_of_a_million_steps_does_not_drift() -> None:
     assert np.all(run.series.position == np.deg2rad(12.3))
     assert np.all(run.series.velocity == 0.0)
     assert np.all(run.series.ledger["energy_input"] == 0.0)
+
+
+def test_a_rest_within_one_long_step_is_not_passed_over() -> None:
+    """The velocity is a parabola that dips to zero for a moment, and one step spans the dip."""
+
+    def modes_and_times(**solver: Any) -> tuple[list[tuple[int, int]], list[float]]:
+        run = simulate(
+            pulley(
+                mechanism__initial_angular_velocity=0.68,
+                drive__force={"time": [0.0, 2.0], "value": [LOAD - 60.0, LOAD + 140.0]},
+                effects__air_drag=None,
+                effects__shaft_friction={"shaft_radius": 0.0254, "mu_s": 0.005, "mu_k": 0.0005},
+                solver__duration=2.0,
+                **solver,
+            )
+        )
+        return modes(run), [e.time for e in run.series.transitions]
+
+    fine = modes_and_times(solver__max_step=0.01)
+    coarse = modes_and_times(solver__rtol=1e-2, solver__atol=1e-2)
+    assert fine[0] == coarse[0] == [(1, 0), (0, 1)]
+    assert coarse[1] == pytest.approx(fine[1], abs=1e-9)  # the method is exact on a parabola
