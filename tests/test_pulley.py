@@ -1,5 +1,6 @@
 """The pulley in motion against closed forms, and the backends against each other."""
 
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from frictionsim.run import Run
 
-from .conftest import Scenario, pulley, simulate
+from .conftest import SCENARIOS, Scenario, changed, pulley, simulate
 from .problems import (
     BREAKAWAY,
     LOAD,
@@ -163,6 +164,15 @@ def test_published_chatters_about_rest_and_says_so() -> None:
     assert "the contact 'shaft' changed its mode 100 times" in run.reason
     assert "backend 'events' or 'rkf45' sticks" in run.reason
     assert run.series.time[-1] == pytest.approx(2.62)  # the samples up to there are kept
+
+
+def test_published_that_creeps_by_tiny_steps_says_so() -> None:
+    """Pulled horizontally the velocity keeps its sign while the stages of each step chatter."""
+    data = tomllib.loads((SCENARIOS / "pulley_horizontal.toml").read_text())
+    run = simulate(changed(data, solver__backend="published"))
+    assert (run.status, run.exit_code) == ("failed", 1)
+    assert "event storm at t = 5.174" in run.reason
+    assert "let the solver creep on 1000 times" in run.reason
 
 
 def test_published_with_a_fixed_step_creeps_through_its_chatter() -> None:

@@ -71,28 +71,27 @@ class Recording:
 
 
 class StormGuard:
-    """Stops a run whose contact changes its mode without end: a hundred times within a window.
+    """Stops a run in which something happens without end: so many times within a window.
 
     Parameters
     ----------
     window : float, s
-        Shorter than a hundred transitions that anyone would want to simulate.
-    contact : str
-        Named in the message.
+        Shorter than that many times would take in any motion worth simulating.
+    most : int
+    what : str
+        The event as the message has it, "the contact 'shaft' changed its mode".
     advice : str
         The end of the message.
     """
 
-    MOST = 100
-
-    def __init__(self, window: float, contact: str, advice: str) -> None:
+    def __init__(self, window: float, most: int, what: str, advice: str) -> None:
         self._window = window
-        self._contact = contact
+        self._what = what
         self._advice = advice
-        self._times: deque[float] = deque(maxlen=self.MOST)
+        self._times: deque[float] = deque(maxlen=most)
 
     def note(self, t: float) -> None:
-        """Count a change of mode at t.
+        """Count one more at t.
 
         Raises
         ------
@@ -100,10 +99,10 @@ class StormGuard:
             If it is one too many.
         """
         times = self._times
-        if len(times) == self.MOST and t - times[0] < self._window:
+        if len(times) == times.maxlen and t - times[0] < self._window:
             raise SolverError(
-                f"event storm at t = {t:.9g} s: the contact '{self._contact}' changed its mode"
-                f" {self.MOST} times within {t - times[0]:.2g} s; {self._advice}"
+                f"event storm at t = {t:.9g} s: {self._what} {len(times)} times within"
+                f" {t - times[0]:.2g} s; {self._advice}"
             )
         times.append(t)
 

@@ -61,9 +61,11 @@ class _StickSlip:
         self.recording, self.poll = recording, poll
         self.end = settings.duration
         self.stepper = new_stepper(mechanism, settings)
-        window = STORM * min(1.0, settings.duration)
         self.storm = StormGuard(
-            window, contact.name, "does the drive change faster than it should?"
+            STORM * min(1.0, settings.duration),
+            100,
+            f"the contact '{contact.name}' changed its mode",
+            "does the drive change faster than it should?",
         )
         self.slip_rates = {s: _slip_rates(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
         self.t = 0.0

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 
 # A hundred changes of direction within this share of the run are no motion, but chatter.
 STORM = 1e-4
+# Nor are a thousand steps within this share: stages of both signs then cancel in each of them,
+# and the velocity creeps without changing its own.
+CRAWL = 1e-6
 
 ADVICE = (
     "eq 30 chatters where it should stick; backend 'events' or 'rkf45' sticks, and a fixed"
@@ -73,7 +76,10 @@ def _solve_eq_30(
     poll: Poll,
 ) -> None:
     drive, times, end = mechanism.drive, recording.times, settings.duration
-    storm = StormGuard(STORM * settings.duration, contact.name, ADVICE)
+    changed = f"the contact '{contact.name}' changed its mode"
+    storm = StormGuard(STORM * settings.duration, 100, changed, ADVICE)
+    crept = f"the contact '{contact.name}' let the solver creep on"
+    crawl = StormGuard(CRAWL * settings.duration, 1000, crept, ADVICE)
     stepper = new_stepper(mechanism, settings)
 
     def friction(u: float, q: float, v: float, moment: float) -> float:
@@ -109,5 +115,7 @@ def _solve_eq_30(
                 mode = direction
                 if settings.step is None:
                     storm.note(stepper.t)
+            if settings.step is None:
+                crawl.note(stepper.t)
     finally:
         recording.count(stepper)
