@@ -52,7 +52,7 @@ class Solver(Params):
     backend: str = "events"
     duration: float = quantity("s", 10.0, gt=0)
     # Below 1e-14 the rounding of double precision is all that an error estimate sees.
-    rtol: float = quantity("1", 1e-9, ge=1e-14, lt=1)
+    rtol: float = quantity("1", 1e-10, ge=1e-14, lt=1)
     atol: float = quantity("1", 1e-12, gt=0)
     max_step: float | None = quantity("s", None, gt=0)
     step: float | None = quantity("s", None, gt=0)
