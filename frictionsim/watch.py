@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 CALLS_BETWEEN_LOOKS = 256  # at the clock: it costs as much as a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0
+# `timeout` and shells send a signal to a process and to its group: one wish that comes twice.
+SECONDS_FOR_ONE_SIGNAL = 0.2
 
 
 class Watch:
@@ -27,6 +29,7 @@ class Watch:
         self._started = monotonic()
         self._calls = 0
         self._signal = 0
+        self._signalled = 0.0
         self._bar: ProgressBar | None = None
 
     def __call__(self, t: float) -> None:
@@ -54,8 +57,11 @@ class Watch:
 
     def _note_signal(self, number: int, frame: FrameType | None) -> None:
         if self._signal:
-            os._exit(EXIT_SIGNAL + number)  # asked twice: at once
+            if monotonic() - self._signalled > SECONDS_FOR_ONE_SIGNAL:
+                os._exit(EXIT_SIGNAL + number)  # asked twice: at once
+            return
         self._signal = number
+        self._signalled = monotonic()
 
     def close(self) -> None:
         """Take the bar off the terminal."""

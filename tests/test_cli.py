@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from frictionsim import __version__, audit, recorder
+from frictionsim import __version__, audit, recorder, watch
 from frictionsim.cli import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.quantities import Quantity, quantities_json
@@ -292,20 +292,21 @@ def test_a_failed_audit_exits_3_and_names_the_check(
 
 
 def wait_for_run(process: "subprocess.Popen[str]") -> None:
-    """Wait until a process catches SIGTERM, as it does while it simulates."""
+    """Wait until a process has loaded the last library before it simulates, and a bit more."""
     while process.poll() is None:
-        status = Path(f"/proc/{process.pid}/status").read_text()
-        caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
-        if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
+        if "h5py" in Path(f"/proc/{process.pid}/maps").read_text():
+            time.sleep(0.6)  # for some samples to keep; without it there may be only the first
             return
         time.sleep(0.01)
 
 
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to see a handler")
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="needs /proc to look inside")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("times", [1, 3])
 def test_a_signal_keeps_the_samples_and_ends_with_its_code(
-    number: signal.Signals, tmp_path: Path
+    number: signal.Signals, times: int, tmp_path: Path
 ) -> None:
+    """Also one that comes several times at once, as `timeout` and shells send it."""
     force = 3000.0
     scene = pulley(
         drive__force=force,
@@ -318,8 +319,9 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, cwd=tmp_path, text=True, **pipes) as process:
         wait_for_run(process)
-        time.sleep(0.3)  # for some samples to keep; without it there may be only the first
-        process.send_signal(number)
+        for _ in range(times):
+            process.send_signal(number)
+            time.sleep(0.002)  # else the system makes one of them
         _, errors = process.communicate()
     assert process.returncode == 128 + number
     assert errors.startswith("frictionsim: run interrupted: by SIG")
@@ -332,6 +334,17 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
     friction_radius = 0.0254 * 0.1 / np.hypot(1.0, 0.1)
     acceleration = ((force - LOAD) * 0.0508 - friction_radius * (force + LOAD)) / 1.355
     np.testing.assert_allclose(kept.courses["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
+
+
+def test_a_second_signal_that_is_meant_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[int] = []
+    monkeypatch.setattr("os._exit", left.append)
+    monkeypatch.setattr(watch, "SECONDS_FOR_ONE_SIGNAL", 0.01)
+    with watch.watch(1.0, with_progress=False):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.02)
+        signal.raise_signal(signal.SIGINT)
+    assert left == [130]
 
 
 @pytest.mark.parametrize(
