@@ -1,4 +1,4 @@
-"""What every run is checked for before its figures are shown.
+"""What every run of one coordinate is checked for before its figures are shown.
 
 energy      work in = change of kinetic and potential energy + heat of friction and damping
 friction    |T| within the static limit where it sticks, at the kinetic limit where it slides
@@ -6,14 +6,14 @@ power       dry friction never drives
 drift       the position does not change while it sticks
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.series import Check
+
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.base import Contact
-    from frictionsim.run import Run
-    from frictionsim.series import Series
+    from frictionsim.mechanisms.base import Contact, Series
 
 # The local errors of all steps may add up to this many times the relative tolerance.
 STEPS_IN_STEP = 100.0
@@ -21,37 +21,25 @@ STEPS_IN_STEP = 100.0
 ROUNDING = 1e-12
 
 
-class Check(NamedTuple):
-    """A figure that must not exceed its limit."""
+def audit(
+    series: "Series", contact: "Contact | None", rtol: float, atol: float
+) -> dict[str, Check]:
+    """Return the checks that apply, by name; all are relative but the drift, in rad.
 
-    value: float
-    limit: float
-
-    @property
-    def ok(self) -> bool:
-        return bool(self.value <= self.limit)
-
-
-def audit(run: "Run") -> dict[str, Check]:
-    """Return the checks that apply to a run, by name; all are relative but the drift, in rad."""
-    series = run.series
-    solver = run.scene.solver
-    checks = {"energy": energy_check(series, solver.rtol, solver.atol)}
-    contact = run.mechanism.contact
+    Parameters
+    ----------
+    series : Series
+    contact : Contact or None
+        None where there is no dry friction.
+    rtol, atol : float
+        Of the integration.
+    """
+    checks = {"energy": energy_check(series, rtol, atol)}
     if contact is not None:
         checks["friction"] = friction_check(series, contact)
         checks["power"] = power_check(series)
         checks["drift"] = drift_check(series)
     return checks
-
-
-def failures(checks: dict[str, Check]) -> str:
-    """Return which checks failed, and by how much; empty if none."""
-    return ", ".join(
-        f"{name} {check.value:.3g} above {check.limit:.3g}"
-        for name, check in checks.items()
-        if not check.ok
-    )
 
 
 def energy_check(series: "Series", rtol: float, atol: float) -> Check:

@@ -131,8 +131,8 @@ def solve(
     scene = load(scenario, overrides, backend)
 
     from frictionsim import recorder
-    from frictionsim.audit import audit, failures
     from frictionsim.run import run
+    from frictionsim.series import failures
     from frictionsim.watch import watch
 
     _warn(scene)
@@ -140,20 +140,20 @@ def solve(
     recorder.check_target(target)
     with watch(scene.solver.duration, with_progress=not (quiet or as_json)) as poll:
         result = run(scene, poll)
-        checks = audit(result)
-        failed = failures(checks)
+        failed = failures(result.checks)
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
         recorder.write(result, target)  # in here: a first signal does not come in between
+    for name in result.missing_channels:
+        _complain(f"warning: output.channels: this scene has no course '{name}'; it is left out")
     if as_json:
         from frictionsim.summary import run_json
 
-        _print_json(run_json(result, checks, str(scenario), str(target)))
+        _print_json(run_json(result, str(scenario), str(target)))
     elif not quiet:
-        from frictionsim.summary import figures
         from frictionsim.tables import print_run
 
-        print_run(result, figures(result), checks, str(target))
+        print_run(result, str(target))
     return _verdict(result, target)
 
 

@@ -13,11 +13,15 @@ LONGEST_VALUE = 40  # characters of a found value that a message shows
 
 
 class _Place(NamedTuple):
-    """Where an error is: its keys as in the TOML file, the table they are in, the unit there."""
+    """Where an error is: its keys as in the TOML file, the table they are in, the unit there.
+
+    `items` is what a list has there.
+    """
 
     path: KeyPath
     table: type[BaseModel] | None
     unit: str
+    items: str
 
 
 def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
@@ -41,7 +45,7 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
         return (*place.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
         return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
-    wanted = _wanted(kind, context, place.unit)
+    wanted = _wanted(kind, context, place)
     if kind == "float_type" and error["loc"][-1] == COURSE_NUMBER:
         wanted = f"{wanted}, or {COURSE_FORMS.partition(', ')[2]}"
     if kind == "missing":
@@ -79,7 +83,8 @@ BOUNDS = {
 }
 
 
-def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
+def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
+    unit = place.unit
     if kind in BOUNDS:
         bound, relation = BOUNDS[kind]
         return f"a number {relation} {context[bound]:g}{unit and ' ' + unit}"
@@ -94,7 +99,7 @@ def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
         "bool_type": "true or false",
         "model_type": "a table",
         "model_attributes_type": "a table",
-        "tuple_type": "a list of numbers in brackets",
+        "tuple_type": f"a list of {place.items} in brackets",
         "too_short": "at least one number",
         "course_form": COURSE_FORMS,
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
@@ -103,7 +108,7 @@ def _wanted(kind: str, context: dict[str, Any], unit: str) -> str:
 def _place(model: type[BaseModel], location: KeyPath) -> _Place:
     """Follow the location of an error through the models."""
     path: KeyPath = ()
-    unit = ""
+    unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
     at_course = False
@@ -120,10 +125,11 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
             continue
         extra = field.json_schema_extra
         unit = extra["unit"] if isinstance(extra, dict) else unit
+        items = "names" if _has_text(field.annotation) else "numbers"
         models = list(_models(field.annotation))
         at_course = len(models) > 1
         here = models[0] if models else None
-    return _Place(path, table, "" if unit == "1" else str(unit))
+    return _Place(path, table, "" if unit == "1" else str(unit), items)
 
 
 def _field(model: type[BaseModel] | None, key: Any) -> Any:
@@ -133,6 +139,11 @@ def _field(model: type[BaseModel] | None, key: Any) -> Any:
         if key == (field.alias or name):
             return field
     return None
+
+
+def _has_text(annotation: Any) -> bool:
+    """Return whether an annotation is of text or of something that holds text."""
+    return annotation is str or any(map(_has_text, get_args(annotation)))
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -1,12 +1,14 @@
 """What every table of a scenario has in common: strict, frozen, finite, with units."""
 
-from typing import Any, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from frictionsim.backends import BACKENDS
+from frictionsim import backends
 from frictionsim.errors import unknown
+from frictionsim.series import Channel
 
 
 class Params(BaseModel):
@@ -36,8 +38,6 @@ def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
     return Field(default, json_schema_extra={"unit": unit}, **bounds)
 
 
-FIXED_STEP_BACKENDS = ("published",)
-
 # More than this does not fit in the memory of an ordinary machine with all its channels.
 MOST_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
@@ -61,29 +61,32 @@ class Solver(Params):
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend not in BACKENDS:
-            raise misfit((), unknown("backend", backend, list(BACKENDS)))
+        if backend not in backends.BACKENDS:
+            raise misfit((), unknown("backend", backend, list(backends.BACKENDS)))
         return backend
-
-    @model_validator(mode="after")
-    def _backend_takes_fixed_steps(self) -> Self:
-        if self.step is not None and self.backend not in FIXED_STEP_BACKENDS:
-            raise misfit(
-                ("step",),
-                f"'{self.backend}' chooses its steps by the tolerances; leave step out, give"
-                f" max_step, or take a backend with fixed steps: {', '.join(FIXED_STEP_BACKENDS)}",
-            )
-        return self
 
 
 class Output(Params):
-    """`[output]`: when the run is sampled. Sampling never changes the steps."""
+    """`[output]`: when the run is sampled, and what is recorded. Neither changes the steps."""
 
     interval: float | None = quantity("s", None, gt=0)
+    # All where it is left out. The figures and the audit of a run do not depend on it.
+    channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None
 
 
 class Scenario(Params):
-    """A scenario file; each kind of mechanism adds its `mechanism`, `drive` and `effects`."""
+    """A scenario file; each kind of mechanism adds its `mechanism`, `drive` and `effects`.
+
+    Attributes
+    ----------
+    BACKENDS : tuple of str
+        Those that can do this kind.
+    CHANNELS : mapping of name to Channel
+        The courses that a scene of this kind may have.
+    """
+
+    BACKENDS: ClassVar[tuple[str, ...]]
+    CHANNELS: ClassVar[Mapping[str, Channel]]
 
     kind: str
     title: str = ""
@@ -116,6 +119,32 @@ class Scenario(Params):
         if any(character < " " or character == "\x7f" for character in title):
             raise misfit((), "expected one line of text, without control characters")
         return title
+
+    @model_validator(mode="after")
+    def _backend_can_do_it(self) -> Self:
+        backend, able = self.solver.backend, self.BACKENDS
+        if backend not in able:
+            article = "an" if self.kind[0] in "aeiou" else "a"
+            raise misfit(
+                ("solver", "backend"),
+                f"'{backend}' cannot do {article} {self.kind.replace('_', ' ')}; these can:"
+                f" {', '.join(able)}",
+            )
+        if self.solver.step is not None and not backends.BACKENDS[backend].fixed_step:
+            fixed = [name for name in able if backends.BACKENDS[name].fixed_step]
+            raise misfit(
+                ("solver", "step"),
+                f"'{backend}' chooses its steps by the tolerances; leave step out, give"
+                f" max_step, or take a backend with fixed steps: {', '.join(fixed) or 'none here'}",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _channels_exist(self) -> Self:
+        for name in self.output.channels or ():
+            if name not in self.CHANNELS:
+                raise misfit(("output", "channels"), unknown("channel", name, list(self.CHANNELS)))
+        return self
 
     @model_validator(mode="after")
     def _samples_fit_in_memory(self) -> Self:

@@ -139,10 +139,9 @@ def _image(run: "Run") -> bytes:
         file.attrs["title"] = run.scene.title
         file.attrs["status"] = run.status
         file.attrs["reason"] = run.reason
-        series = run.series
-        scale = _add_scale(file, series.time, "time", "time")
-        info = run.mechanism.channel_info
-        for name, values in courses(run).items():
+        scale = _add_scale(file, run.time, "time", "time")
+        info = run.channel_info
+        for name, values in run.courses.items():
             dataset = _add(file, name, values, info[name].unit, info[name].long_name, scale)
             if name == "mode":
                 dataset.attrs.update(MODES)
@@ -151,16 +150,8 @@ def _image(run: "Run") -> bytes:
         return bytes(file.id.get_file_image())
 
 
-def courses(run: "Run") -> dict[str, Any]:
-    """Return every course of a run by the name it has in the result file."""
-    series = run.series
-    found = {**run.mechanism.channels(series), **series.ledger, **series.stores}
-    # A course that is constant may be given as a number.
-    return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
-
-
 def _add_transitions(events: Any, run: "Run") -> None:
-    transitions = run.series.transitions
+    transitions = run.transitions
     names = sorted({transition.contact for transition in transitions})
     scale = _add_scale(events, [e.time for e in transitions], "time", "time of the transition")
     contact = _add(

@@ -1,21 +1,20 @@
-"""One run: a scene goes in, sampled courses, transitions and counts come out."""
+"""One run: a scene goes in; courses, transitions, figures, checks and counts come out."""
 
+from collections.abc import Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from frictionsim import backends
-from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.errors import Interrupted, SolverError
 from frictionsim.mechanisms import module_of
-from frictionsim.series import Series
+from frictionsim.quantities import Quantities
+from frictionsim.series import Channel, Check, Transition
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionsim.mechanisms.base import Mechanism
     from frictionsim.parameters import Scenario
+    from frictionsim.series import Array
+    from frictionsim.simulation import Simulation
 
 
 OUT_OF_RANGE = (
@@ -35,10 +34,24 @@ class Counts(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A run with its outcome.
+    """A run with its outcome, as plain data.
 
     Attributes
     ----------
+    effects : tuple of str
+        The effects that were simulated.
+    channel_info : mapping of name to Channel
+        For each course, and maybe for more.
+    axes : mapping of name to tuple of str
+        The names of the members of each axis that a channel may have.
+    time : (n,), s
+    courses : dict of (n,) or (n, members of the channel's axis)
+        Those to record: all, or those of `output.channels` that the scene has.
+    transitions : list of Transition
+    quantities : Quantities
+        The figures of the summary.
+    checks : dict of Check
+        The audit.
     status : str
         `done`, `failed` or `interrupted`.
     reason : str
@@ -48,12 +61,23 @@ class Run(NamedTuple):
     """
 
     scene: "Scenario"
-    mechanism: "Mechanism"
-    series: Series
+    effects: tuple[str, ...]
+    channel_info: Mapping[str, Channel]
+    axes: Mapping[str, tuple[str, ...]]
+    time: "Array"
+    courses: dict[str, "Array"]
+    transitions: list[Transition]
+    quantities: Quantities
+    checks: dict[str, Check]
     counts: Counts
     status: str
     reason: str
     exit_code: int
+
+    @property
+    def missing_channels(self) -> list[str]:
+        """The channels of `output.channels` that the scene has no course for."""
+        return [name for name in self.scene.output.channels or () if name not in self.courses]
 
 
 def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
@@ -70,13 +94,11 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
     Run
         Also of a run that failed or was interrupted, with the samples up to there.
     """
-    mechanism = module_of(scene.kind).build(scene)
-    solve = backends.solver_of(scene.solver.backend, mechanism.prescribed)
-    recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
+    simulation: Simulation = module_of(scene.kind).simulation(scene)
     status, reason, exit_code = "done", "", 0
     started = perf_counter()
     try:
-        solve(mechanism, scene.solver, recording, poll)
+        simulation.solve(poll)
     except Interrupted as stop:
         status, reason, exit_code = "interrupted", str(stop), stop.exit_code
     except SolverError as failure:
@@ -84,42 +106,26 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
     except ArithmeticError:
         status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
     wall_seconds = perf_counter() - started
-    counts = Counts(
-        recording.steps,
-        recording.rejected,
-        recording.evaluations,
-        len(mechanism.initial_state),
-        wall_seconds,
-    )
-    samples = _samples(mechanism, recording)
-    unsound = np.flatnonzero(~np.isfinite(samples).all(axis=0))
-    if unsound.size:  # the samples before the first that is not finite are good
-        samples = samples[:, : unsound[0]]
+    seen = simulation.observe()
+    if seen.unsound:
         status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
-    series = _series(mechanism, samples, recording)
-    return Run(scene, mechanism, series, counts, status, reason, exit_code)
-
-
-def _samples(mechanism: "Mechanism", recording: Recording) -> Any:
-    """Return the samples as an array, a row for each quantity."""
-    width = Recording.COLUMNS + len(mechanism.ledger)
-    return np.array(recording.rows).reshape(-1, width).T.copy()
-
-
-def _series(mechanism: "Mechanism", columns: Any, recording: Recording) -> Series:
-    time, drive, position, velocity, acceleration, friction, mode = columns[: Recording.COLUMNS]
-    return Series(
-        time,
-        drive,
-        position,
-        velocity,
-        acceleration,
-        friction,
-        mode,
-        ledger=dict(zip(mechanism.ledger, columns[Recording.COLUMNS :], strict=True)),
-        stores={
-            name: np.asarray(energy(position, velocity))
-            for name, energy in mechanism.stores.items()
+    wanted = scene.output.channels
+    return Run(
+        scene=scene,
+        effects=simulation.effects,
+        channel_info=simulation.channel_info,
+        axes=simulation.axes,
+        time=seen.time,
+        courses={
+            name: course
+            for name, course in seen.courses.items()
+            if wanted is None or name in wanted
         },
-        transitions=recording.transitions,
+        transitions=seen.transitions,
+        quantities=seen.quantities,
+        checks=seen.checks,
+        counts=Counts(*simulation.counts(), simulation.states, wall_seconds),
+        status=status,
+        reason=reason,
+        exit_code=exit_code,
     )

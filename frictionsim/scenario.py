@@ -95,14 +95,16 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
 
 
 def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
-    """Yield all numbers of a scenario with their keys; the points of a course under its key."""
+    """Yield all numbers of a scenario with their keys; a list of numbers under its key."""
     left: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
     while left:
         path, value = left.pop()
         if isinstance(value, dict):
             left.extend(((*path, key), inner) for key, inner in value.items())
-        elif isinstance(value, tuple):
+        elif isinstance(value, tuple) and value and isinstance(value[0], int | float):
             yield path, max(value, key=abs)
+        elif isinstance(value, tuple):
+            left.extend(((*path, i), inner) for i, inner in enumerate(value))
         elif isinstance(value, int | float):
             yield path, value
 

@@ -1,4 +1,8 @@
-"""What a run leaves: its samples as arrays over time, and the transitions of its contact."""
+"""What a run leaves, as plain data: courses over time, transitions, figures and checks.
+
+Everything after the integration - result file, tables, JSON, pictures, comparison - sees this
+and nothing of the mechanism, however many coordinates that has.
+"""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -6,47 +10,73 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from frictionsim.quantities import Quantities
+
     Array = npt.NDArray[np.float64]
 
 STICK, FORWARD, BACKWARD = 0, 1, -1
 
 
+class Channel(NamedTuple):
+    """A recorded course: its SI unit and what it is, for files, tables and plots.
+
+    `axis` names what it has a value for at each time, `body` or `pulley`; empty for one value.
+    """
+
+    unit: str
+    long_name: str
+    axis: str = ""
+
+
 class Transition(NamedTuple):
-    """A contact goes over from one mode to another."""
+    """A contact goes over from one mode to another; `position` is None where it has none."""
 
     time: float
     contact: str
     mode_from: int
     mode_to: int
-    position: float
+    position: float | None = None
 
 
-class Series(NamedTuple):
-    """The samples of a run as arrays over time, and its transitions.
+class Check(NamedTuple):
+    """A figure that must not exceed its limit."""
+
+    value: float
+    limit: float
+
+    @property
+    def ok(self) -> bool:
+        return bool(self.value <= self.limit)
+
+
+def failures(checks: dict[str, Check]) -> str:
+    """Return which checks failed, and by how much; empty if none."""
+    return ", ".join(
+        f"{name} {check.value:.3g} above {check.limit:.3g}"
+        for name, check in checks.items()
+        if not check.ok
+    )
+
+
+class Observed(NamedTuple):
+    """What a simulation shows of itself once it has stopped, at its end or short of it.
 
     Attributes
     ----------
     time : (n,), s
-    drive : (n,)
-        Value of the drive, in its own unit.
-    position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
-    friction : (n,), N m
-    mode : (n,)
-        0 sticking, +1 or -1 sliding.
-    ledger : dict of (n,), J
-        The energies that were integrated along: into the mechanism, and out of it as heat.
-    stores : dict of (n,), J
-        The energies that the state has.
+    courses : dict of (n,) or (n, members of the channel's axis)
     transitions : list of Transition
+    quantities : Quantities
+        The figures of the summary.
+    checks : dict of Check
+        The audit.
+    unsound : bool
+        Samples that are not finite were cut off the end.
     """
 
     time: "Array"
-    drive: "Array"
-    position: "Array"
-    velocity: "Array"
-    acceleration: "Array"
-    friction: "Array"
-    mode: "Array"
-    ledger: dict[str, "Array"]
-    stores: dict[str, "Array"]
+    courses: dict[str, "Array"]
     transitions: list[Transition]
+    quantities: "Quantities"
+    checks: dict[str, Check]
+    unsound: bool

@@ -9,11 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from frictionsim.audit import Check
     from frictionsim.comparison import Comparison
     from frictionsim.quantities import Quantities
     from frictionsim.run import Run
-    from frictionsim.series import Transition
+    from frictionsim.series import Check, Transition
 
 DIGITS = 10
 WIDTH = 1000
@@ -22,27 +21,25 @@ MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 MOST_EVENTS = 20
 
 
-def print_run(
-    run: "Run", quantities: "Quantities", checks: dict[str, "Check"], output: str
-) -> None:
+def print_run(run: "Run", output: str) -> None:
     """Print the summary of a run on stdout."""
     console = _console()
     title = run.scene.title or run.scene.kind
-    effects = ", ".join(run.mechanism.effects) or "none"
+    effects = ", ".join(run.effects) or "none"
     console.print(f"{title}: {run.status}")
     console.print(
         f"kind {run.scene.kind}, effects {effects}, backend {run.scene.solver.backend}",
         markup=False,
     )
-    print_quantities(quantities)
-    if run.series.transitions:
-        _print_table(_transitions_table(run.series.transitions))
-    _print_table(_audit_table(checks))
+    print_quantities(run.quantities)
+    if run.transitions:
+        _print_table(_transitions_table(run.transitions))
+    _print_table(_audit_table(run.checks))
     counts = run.counts
     console.print(
         f"{counts.states} states, {counts.steps} steps and {counts.rejected} rejected, solved in"
         f" {counts.wall_seconds:.3g} s; {counts.rhs_evaluations} right-hand sides with those of"
-        f" {run.series.time.size} samples"
+        f" {run.time.size} samples"
     )
     console.print(f"result: {output}")
 
@@ -140,7 +137,9 @@ def _table(*headings: str) -> Table:
 
 
 def _transitions_table(transitions: list["Transition"]) -> Table:
-    table = _table(">event", ">time / s", "contact", "from", "to", ">angle / rad")
+    placed = any(transition.position is not None for transition in transitions)
+    angle = (">angle / rad",) if placed else ()
+    table = _table(">event", ">time / s", "contact", "from", "to", *angle)
     numbered = list(enumerate(transitions, start=1))
     if len(numbered) > MOST_EVENTS:
         shown, last = numbered[: MOST_EVENTS - 2], numbered[-1]
@@ -156,7 +155,8 @@ def _transitions_table(transitions: list["Transition"]) -> Table:
 
 def _transition_cells(number: int, e: "Transition") -> tuple[str, ...]:
     modes = MODE_NAMES[e.mode_from], MODE_NAMES[e.mode_to]
-    return (str(number), f"{e.time:.9f}", e.contact, *modes, _number(e.position))
+    angle = () if e.position is None else (_number(e.position),)
+    return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
 
 
 def _audit_table(checks: dict[str, "Check"]) -> Table:

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from frictionsim.mechanisms import module_of
+from frictionsim.mechanisms.base import Mechanism
 from frictionsim.run import Run, run
 from frictionsim.scenario import validate
 
@@ -50,6 +52,11 @@ def changed(data: Scenario, **changes: Any) -> Scenario:
 def simulate(data: Scenario) -> Run:
     """Run scenario data, nobody watching."""
     return run(validate(data, SCENARIOS), lambda t: None)
+
+
+def mechanism_of(done: Run) -> Mechanism:
+    """Return the equations of a run of one coordinate."""
+    return module_of(done.scene.kind).build(done.scene)
 
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 import tomli_w
 
-from frictionsim import __version__, audit, recorder, watch
+from frictionsim import __version__, recorder, watch
 from frictionsim.cli import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.quantities import Quantity, quantities_json
+from frictionsim.series import Check
 from tests.conftest import ROOT, SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -284,7 +285,8 @@ def test_a_solver_failure_exits_1_and_keeps_the_samples(
 def test_a_failed_audit_exits_3_and_names_the_check(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(audit, "audit", lambda run: {"energy": audit.Check(0.5, 1e-7)})
+    failing = {"energy": Check(0.5, 1e-7)}
+    monkeypatch.setattr("frictionsim.one_coordinate.audit", lambda *run: failing)
     assert run_command_line(["solve", PULLEY, "-o", "a.h5", "--json"]) == 3
     said = capsys.readouterr()
     assert "self-audit failed: energy 0.5 above 1e-07; do not trust a.h5" in said.err

@@ -1,15 +1,20 @@
-"""The contract that mechanisms offer and backends use, on one that no scenario describes."""
+"""The contracts: of mechanisms with backends, and of kinds with what simulates and records them."""
 
 from math import pi, sin
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from frictionsim import backends
+from frictionsim import backends, recorder
 from frictionsim.backends.base import Recording, SampleTimes
+from frictionsim.cli import run_command_line
 from frictionsim.drives import Constant
+from frictionsim.mechanisms import KINDS, module_of
 from frictionsim.mechanisms.base import Contact, Kink, Mechanism
 from frictionsim.parameters import Solver
+
+from .conftest import SCENARIOS, pulley, simulate
 
 DURATION = 3.0
 
@@ -62,3 +67,72 @@ def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, ki
     # Before and after the jump the motion is a parabola, which the method gives exactly; the last
     # stage of the step that ends on it may see what is beyond, which the tolerance covers.
     assert np.array(found[:2]) == pytest.approx(np.array(expected), abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_has_what_the_registry_says(kind: str) -> None:
+    module = module_of(kind)
+    assert set(module.Scene.BACKENDS) <= backends.BACKENDS.keys()
+    assert set(module.PANELS) <= module.Scene.CHANNELS.keys()
+    assert callable(module.simulation)
+    assert callable(module.statics)
+
+
+@pytest.fixture
+def other_backend(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A backend that there is, for other kinds."""
+    monkeypatch.setitem(backends.BACKENDS, "moreau", backends.Backend("nowhere", fixed_step=True))
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert run_command_line(["check", str(SCENARIOS / "pulley.toml"), *arguments]) == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("other_backend")
+def test_a_backend_of_other_kinds_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    sentence = "'moreau' cannot do a pulley; these can: events, rkf45, published\n"
+    said = complaint(capsys, "--set", "solver.backend=moreau")
+    assert said == f"frictionsim: --set: solver.backend: {sentence}"
+    pulley = str(SCENARIOS / "pulley.toml")
+    assert run_command_line(["solve", pulley, "--backend", "moreau"]) == 2
+    assert capsys.readouterr().err == f"frictionsim: --backend: solver.backend: {sentence}"
+    said = complaint(capsys, "--set", "solver.backend=moraeu")
+    assert said.endswith("unknown backend 'moraeu' (did you mean 'moreau'?)\n")
+    # Of the backends with fixed steps only those are named that can do a pulley.
+    said = complaint(capsys, "--set", "solver.step=0.1")
+    assert said.endswith("take a backend with fixed steps: published\n")
+
+
+def test_channels_of_the_output_are_the_only_courses(tmp_path: Path) -> None:
+    whole = simulate(pulley())
+    some = simulate(pulley(output__channels=["mode", "angle"]))
+    none = simulate(pulley(output__channels=[]))
+    assert list(some.courses) == ["angle", "mode"]
+    assert np.array_equal(some.courses["angle"], whole.courses["angle"])
+    assert none.courses == {}
+    for run in (some, none):
+        assert run.quantities == whole.quantities
+        assert run.checks == whole.checks
+        assert run.transitions == whole.transitions
+        recorder.write(run, tmp_path / "a.h5")
+        found = recorder.read(tmp_path / "a.h5")
+        assert found.courses.keys() == {"time", *run.courses}
+        assert len(found.events["time"]) == 1
+    assert "channels = []" in found.attributes["scenario"]
+
+
+def test_a_channel_of_an_absent_effect_is_left_out_with_a_remark(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario = tmp_path / "s.toml"
+    text = (SCENARIOS / "pulley.toml").read_text()
+    scenario.write_text(text.partition("[effects")[0] + "[solver]\nduration = 1\n")
+    channels = 'output.channels=["angle", "mode"]'
+    arguments = ["solve", str(scenario), "-q", "-o", str(tmp_path / "a.h5"), "--set", channels]
+    assert run_command_line(arguments) == 0
+    remark = "warning: output.channels: this scene has no course 'mode'; it is left out"
+    assert capsys.readouterr().err == f"frictionsim: {remark}\n"
+    found = recorder.read(tmp_path / "a.h5")
+    assert found.courses.keys() == {"time", "angle"}
+    assert '"mode"' in found.attributes["scenario"]

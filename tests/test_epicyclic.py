@@ -8,14 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.audit import audit
 from frictionsim.mechanisms import epicyclic
-from frictionsim.recorder import courses
 from frictionsim.run import Run
 from frictionsim.scenario import ScenarioFaults, validate
 from frictionsim.tracer import TracerPoint, place
 
-from .conftest import SCENARIOS, Scenario, changed, simulate
+from .conftest import SCENARIOS, Scenario, changed, mechanism_of, simulate
 from .problems import cases
 
 # The gear of scenarios/epicyclic.toml, which the figures below belong to.
@@ -42,7 +40,7 @@ def gear(**changes: Any) -> Scenario:
 
 
 def modes(run: Run) -> list[tuple[int, int]]:
-    return [(e.mode_from, e.mode_to) for e in run.series.transitions]
+    return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
@@ -51,21 +49,20 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
     run = simulate(data)
-    series = run.series
     assert run.status == "done"
-    assert len(series.transitions) == case["event_count"]
+    assert len(run.transitions) == case["event_count"]
     for found, (time, mode_from, mode_to, angle) in zip(
-        series.transitions, case["events"], strict=False
+        run.transitions, case["events"], strict=False
     ):
         assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
         # Some thousand steps of 1e-11; what is asked for is 1e-8 rad.
         assert found.time == pytest.approx(time, abs=1e-8)
         assert found.position == pytest.approx(angle, abs=1e-8)
-    assert series.position[-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert series.velocity[-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
     work = case["energy"][0]
-    assert series.ledger["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
-    assert [name for name, check in audit(run).items() if not check.ok] == []
+    assert run.courses["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
+    assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
 # phi(1) from phi = 0 at 3 rad/s under 6 N m, computed at rtol 1e-13 by another program.
@@ -80,9 +77,9 @@ def test_formulations_differ_by_what_the_published_one_counts_twice(
     formulation: str, angle: float, velocity: float
 ) -> None:
     data = gear(mechanism__formulation=formulation, mechanism__initial_angular_velocity=3.0)
-    series = simulate(data).series
-    assert series.position[-1] == pytest.approx(angle, abs=1e-8)
-    assert series.velocity[-1] == pytest.approx(velocity, abs=1e-8)
+    run = simulate(data)
+    assert run.courses["angle"][-1] == pytest.approx(angle, abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-8)
 
 
 # Eq 28 in both forms, N m.
@@ -105,7 +102,7 @@ def test_uniform_torque_is_eq_28(degrees: float, published: float, consistent: f
         )
         run = simulate(data)
         # A few roundings of terms near 5 N m.
-        assert courses(run)["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
+        assert run.courses["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -132,12 +129,12 @@ def test_prescribed_speed_takes_the_uniform_torque_and_dissipates_its_mean() -> 
     speed = 4.0
     data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)
     run = simulate(data)
-    found = courses(run)
+    found = run.courses
     assert found["drive_torque"] == pytest.approx(found["uniform_torque"], abs=1e-14)  # roundings
     # 2 pi M_A r1/r2 + 4 f G_2 lambda over a turn; rtol of the run
     heat = 2 * pi * 0.15 * 2.0 + 4 * 5e-4 * 1.2 * 9.81 * 3.0
-    assert run.series.ledger["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
-    assert run.series.ledger["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
+    assert run.courses["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
+    assert run.courses["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
 
 
 def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
@@ -147,8 +144,8 @@ def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
     driven = simulate(
         gear(drive={"speed": {"time": times, "value": speeds}}, output__interval=1e-4)
     )
-    torque = courses(driven)["drive_torque"]
-    time = driven.series.time
+    torque = driven.courses["drive_torque"]
+    time = driven.time
     # The slope jumps at 0.5 s: two samples there, a hair apart.
     corner = int(np.searchsorted(time, 0.5))
     after = 2 * torque[corner + 1] - torque[corner + 2]
@@ -160,7 +157,7 @@ def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
     points["value"][corner] = before
     free = simulate(gear(drive={"torque": points}, mechanism__initial_angular_velocity=2.0))
     # The torque is joined by lines between samples 1e-4 s apart.
-    assert free.series.position[-1] == pytest.approx(driven.series.position[-1], abs=1e-6)
+    assert free.courses["angle"][-1] == pytest.approx(driven.courses["angle"][-1], abs=1e-6)
 
 
 def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
@@ -169,31 +166,32 @@ def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
         solver__duration=2.0,
     )
     run = simulate(data)
-    assert [(e.mode_from, e.mode_to) for e in run.series.transitions] == [(1, -1), (-1, 0)]
-    assert [e.time for e in run.series.transitions] == pytest.approx([0.5, 1.5], abs=1e-15)
-    assert [name for name, check in audit(run).items() if not check.ok] == []
+    assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(1, -1), (-1, 0)]
+    assert [e.time for e in run.transitions] == pytest.approx([0.5, 1.5], abs=1e-15)
+    assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
 def test_free_decay_ends_in_the_stick_band_after_a_finite_number_of_reversals() -> None:
     run = simulate(gear(drive={"torque": 0.0}, solver__duration=60.0))
-    series, contact = run.series, run.mechanism.contact
+    contact = mechanism_of(run).contact
     assert contact is not None
     assert modes(run)[-1][1] == 0
-    assert abs(2.82528 * cos(series.position[-1])) <= contact.static_limit(0.0, series.position[-1])
-    turning = [e.position for e in series.transitions]
+    angle = run.courses["angle"]
+    assert abs(2.82528 * cos(angle[-1])) <= contact.static_limit(0.0, angle[-1])
+    turning = [e.position for e in run.transitions]
     swings = np.abs(np.diff(turning))
     assert np.all(np.diff(swings) < 0.0)  # each is shorter than the one before
-    energy = series.stores["energy_kinetic"] + series.stores["energy_potential"]
+    energy = run.courses["energy_kinetic"] + run.courses["energy_potential"]
     assert np.all(np.diff(energy) <= 1e-10)  # rtol 1e-11 of 5 J
 
 
 def test_without_gravity_there_is_none() -> None:
     run = simulate(gear(effects__gravity=None, drive__torque=1.0))
-    found = courses(run)
+    found = run.courses
     assert "energy_potential" not in found
     assert np.all(found["normal_load"] == 0.0)
     # J phi'' = M_O - M_A r1/r2, uniformly accelerated; rtol of the run
-    assert run.series.position[-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
+    assert run.courses["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -222,10 +220,10 @@ def test_cusps_are_counted_where_the_point_touches_the_sun(turns: float, count: 
     speed = 2 * pi * turns
     data = gear(drive={"speed": speed}, effects__tracer_point={"radius": 0.06})
     run = simulate(data)
-    assert run.mechanism.figures(run.series)["tracer_cusps"].value == count
+    assert run.quantities["tracer_cusps"].value == count
     within = changed(data, effects__tracer_point={"radius": 0.05})
     run = simulate(within)
-    assert run.mechanism.figures(run.series)["tracer_cusps"].value is None
+    assert run.quantities["tracer_cusps"].value is None
 
 
 def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
@@ -240,9 +238,7 @@ def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
     run = simulate(data)
     half = (distance / 0.18) ** 0.5 / speed
     # The cusp at pi is met by a sample to 1e-3 s, and the path bends: a part in a hundred.
-    assert run.mechanism.figures(run.series)["tracer_dwell_time"].value == pytest.approx(
-        2 * half, rel=0.05
-    )
+    assert run.quantities["tracer_dwell_time"].value == pytest.approx(2 * half, rel=0.05)
 
 
 def test_statics_are_the_edges_of_the_stick_band() -> None:
@@ -319,10 +315,10 @@ def test_mirrored_scenes_give_mirrored_motions(
     angle: float, speed: float, torque: float, load: str
 ) -> None:
     """phi -> pi - phi, M_O -> -M_O."""
-    motion = simulate(free(angle, speed, torque, load)).series
-    mirrored = simulate(free(180.0 - angle, -speed, -torque, load)).series
+    motion = simulate(free(angle, speed, torque, load))
+    mirrored = simulate(free(180.0 - angle, -speed, -torque, load))
     # Rounding of pi - phi, grown along an unstable equilibrium at most a thousandfold or so.
-    assert pi - mirrored.position == pytest.approx(motion.position, abs=1e-7)
+    assert pi - mirrored.courses["angle"] == pytest.approx(motion.courses["angle"], abs=1e-7)
 
 
 @moderate
@@ -338,8 +334,8 @@ def test_masses_and_torques_scale_together(
         drive__torque=torque * a,
         effects__hinge_friction={"torque_static": 0.15 * a, "torque_kinetic": 0.15 * a},
     )
-    assert simulate(scaled).series.position == pytest.approx(
-        simulate(data).series.position, abs=1e-7
+    assert simulate(scaled).courses["angle"] == pytest.approx(
+        simulate(data).courses["angle"], abs=1e-7
     )
 
 
@@ -350,8 +346,8 @@ def test_every_run_passes_its_audit(
 ) -> None:
     run = simulate(free(angle, speed, torque, load, solver__backend=backend))
     assert run.status == "done"
-    assert [name for name, check in audit(run).items() if not check.ok] == []
-    assert audit(run)["energy"].value < 1e-9
+    assert [name for name, check in run.checks.items() if not check.ok] == []
+    assert run.checks["energy"].value < 1e-9
 
 
 @moderate
@@ -367,4 +363,4 @@ def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -
         return simulate(changed(data, drive__torque=force))
 
     early, late = released(shift), released(shift + 1.0)
-    assert late.series.position[-1] == pytest.approx(early.series.position[-1], abs=1e-7)
+    assert late.courses["angle"][-1] == pytest.approx(early.courses["angle"][-1], abs=1e-7)

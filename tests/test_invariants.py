@@ -7,9 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.audit import audit
-
-from .conftest import Scenario, simulate
+from .conftest import Scenario, mechanism_of, simulate
 
 moderate = settings(
     max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
@@ -91,42 +89,41 @@ def test_every_run_passes_its_audit(data: Scenario, backend: str) -> None:
     data["solver"]["backend"] = backend
     run = simulate(data)
     assert run.status == "done"
-    assert {name: check for name, check in audit(run).items() if not check.ok} == {}
-    series = run.series
-    for course in (series.position, series.velocity, series.acceleration, series.friction):
+    assert {name: check for name, check in run.checks.items() if not check.ok} == {}
+    for course in run.courses.values():
         assert np.all(np.isfinite(course))
     for heat in ("energy_friction", "energy_damping"):
         # The weights of the method are not all positive: less than its tolerance may come back.
-        lost = np.diff(series.ledger.get(heat, np.zeros(2)))
-        assert np.all(lost >= -1e-12 - 1e-9 * series.ledger["energy_friction"][-1])
-    stick = series.mode == 0
-    assert np.all(series.velocity[stick] == 0.0)
-    assert np.all(series.acceleration[stick] == 0.0)
+        lost = np.diff(run.courses.get(heat, np.zeros(2)))
+        assert np.all(lost >= -1e-12 - 1e-9 * run.courses["energy_friction"][-1])
+    stick = run.courses["mode"] == 0
+    assert np.all(run.courses["angular_velocity"][stick] == 0.0)
+    assert np.all(run.courses["angular_acceleration"][stick] == 0.0)
     # rkf45 may be past zero by its tolerance where it has not yet noticed.
-    assert np.all(series.velocity[~stick] * series.mode[~stick] >= -1e-8)
+    assert np.all(run.courses["angular_velocity"][~stick] * run.courses["mode"][~stick] >= -1e-8)
 
 
 @moderate
 @given(scenes())
 def test_backends_agree(data: Scenario) -> None:
-    events = simulate(data).series
+    events = simulate(data)
     data["solver"]["backend"] = "rkf45"
-    assert close(simulate(data).series.position, events.position)
+    assert close(simulate(data).courses["angle"], events.courses["angle"])
 
 
 @moderate
 @given(scenes(st.floats(0.0, 6000.0)))
 def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
-    motion = simulate(data).series
+    motion = simulate(data)
     mirrored = simulate(
         data
         | {
             "mechanism": data["mechanism"] | {"load": data["drive"]["force"]},
             "drive": data["drive"] | {"force": data["mechanism"]["load"]},
         }
-    ).series
-    assert close(-mirrored.position, motion.position)
-    assert close(-mirrored.velocity, motion.velocity)
+    )
+    assert close(-mirrored.courses["angle"], motion.courses["angle"])
+    assert close(-mirrored.courses["angular_velocity"], motion.courses["angular_velocity"])
 
 
 def scaled_force(force: Any, by: float) -> Any:
@@ -153,7 +150,7 @@ def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
             for name, effect in data["effects"].items()
         },
     }
-    assert close(simulate(scaled).series.position, simulate(data).series.position)
+    assert close(simulate(scaled).courses["angle"], simulate(data).courses["angle"])
 
 
 @moderate
@@ -169,7 +166,7 @@ def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
         | {"cord_radius": geometry["cord_radius"] * a, "inertia": geometry["inertia"] * a},
         "effects": effects,
     }
-    assert close(simulate(scaled).series.position, simulate(data).series.position)
+    assert close(simulate(scaled).courses["angle"], simulate(data).courses["angle"])
 
 
 points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
@@ -195,8 +192,8 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
         "effects": effects,
         "output": {"interval": 0.02 * a},
     }
-    expected = simulate(with_points(data, times, values)).series.position
-    assert close(simulate(scaled).series.position, expected)
+    expected = simulate(with_points(data, times, values)).courses["angle"]
+    assert close(simulate(scaled).courses["angle"], expected)
 
 
 @moderate
@@ -205,14 +202,14 @@ def test_a_run_that_is_split_and_restarted_ends_the_same(
     data: Scenario, values: list[float], split: float
 ) -> None:
     times = [0.3 * i for i in range(len(values))]
-    whole = simulate(with_points(data, times, values)).series
-    first = simulate(with_points(data, times, values, duration=split)).series
+    whole = simulate(with_points(data, times, values))
+    first = simulate(with_points(data, times, values, duration=split))
     rest = with_points(data, [t - split for t in times], values, duration=2.0 - split)
     rest["mechanism"] = data["mechanism"] | {
-        "initial_angle_deg": float(np.rad2deg(first.position[-1])),
-        "initial_angular_velocity": float(first.velocity[-1]),
+        "initial_angle_deg": float(np.rad2deg(first.courses["angle"][-1])),
+        "initial_angular_velocity": float(first.courses["angular_velocity"][-1]),
     }
-    assert close(simulate(rest).series.position[-1], whole.position[-1])
+    assert close(simulate(rest).courses["angle"][-1], whole.courses["angle"][-1])
 
 
 @moderate
@@ -229,8 +226,7 @@ def test_breakaway_depends_on_static_friction_alone(
     }
     rkf45 = data | {"solver": data["solver"] | {"backend": "rkf45"}}
     first = [
-        next((e.time for e in simulate(scene).series.transitions), None)
-        for scene in (data, other, rkf45)
+        next((e.time for e in simulate(scene).transitions), None) for scene in (data, other, rkf45)
     ]
     assert first[1] == first[0]
     assert first[2] == pytest.approx(first[0], abs=1e-12)  # another piece to look for it in
@@ -253,7 +249,7 @@ def test_more_kinetic_friction_never_lifts_higher(
                 "effects": data["effects"]
                 | {"shaft_friction": friction | {"mu_k": friction["mu_s"] * share}}
             }
-        ).series.position[-1]
+        ).courses["angle"][-1]
         for share in (low, high)
     ]
     assert angles[1] <= angles[0] + 1e-6 * abs(angles[0])  # as close() allows
@@ -263,19 +259,19 @@ def test_more_kinetic_friction_never_lifts_higher(
 @given(scenes(st.floats(0.0, 6000.0)))
 def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> None:
     bare = data | {"effects": {}}
-    there = simulate(bare)
-    series = there.series
-    energy = series.stores["energy_kinetic"] + series.stores["energy_potential"]
+    run = simulate(bare)
+    energy = run.courses["energy_kinetic"] + run.courses["energy_potential"]
     # A constant force has the potential -P r_e theta: what it puts in is what is stored.
-    assert close(energy, series.ledger["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
+    assert close(energy, run.courses["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
     back = bare | {
         "mechanism": data["mechanism"]
         | {
-            "initial_angle_deg": float(np.rad2deg(series.position[-1])),
-            "initial_angular_velocity": -float(series.velocity[-1]),
+            "initial_angle_deg": float(np.rad2deg(run.courses["angle"][-1])),
+            "initial_angular_velocity": -float(run.courses["angular_velocity"][-1]),
         }
     }
-    assert close(simulate(back).series.position[-1], 0.0, 1e-6 * (1 + abs(series.position[-1])))
+    turned = simulate(back).courses["angle"][-1]
+    assert close(turned, 0.0, 1e-6 * (1 + abs(run.courses["angle"][-1])))
 
 
 @moderate
@@ -292,11 +288,11 @@ def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
         "solver": {"duration": 30.0},
     }
     run = simulate(data)
-    contact = run.mechanism.contact
+    contact = mechanism_of(run).contact
     assert contact is not None
-    if not run.series.transitions:
+    if not run.transitions:
         return  # this shaft holds thrice the load
     torque = (force - geometry["load"]) * geometry["cord_radius"]
     torque -= contact.kinetic_limit(force, 0.0, 0.0, 1)
     # exp(-30) of it is missing, and rtol 1e-9
-    assert drag * run.series.velocity[-1] == pytest.approx(torque, rel=1e-8)
+    assert drag * run.courses["angular_velocity"][-1] == pytest.approx(torque, rel=1e-8)

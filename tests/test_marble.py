@@ -8,14 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.audit import audit
 from frictionsim.friction import friction_radius
 from frictionsim.mechanisms import marble
-from frictionsim.recorder import courses
 from frictionsim.run import Run
 from frictionsim.scenario import ScenarioFaults, validate
 
-from .conftest import SCENARIOS, Scenario, changed, simulate
+from .conftest import SCENARIOS, Scenario, changed, mechanism_of, simulate
 from .problems import cases
 
 # The machine of scenarios/marble_machine.toml, its pinion turned by a given torque.
@@ -55,7 +53,7 @@ def statics(**changes: Any) -> dict[str, float | None]:
 
 def moves(run: Run) -> list[tuple[int, int]]:
     """Return what the contact did, transfers left out."""
-    return [(e.mode_from, e.mode_to) for e in run.series.transitions if e.contact == "shaft"]
+    return [(e.mode_from, e.mode_to) for e in run.transitions if e.contact == "shaft"]
 
 
 def test_torques_are_those_of_the_paper() -> None:
@@ -103,20 +101,19 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
     run = simulate(data)
-    series = run.series
-    shaft = [e for e in series.transitions if e.contact == "shaft"]
+    shaft = [e for e in run.transitions if e.contact == "shaft"]
     assert len(shaft) == case["event_count"]
     for found, (time, mode_from, mode_to, angle) in zip(shaft, case["events"], strict=False):
         assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
         # Some thousand steps of 1e-11; what is asked for is 1e-8 rad.
         assert found.time == pytest.approx(time, abs=1e-8)
         assert found.position == pytest.approx(angle, abs=1e-8)
-    transfers = [e.time for e in series.transitions if e.contact == "transfer"]
+    transfers = [e.time for e in run.transitions if e.contact == "transfer"]
     assert len(transfers) == case["transfer_count"]
     assert transfers[: len(case["transfers"])] == pytest.approx(case["transfers"], abs=1e-8)
-    assert series.position[-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert series.velocity[-1] == pytest.approx(case["final"][1], abs=1e-8)
-    assert [name for name, check in audit(run).items() if not check.ok] == []
+    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
 @pytest.mark.parametrize(
@@ -165,7 +162,7 @@ def test_a_thick_shaft_locks_the_machine() -> None:
     assert found["torque_to_hold_worst"] is not None
     assert found["torque_to_hold_worst"] < 0.0
     run = simulate(machine(effects__shaft_friction__shaft_radius=0.03, drive__torque=0.0))
-    assert run.series.transitions == []
+    assert run.transitions == []
 
 
 @pytest.mark.parametrize(
@@ -190,7 +187,7 @@ def test_a_torque_that_is_too_weak_stops_where_the_load_grows() -> None:
     data = machine(drive__torque=3.65e-3, effects__shaft_friction__mu_k=0.5)
     run = simulate(changed(data, solver__duration=5.0))
     assert moves(run) == [(0, 1), (1, 0)]
-    assert 0.0 < run.series.position[-1] < radians(18.0)
+    assert 0.0 < run.courses["angle"][-1] < radians(18.0)
 
 
 def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
@@ -201,23 +198,23 @@ def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
 
     # The slope of the motor's line damps: it tends to where its stall torque just lifts.
     stalled = driven(3.7e-3)
-    assert 0.0 < stalled.series.position[-1] < radians(18.0)
-    assert abs(stalled.series.velocity[-1]) < 1e-6
+    assert 0.0 < stalled.courses["angle"][-1] < radians(18.0)
+    assert abs(stalled.courses["angular_velocity"][-1]) < 1e-6
     running_back = driven(2.0e-3)
     assert moves(running_back) == [(0, -1)]
-    assert running_back.series.position[-1] < -10.0
-    assert running_back.mechanism.figures(running_back.series)["marbles_delivered"].value == 0.0
+    assert running_back.courses["angle"][-1] < -10.0
+    assert running_back.quantities["marbles_delivered"].value == 0.0
 
 
 def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
     run = simulate(machine(drive__torque=0.006, solver__duration=2.0))
-    transfers = [e for e in run.series.transitions if e.contact == "transfer"]
-    figures = run.mechanism.figures(run.series)
+    transfers = [e for e in run.transitions if e.contact == "transfer"]
+    figures = run.quantities
     assert figures["marbles_delivered"].value == len(transfers) > 10
     assert [e.position for e in transfers] == pytest.approx(
         [radians(36.0) * (i + 1) for i in range(len(transfers))], abs=1e-12
     )
-    potential = run.mechanism.stores["energy_potential"]
+    potential = mechanism_of(run).stores["energy_potential"]
     for i in range(4):
         height = potential(radians(36.0) * i + 1e-12, 0.0)
         # 1e-12 rad beyond the transfer, so that the cell is the next one
@@ -225,7 +222,7 @@ def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
 
 
 def test_potential_is_the_integral_of_the_load() -> None:
-    mechanism = simulate(machine()).mechanism
+    mechanism = mechanism_of(simulate(machine()))
     angle = np.linspace(-1.0, 3.0, 400_001)
     load = -mechanism.moment(0.0, angle, 0.0)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (load[1:] + load[:-1]) * np.diff(angle))])
@@ -242,7 +239,7 @@ def test_with_motor_inertia_the_tooth_force_is_that_of_the_same_instant() -> Non
             drive__torque={"sine": {"mean": 3e-3, "amplitude": 3e-3, "frequency_hz": 2.0}},
         )
     )
-    found = courses(run)
+    found = run.courses
     sliding = found["mode"] != 0
     assert np.any(found["mode"] == 1)
     assert np.any(found["mode"] == -1)
@@ -255,7 +252,7 @@ def test_with_motor_inertia_the_tooth_force_is_that_of_the_same_instant() -> Non
     weight = (0.128 + 5 * 0.007) * 9.81
     expected = np.sqrt((49.826 * through_mesh) ** 2 + (weight + 31.865 * through_mesh) ** 2)
     assert found["shaft_reaction"] == pytest.approx(expected, rel=1e-5)  # digits of the lever arms
-    assert [name for name, check in audit(run).items() if not check.ok] == []
+    assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
 def test_steady_speed_balances_motor_load_and_friction() -> None:
@@ -272,16 +269,18 @@ def test_steady_speed_balances_motor_load_and_friction() -> None:
     # k T - r_k c T = b w with T = T_stall (1 - k w/w_0): linear in w
     pull = 4.0 - friction_radius(0.003, 0.4) * sqrt(49.8259943**2 + 31.8650527**2)
     speed = pull * 0.01 / (0.02 + pull * 0.01 * 4.0 / 6.0)
-    assert run.series.velocity[-1] == pytest.approx(speed, rel=1e-8)  # digits of the lever arms
+    assert run.courses["angular_velocity"][-1] == pytest.approx(
+        speed, rel=1e-8
+    )  # digits of the lever arms
 
 
 def test_only_named_effects_leave_a_trace() -> None:
     run = simulate(machine(effects=None))
-    found = courses(run)
+    found = run.courses
     absent = {"load_torque", "friction_torque", "mode", "energy_potential", "energy_friction"}
     assert absent.isdisjoint(found)
     assert run.counts.states == 3
-    assert run.mechanism.contact is None
+    assert mechanism_of(run).contact is None
 
 
 @pytest.mark.parametrize(
@@ -334,5 +333,5 @@ def test_every_run_passes_its_audit(
         )
     )
     assert run.status == "done"
-    assert [name for name, check in audit(run).items() if not check.ok] == []
-    assert audit(run)["energy"].value < 1e-9
+    assert [name for name, check in run.checks.items() if not check.ok] == []
+    assert run.checks["energy"].value < 1e-9

@@ -35,33 +35,35 @@ def ramp(backend: str = "events", **changes: Any) -> Scenario:
 
 
 def modes(run: Run) -> list[tuple[int, int]]:
-    return [(e.mode_from, e.mode_to) for e in run.series.transitions]
+    return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
 def test_ramp_follows_the_closed_form(backend: str) -> None:
-    series = simulate(ramp(backend)).series
-    assert series.transitions[0].time == pytest.approx(BREAKAWAY, abs=1e-12)  # a few roundings
+    run = simulate(ramp(backend))
+    assert run.transitions[0].time == pytest.approx(BREAKAWAY, abs=1e-12)  # a few roundings
     for time, angle, velocity, acceleration in RAMP:
-        i = int(np.argmin(np.abs(series.time - time)))
+        i = int(np.argmin(np.abs(run.time - time)))
         # rtol 1e-10 of an angle of up to 200 rad, in some hundred steps
-        assert series.position[i] == pytest.approx(angle, abs=1e-8)
-        assert series.velocity[i] == pytest.approx(velocity, abs=1e-9)
-        assert series.acceleration[i] == pytest.approx(acceleration, abs=1e-9)
+        assert run.courses["angle"][i] == pytest.approx(angle, abs=1e-8)
+        assert run.courses["angular_velocity"][i] == pytest.approx(velocity, abs=1e-9)
+        assert run.courses["angular_acceleration"][i] == pytest.approx(acceleration, abs=1e-9)
 
 
 def test_ramp_samples_follow_the_closed_form_between_the_table_s_rows() -> None:
-    series = simulate(ramp(solver__duration=0.8, output__interval=0.001)).series
+    run = simulate(ramp(solver__duration=0.8, output__interval=0.001))
     slip = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
-    for t, angle, velocity in zip(series.time, series.position, series.velocity, strict=True):
+    for t, angle, velocity in zip(
+        run.time, run.courses["angle"], run.courses["angular_velocity"], strict=True
+    ):
         exact = slip(t) if t > BREAKAWAY else (0.0, 0.0)
         assert (angle, velocity) == pytest.approx(exact, abs=1e-11)  # rtol 1e-10 of up to 4
 
 
 def test_energies_of_the_ramp_are_exact() -> None:
-    series = simulate(ramp()).series
+    run = simulate(ramp())
     for name, energy in RAMP_ENERGIES.items():
-        course = {**series.ledger, **series.stores}[name]
+        course = run.courses[name]
         assert course[-1] == pytest.approx(energy, rel=1e-10)  # the tolerance of the run
 
 
@@ -70,20 +72,19 @@ def test_events_gives_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": "events", "rtol": 1e-10}
     run = simulate(data)
-    series = run.series
     assert run.status == "done"
-    assert len(series.transitions) == case["event_count"]
+    assert len(run.transitions) == case["event_count"]
     for found, (time, mode_from, mode_to, angle) in zip(
-        series.transitions, case["events"], strict=False
+        run.transitions, case["events"], strict=False
     ):
         assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
         # What is asked of this backend at rtol 1e-10; most scenes are a hundred times better.
         assert found.time == pytest.approx(time, abs=1e-9)
         assert found.position == pytest.approx(angle, abs=1e-8)
-    assert series.position[-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert series.velocity[-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
     energies = [
-        series.ledger.get(name, np.zeros(1))[-1]
+        run.courses.get(name, np.zeros(1))[-1]
         for name in ("energy_input", "energy_friction", "energy_damping")
     ]
     # rtol of the largest; energies below a millijoule only to the absolute tolerance.
@@ -101,8 +102,8 @@ def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None
     rkf45 = simulate(data)
     assert modes(rkf45) == modes(events)
     # The local errors of some ten thousand steps at 1e-8 add up, two runs of them.
-    scale = max(1.0, np.max(np.abs(events.series.position)))
-    assert rkf45.series.position == pytest.approx(events.series.position, abs=1e-5 * scale)
+    scale = max(1.0, np.max(np.abs(events.courses["angle"])))
+    assert rkf45.courses["angle"] == pytest.approx(events.courses["angle"], abs=1e-5 * scale)
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
@@ -113,15 +114,15 @@ def test_return_profile_stops_and_stays(backend: str) -> None:
         solver__duration=12.0,
         solver__rtol=1e-10,
     )
-    series = simulate(data).series
+    run = simulate(data)
     time, angle = RETURN_STICK
-    assert [e.mode_to for e in series.transitions] == [1, 0]
-    assert series.transitions[1].time == pytest.approx(time, abs=1e-9)  # rtol of the run
-    assert series.transitions[1].position == pytest.approx(angle, abs=1e-8)
-    resting = series.time > time
-    assert np.all(series.velocity[resting] == 0.0)
-    assert np.all(series.acceleration[resting] == 0.0)
-    assert np.all(series.position[resting] == series.position[-1])
+    assert [e.mode_to for e in run.transitions] == [1, 0]
+    assert run.transitions[1].time == pytest.approx(time, abs=1e-9)  # rtol of the run
+    assert run.transitions[1].position == pytest.approx(angle, abs=1e-8)
+    resting = run.time > time
+    assert np.all(run.courses["angular_velocity"][resting] == 0.0)
+    assert np.all(run.courses["angular_acceleration"][resting] == 0.0)
+    assert np.all(run.courses["angle"][resting] == run.courses["angle"][-1])
 
 
 # What eq 30 gives as printed, for RK4 with steps of 1e-2, 1e-3 and 1e-4 s; another method of
@@ -136,10 +137,10 @@ def test_published_runs_back_where_the_body_should_stay(
         solver__duration=12.0,
         solver__step=step,
     )
-    series = simulate(data).series
-    assert series.position[-1] == pytest.approx(RETURN_OF_EQ_30, abs=tolerance)
-    assert series.velocity[-1] == pytest.approx(-7.10352, abs=tolerance)
-    assert series.transitions[1].position == pytest.approx(RETURN_STICK[1], abs=tolerance)
+    run = simulate(data)
+    assert run.courses["angle"][-1] == pytest.approx(RETURN_OF_EQ_30, abs=tolerance)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(-7.10352, abs=tolerance)
+    assert run.transitions[1].position == pytest.approx(RETURN_STICK[1], abs=tolerance)
 
 
 def test_published_loses_all_friction_at_the_instant_of_breakaway() -> None:
@@ -147,7 +148,7 @@ def test_published_loses_all_friction_at_the_instant_of_breakaway() -> None:
     data = pulley(
         drive__force=2707.8, solver__backend="published", solver__duration=1e-6, output__interval=1
     )
-    assert simulate(data).series.acceleration[0] == pytest.approx(
+    assert simulate(data).courses["angular_acceleration"][0] == pytest.approx(
         (2707.8 - LOAD) * 0.0508 / 1.355, rel=1e-15
     )
 
@@ -163,7 +164,7 @@ def test_published_chatters_about_rest_and_says_so() -> None:
     assert "event storm at t = 2.6234" in run.reason
     assert "the contact 'shaft' changed its mode 100 times" in run.reason
     assert "backend 'events' or 'rkf45' sticks" in run.reason
-    assert run.series.time[-1] == pytest.approx(2.62)  # the samples up to there are kept
+    assert run.time[-1] == pytest.approx(2.62)  # the samples up to there are kept
 
 
 def test_published_that_creeps_by_tiny_steps_says_so() -> None:
@@ -184,8 +185,8 @@ def test_published_with_a_fixed_step_creeps_through_its_chatter() -> None:
     )
     run = simulate(data)
     assert run.status == "done"
-    assert len(run.series.transitions) > 500  # one or two a millisecond, for 1.2 s
-    assert run.series.velocity[-1] != 0.0
+    assert len(run.transitions) > 500  # one or two a millisecond, for 1.2 s
+    assert run.courses["angular_velocity"][-1] != 0.0
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
@@ -194,7 +195,7 @@ def test_a_tie_holds_and_one_part_in_a_billion_more_does_not(backend: str) -> No
     for factor, moves in ((1.0 - 1e-9, False), (1.0, False), (1.0 + 1e-9, True)):
         force = {"time": [0.0, 1.0], "value": [1832.6, lift * factor]}
         run = simulate(pulley(drive__force=force, solver__backend=backend))
-        assert bool(run.series.transitions) == moves
+        assert bool(run.transitions) == moves
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
@@ -204,13 +205,13 @@ def test_no_force_of_a_self_locking_shaft_breaks_away(backend: str) -> None:
         drive__force={"time": [0.0, 1.0], "value": [0.0, 1e9]},
         solver__backend=backend,
     )
-    assert simulate(data).series.transitions == []
+    assert simulate(data).transitions == []
 
 
 def test_a_spinning_start_needs_no_breakaway() -> None:
     run = simulate(pulley(drive__force=LOAD, mechanism__initial_angular_velocity=-2.0))
     assert modes(run) == [(-1, 0)]
-    assert run.series.position[-1] < 0.0
+    assert run.courses["angle"][-1] < 0.0
 
 
 def test_stick_of_a_million_steps_does_not_drift() -> None:
@@ -226,10 +227,10 @@ def test_stick_of_a_million_steps_does_not_drift() -> None:
     )
     run = simulate(data)
     assert run.counts.steps >= 1_000_000
-    assert run.series.transitions == []
-    assert np.all(run.series.position == np.deg2rad(12.3))
-    assert np.all(run.series.velocity == 0.0)
-    assert np.all(run.series.ledger["energy_input"] == 0.0)
+    assert run.transitions == []
+    assert np.all(run.courses["angle"] == np.deg2rad(12.3))
+    assert np.all(run.courses["angular_velocity"] == 0.0)
+    assert np.all(run.courses["energy_input"] == 0.0)
 
 
 def test_a_rest_within_one_long_step_is_not_passed_over() -> None:
@@ -246,7 +247,7 @@ def test_a_rest_within_one_long_step_is_not_passed_over() -> None:
                 **solver,
             )
         )
-        return modes(run), [e.time for e in run.series.transitions]
+        return modes(run), [e.time for e in run.transitions]
 
     fine = modes_and_times(solver__max_step=0.01)
     coarse = modes_and_times(solver__rtol=1e-2, solver__atol=1e-2)

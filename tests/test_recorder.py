@@ -101,11 +101,11 @@ def test_time_is_the_dimension_scale_of_every_course_in_its_group(result: Path) 
 
 def test_courses_are_those_of_the_run(done: Run, result: Path) -> None:
     found = recorder.read(result)
-    expected = {"time": done.series.time, **recorder.courses(done)}
+    expected = {"time": done.time, **done.courses}
     assert found.courses.keys() == expected.keys()
     for name, values in expected.items():
         np.testing.assert_array_equal(found.courses[name], values, err_msg=name)
-        assert name == "time" or found.units[name] == done.mechanism.channel_info[name].unit
+        assert name == "time" or found.units[name] == done.channel_info[name].unit
 
 
 def test_events_are_the_transitions_of_the_run(done: Run, result: Path) -> None:
@@ -118,8 +118,8 @@ def test_events_are_the_transitions_of_the_run(done: Run, result: Path) -> None:
         found.events["angle"],
         strict=True,
     )
-    assert len(done.series.transitions) > 2
-    assert list(events) == [tuple(transition) for transition in done.series.transitions]
+    assert len(done.transitions) > 2
+    assert list(events) == [tuple(transition) for transition in done.transitions]
 
 
 @pytest.mark.parametrize(
@@ -146,11 +146,11 @@ def test_xarray_opens_a_file_unaided(force: Any, tmp_path: Path) -> None:
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["angle"].dims == ("time",)
         assert root["angle"].attrs["units"] == "rad"
-        np.testing.assert_array_equal(root["time"], done.series.time)
-        np.testing.assert_array_equal(root["angle"], done.series.position)
+        np.testing.assert_array_equal(root["time"], done.time)
+        np.testing.assert_array_equal(root["angle"], done.courses["angle"])
     with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
         assert events["mode_to"].dims == ("time",)
-        times = [transition.time for transition in done.series.transitions]
+        times = [transition.time for transition in done.transitions]
         np.testing.assert_array_equal(events["time"], times)
 
 

@@ -48,6 +48,7 @@ def edited(*changes: str) -> str:
     return text
 
 
+OUTPUT = "3.0 -> 3.0\n[output]\nchannels = "
 # A change of the text, and line and message; dots stand for wording that does not matter.
 EDITS = [
     ('kind = "pulley" -> ', ":1: kind: missing; expected one of ...'pulley'..."),
@@ -70,6 +71,11 @@ EDITS = [
     ("_friction -> _frict", ":8: effects.shaft_frict: unknown ... mean 'shaft_friction'?)"),
     ("[solver] -> [[solver]]", ":12: solver: expected a table, got a list of 1"),
     ('duration = 3.0 -> backend = "event"', ":13: solver.backend: unknown ... mean 'events'?)"),
+    ("3.0 -> 3.0\nstep = 0.1", ":14: solver.step: ... take a backend with fixed steps: published"),
+    (f"{OUTPUT}'angle'", ":15: output.channels: expected a list of names in brackets, got 'angle'"),
+    (f"{OUTPUT}[1]", ":15: output.channels.0: expected text in quotes, got 1"),
+    (f"{OUTPUT}['angel']", ":15: output.channels: unknown channel 'angel' (did you mean 'angle'?)"),
+    (f"{OUTPUT}['x']", ":15: output.channels: unknown channel 'x'; known: angle, ...damping"),
     ("0.0, 0.8 -> 0.8, 0.8", ":7: drive.force.time: times must increase from point to point, ..."),
     ("0.0, 0.8 -> 0.8, 0.0", ":7: drive.force.time: ...point 2 at 0.0 s follows one at 0.8 s"),
     ("0.0, 0.8 -> 0, 1, 2", ":7: drive.force.value: 2 values for 3 times; give one for each"),

@@ -2,10 +2,14 @@
 
 Each module holds one mechanism whole - parameters, effects, equations, statics, outputs - as
 
-    Scene              the model of its scenario files
-    build(scene)       its equations, composed of the effects that the scene names
+    Scene              the model of its scenario files, with the BACKENDS that can do it and the
+                       CHANNELS that it may have
+    simulation(scene)  the Simulation of a scene
     statics(scene)     its figures of impending motion
     PANELS             the courses that a plot of it shows
+
+A mechanism of one coordinate has its equations in build(scene), composed of the effects that the
+scene names, and leaves the rest to OneCoordinate.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The contract between physics and integration.
+"""The contract between physics and integration, for mechanisms of one coordinate.
 
 A mechanism states its equation of motion and never integrates it; a backend integrates it and
 never knows what it moves. Dry friction stands outside of the equation, as a set-valued force
@@ -16,16 +16,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from frictionsim.drives import Course
     from frictionsim.quantities import Quantities
-    from frictionsim.series import Series
+    from frictionsim.series import Array, Channel, Transition
 
 Value = Any  # float while stepping, array of floats afterwards
 
 
-class Channel(NamedTuple):
-    """A recorded course: its SI unit and what it is, for files, tables and plots."""
-
-    unit: str
-    long_name: str
+# The backends that solve a mechanism as it is described here.
+BACKENDS = ("events", "rkf45", "published")
 
 
 class Contact(NamedTuple):
@@ -88,6 +85,37 @@ class Kink(NamedTuple):
         return lambda q, v: lower - q
 
 
+class Series(NamedTuple):
+    """The samples of a run as arrays over time, and its transitions.
+
+    Attributes
+    ----------
+    time : (n,), s
+    drive : (n,)
+        Value of the drive, in its own unit.
+    position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
+    friction : (n,), N m
+    mode : (n,)
+        0 sticking, +1 or -1 sliding.
+    ledger : dict of (n,), J
+        The energies that were integrated along: into the mechanism, and out of it as heat.
+    stores : dict of (n,), J
+        The energies that the state has.
+    transitions : list of Transition
+    """
+
+    time: "Array"
+    drive: "Array"
+    position: "Array"
+    velocity: "Array"
+    acceleration: "Array"
+    friction: "Array"
+    mode: "Array"
+    ledger: dict[str, "Array"]
+    stores: dict[str, "Array"]
+    transitions: list["Transition"]
+
+
 class Mechanism(NamedTuple):
     """One rotating coordinate q with v = dq/dt and at most one dry contact.
 
@@ -131,9 +159,9 @@ class Mechanism(NamedTuple):
     contact: Contact | None
     powers: Mapping[str, Callable[[Value, Value, Value], Value]]
     stores: Mapping[str, Callable[[Value, Value], Value]]
-    channels: Callable[["Series"], dict[str, Any]]
-    channel_info: Mapping[str, Channel]
-    figures: Callable[["Series"], "Quantities"]
+    channels: Callable[[Series], dict[str, Any]]
+    channel_info: Mapping[str, "Channel"]
+    figures: Callable[[Series], "Quantities"]
     effects: tuple[str, ...]
     position: float = 0.0
     velocity: float = 0.0

@@ -26,22 +26,24 @@ References
 .. [1] Z. Mchedlishvili, Z. Tsitskishvili, doi 10.36073/1512-0996-2026-1-143-147.
 """
 
+from collections.abc import Mapping
 from math import asin, pi, radians, sqrt
 from sys import float_info
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import Gravity
 from frictionsim.elementary import cos, sin
-from frictionsim.mechanisms.base import Channel, Contact, Kink, Mechanism, Value
+from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
+from frictionsim.series import Channel
 from frictionsim.tracer import TracerPoint, cusps, longest_dwell, place
 
 if TYPE_CHECKING:
-    from frictionsim.series import Series
+    from frictionsim.simulation import Simulation
 
 # The moment is a difference of torques, each a few roundings off.
 ROUNDING = 16 * float_info.epsilon
@@ -146,6 +148,9 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `epicyclic`."""
 
+    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
     kind: Literal["epicyclic"]
     mechanism: Geometry
     drive: Drive
@@ -199,6 +204,13 @@ class _Terms:
         return self.planet_weight * sin(angle) - centripetal
 
 
+def simulation(scene: Scene) -> "Simulation":
+    """Return what simulates a scene."""
+    from frictionsim.one_coordinate import OneCoordinate  # numpy, which `check` does without
+
+    return OneCoordinate(scene, build(scene))
+
+
 def build(scene: Scene) -> Mechanism:
     """Compose the equation of the crank from the effects that the scene names."""
     terms, geometry = _Terms(scene), scene.mechanism
@@ -221,7 +233,7 @@ def build(scene: Scene) -> Mechanism:
         opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
         return opposed - moment(0.0, angle, velocity)
 
-    def channels(series: "Series") -> dict[str, Value]:
+    def channels(series: Series) -> dict[str, Value]:
         angle, velocity = series.position, series.velocity
         courses = {
             "angle": angle,
@@ -242,7 +254,7 @@ def build(scene: Scene) -> Mechanism:
             )
         return courses
 
-    def figures(series: "Series") -> Quantities:
+    def figures(series: Series) -> Quantities:
         speed = float(series.velocity[-1]) if series.velocity.size else 0.0
         found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, speed), "N m")}
         if scene.effects.tracer_point is not None:

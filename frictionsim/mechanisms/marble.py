@@ -23,11 +23,12 @@ References
    2018, 8871-8881, eqs 24 and 53-58.
 """
 
+from collections.abc import Mapping
 from math import cos as cosine
 from math import pi, radians, sqrt
 from math import sin as sine
 from sys import float_info
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
@@ -35,12 +36,13 @@ from frictionsim.drives import Constant, Course, CourseInTime, course_of
 from frictionsim.effects import AirDrag, Gravity
 from frictionsim.elementary import cos, sin
 from frictionsim.friction import ShaftFriction
-from frictionsim.mechanisms.base import Channel, Contact, Kink, Mechanism, Value
+from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
+from frictionsim.series import Channel
 
 if TYPE_CHECKING:
-    from frictionsim.series import Series
+    from frictionsim.simulation import Simulation
 
 # The moment is a difference of products, and the limit a third: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
@@ -140,6 +142,9 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `marble_machine`."""
 
+    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
     kind: Literal["marble_machine"]
     mechanism: Geometry
     drive: Drive
@@ -164,6 +169,13 @@ def mesh_of(geometry: Geometry) -> _Mesh:
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
     force = 1.0 / (geometry.pinion_radius * cosine(alpha))
     return _Mesh(force * cosine(direction), -force * sine(direction))
+
+
+def simulation(scene: Scene) -> "Simulation":
+    """Return what simulates a scene."""
+    from frictionsim.one_coordinate import OneCoordinate  # numpy, which `check` does without
+
+    return OneCoordinate(scene, build(scene))
 
 
 def build(scene: Scene) -> Mechanism:
@@ -216,7 +228,7 @@ def build(scene: Scene) -> Mechanism:
             rounding=lambda u, angle: ROUNDING * (k * abs(u) + scale),
         )
 
-    def channels(series: "Series") -> dict[str, Value]:
+    def channels(series: Series) -> dict[str, Value]:
         torque = pinion_torque(series.drive, series.velocity)
         through_mesh = torque - motor_inertia * k * series.acceleration
         courses = {
@@ -233,7 +245,7 @@ def build(scene: Scene) -> Mechanism:
             courses["friction_torque"], courses["mode"] = series.friction, series.mode
         return courses
 
-    def figures(series: "Series") -> Quantities:
+    def figures(series: Series) -> Quantities:
         found = torques_of_rest(scene)
         if series.time.size:
             cell = series.position // p

@@ -13,19 +13,21 @@ References
    2018, 8871-8881, eqs 24 and 49-52.
 """
 
+from collections.abc import Mapping
 from math import radians, sqrt
 from sys import float_info
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import AirDrag
 from frictionsim.friction import ShaftFriction
-from frictionsim.mechanisms.base import Channel, Contact, Mechanism, Value
+from frictionsim.mechanisms.base import BACKENDS, Contact, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, quantity
 from frictionsim.quantities import Quantities, Quantity
+from frictionsim.series import Channel
 
 if TYPE_CHECKING:
-    from frictionsim.series import Series
+    from frictionsim.simulation import Simulation
 
 CONTACT_NAME = "shaft"
 
@@ -79,6 +81,9 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `pulley`."""
 
+    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
     kind: Literal["pulley"]
     mechanism: Geometry
     drive: Drive
@@ -91,6 +96,13 @@ class Scene(Scenario):
             return super().remarks()
         thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
         return [thick, *super().remarks()]
+
+
+def simulation(scene: Scene) -> "Simulation":
+    """Return what simulates a scene."""
+    from frictionsim.one_coordinate import OneCoordinate  # numpy, which `check` does without
+
+    return OneCoordinate(scene, build(scene))
 
 
 def build(scene: Scene) -> Mechanism:
@@ -131,7 +143,7 @@ def build(scene: Scene) -> Mechanism:
             critical_inputs=_critical_forces(arm, r_s, load, vertical),
         )
 
-    def channels(series: "Series") -> dict[str, Value]:
+    def channels(series: Series) -> dict[str, Value]:
         courses = {
             "angle": series.position,
             "angular_velocity": series.velocity,
@@ -144,7 +156,7 @@ def build(scene: Scene) -> Mechanism:
             courses["mode"] = series.mode
         return courses
 
-    def figures(series: "Series") -> Quantities:
+    def figures(series: Series) -> Quantities:
         return limits_of_rest(scene)
 
     return Mechanism(

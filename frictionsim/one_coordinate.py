@@ -1,0 +1,110 @@
+"""The simulation of a mechanism of one coordinate: its samples, and what follows from them."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim import backends
+from frictionsim.audit import audit
+from frictionsim.backends.base import Recording, SampleTimes
+from frictionsim.mechanisms.base import Mechanism, Series
+from frictionsim.quantities import Quantities, Quantity
+from frictionsim.series import STICK, Observed
+
+if TYPE_CHECKING:
+    from frictionsim.parameters import Scenario
+
+
+class OneCoordinate:
+    """The `Simulation` of a mechanism of one coordinate.
+
+    Parameters
+    ----------
+    scene : Scenario
+    mechanism : Mechanism
+        Built from it.
+    """
+
+    def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
+        self._settings, self._mechanism = scene.solver, mechanism
+        self._solve = backends.solver_of(scene.solver.backend, mechanism.prescribed)
+        self._recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
+        self._width = Recording.COLUMNS + len(mechanism.ledger)
+        self.effects = mechanism.effects
+        self.states = len(mechanism.initial_state)
+        self.channel_info = mechanism.channel_info
+        self.axes: Mapping[str, tuple[str, ...]] = {}
+
+    def solve(self, poll: Callable[[float], Any]) -> None:
+        """Have the backend of the scene step to the end."""
+        self._solve(self._mechanism, self._settings, self._recording, poll)
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return steps, rejected steps and evaluations of the right-hand side so far."""
+        recording = self._recording
+        return recording.steps, recording.rejected, recording.evaluations
+
+    def series(self) -> Series:
+        """Return the samples before the first that is not finite."""
+        mechanism, recording = self._mechanism, self._recording
+        columns = np.array(recording.rows).reshape(-1, self._width).T.copy()
+        unsound = np.flatnonzero(~np.isfinite(columns).all(axis=0))
+        if unsound.size:
+            columns = columns[:, : unsound[0]]
+        time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
+        acceleration, friction, mode = others
+        return Series(
+            time,
+            drive,
+            position,
+            velocity,
+            acceleration,
+            friction,
+            mode,
+            ledger=dict(zip(mechanism.ledger, columns[Recording.COLUMNS :], strict=True)),
+            stores={
+                name: np.asarray(energy(position, velocity))
+                for name, energy in mechanism.stores.items()
+            },
+            transitions=recording.transitions,
+        )
+
+    def observe(self) -> Observed:
+        """Return the samples that are finite, and what follows from them."""
+        mechanism, series = self._mechanism, self.series()
+        return Observed(
+            time=series.time,
+            courses=_courses(mechanism, series),
+            transitions=series.transitions,
+            quantities=_figures(mechanism, series),
+            checks=audit(series, mechanism.contact, self._settings.rtol, self._settings.atol),
+            unsound=series.time.size * self._width < len(self._recording.rows),
+        )
+
+
+def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:
+    """Return every course by the name it has in the result file."""
+    found = {**mechanism.channels(series), **series.ledger, **series.stores}
+    # A course that is constant may be given as a number.
+    return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
+
+
+def _figures(mechanism: Mechanism, series: Series) -> Quantities:
+    """Return the summary's quantities: the mechanism's own, then those of any motion.
+
+    breakaway_time is when a contact first goes over from stick to slip; None if it never does.
+    """
+    found = mechanism.figures(series)
+    if mechanism.contact is not None:
+        slips = (e.time for e in series.transitions if e.mode_from == STICK)
+        rests = [e.time for e in series.transitions if e.mode_to == STICK]
+        found["breakaway_time"] = Quantity(next(slips, None), "s")
+        found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
+    if series.time.size:
+        found["final_time"] = Quantity(float(series.time[-1]), "s")
+        found["final_angle"] = Quantity(float(series.position[-1]), "rad")
+        found["final_angular_velocity"] = Quantity(float(series.velocity[-1]), "rad/s")
+        for name, energy in (*series.ledger.items(), *series.stores.items()):
+            found[name] = Quantity(float(energy[-1]), "J")
+    return found

@@ -1,0 +1,51 @@
+"""The contract between a kind of mechanism and a run of it."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from frictionsim.series import Channel, Observed
+
+
+class Simulation(Protocol):
+    """One scene, to be solved once; a family of mechanisms has a class of its own for it.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        The effects that are simulated.
+    states : int
+        What is integrated: the length of the state vector.
+    channel_info : mapping of name to Channel
+        For every course that it may show.
+    axes : mapping of name to tuple of str
+        The names of the members of each axis, without blanks; "0", "1", ... where they have
+        none. Empty for one coordinate.
+    """
+
+    @property
+    def effects(self) -> tuple[str, ...]: ...
+
+    @property
+    def states(self) -> int: ...
+
+    @property
+    def channel_info(self) -> Mapping[str, "Channel"]: ...
+
+    @property
+    def axes(self) -> Mapping[str, tuple[str, ...]]: ...
+
+    def solve(self, poll: Callable[[float], Any]) -> None:
+        """Step to the end, and call poll with the time along the way.
+
+        Raises
+        ------
+        SolverError, Interrupted, ArithmeticError
+            What was sampled before can be observed.
+        """
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return steps, rejected steps and evaluations of the right-hand side so far."""
+
+    def observe(self) -> "Observed":
+        """Return what was sampled so far, also of a run that stopped short of its end."""
