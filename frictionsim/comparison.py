@@ -25,7 +25,7 @@ class Row(NamedTuple):
     at : float or None, s
     ok : bool
     note : str
-        What is wrong beside the numbers.
+        What is wrong beside the numbers, or which member of the course's axis is worst.
     """
 
     name: str
@@ -154,13 +154,15 @@ def _compare_course(
     if result.units[name] != golden.units[name]:
         note = f"in {result.units[name]}, expected {golden.units[name]}"
         return Row(name, None, None, None, False, note)
-    both = min(result.courses[name].size, golden.courses[name].size)
+    if _columns(result, name) != _columns(golden, name):
+        return Row(name, None, None, None, False, "of another axis, or of other members of it")
+    both = min(len(result.courses[name]), len(golden.courses[name]))
     found, expected = result.courses[name][:both], golden.courses[name][:both]
     time = golden.courses["time"][:both]
     away = _away_from(golden.events["time"], time, time_atol)
-    if not np.any(away):
-        return Row(name, 0.0, atol, None, True)
     found, expected, time = found[away], expected[away], time[away]
+    if not found.size:
+        return Row(name, 0.0, atol, None, True)
     allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
     with np.errstate(invalid="ignore"):
         difference = np.abs(found - expected)
@@ -170,9 +172,18 @@ def _compare_course(
     # Where nothing is allowed any difference is infinitely bad, and none is none.
     with np.errstate(divide="ignore", invalid="ignore"):
         badness = np.where(difference > 0.0, difference / allowed, 0.0)
-    worst = int(np.lexsort((difference, badness))[-1])
+    order = np.lexsort((difference.ravel(), badness.ravel()))
+    sample, *member = worst = np.unravel_index(order[-1], difference.shape)
     ok = bool(difference[worst] <= allowed[worst])
-    return Row(name, float(difference[worst]), float(allowed[worst]), float(time[worst]), ok)
+    axis, names = _columns(golden, name)
+    note = f"{axis} {names[member[0]]}" if member else ""
+    return Row(name, float(difference[worst]), float(allowed[worst]), float(time[sample]), ok, note)
+
+
+def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
+    """Return the axis of a course and the names of its members; nothing for one value."""
+    axis = result.axes[name]
+    return axis, result.members[axis] if axis else ()
 
 
 def _away_from(events: Any, time: Any, time_atol: float) -> Any:

@@ -15,7 +15,12 @@ if TYPE_CHECKING:
     from frictionsim.recorder import Result
 
 # Okabe and Ito: told apart also by colour-blind readers, and in grey.
-COURSE_COLOUR, EVENT_COLOUR, STICK_COLOUR = "#0072B2", "#D55E00", "#E5E5E5"
+EVENT_COLOUR, STICK_COLOUR = "#D55E00", "#E5E5E5"
+COURSE_COLOURS = (
+    *("#0072B2", "#E69F00", "#009E73", "#CC79A7"),
+    *("#56B4E9", "#000000", "#F0E442", "#999999"),
+)
+MOST_LINES = len(COURSE_COLOURS)  # in one panel
 WIDTH, PANEL_HEIGHT = 8.0, 1.7  # inches
 MOST_MARKS = 60  # events; more would hide the courses
 JUMPING = ("friction_torque", "angular_acceleration")
@@ -46,7 +51,7 @@ def plot(result: "Result", path: Path) -> None:
     events = result.events["time"]
     for panel, name in zip(panels, names, strict=True):
         _shade_sticks(panel, result)
-        panel.plot(*_with_jumps(result, name), color=COURSE_COLOUR, linewidth=1.5)
+        _draw_course(panel, result, name)
         height = panel.get_xaxis_transform()
         if len(events) <= MOST_MARKS:
             panel.vlines(events, 0.0, 1.0, EVENT_COLOUR, "--", linewidth=0.8, transform=height)
@@ -66,11 +71,33 @@ def plot(result: "Result", path: Path) -> None:
 
 
 def _panels(result: "Result") -> list[str]:
-    """Return the courses that the mechanism wants drawn and the scene has."""
+    """Return the courses that the mechanism wants drawn, or any if the file has none of them."""
     kind = result.attributes["kind"]
     if kind not in KINDS:
         raise InputError(f"cannot draw a result of kind '{kind}'; known: {', '.join(KINDS)}")
-    return [name for name in module_of(kind).PANELS if name in result.courses]
+    drawable = [
+        name
+        for name, axis in result.axes.items()
+        if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MOST_LINES)
+    ]
+    names = [name for name in module_of(kind).PANELS if name in drawable] or drawable
+    if not names:
+        raise InputError("cannot draw this result: it has no course that can be drawn as a line")
+    return names
+
+
+def _draw_course(panel: Any, result: "Result", name: str) -> None:
+    """Draw a course; if it has columns, one line for each and a legend."""
+    time, values = _with_jumps(result, name)
+    axis = result.axes[name]
+    if not axis:
+        panel.plot(time, values, color=COURSE_COLOURS[0], linewidth=1.5)
+        return
+    members = result.members[axis]
+    for course, member, colour in zip(values.T, members, COURSE_COLOURS, strict=False):
+        panel.plot(time, course, color=colour, linewidth=1.5, label=f"{axis} {member}")
+    if members:
+        panel.legend(loc="upper right", fontsize="small", ncols=4)
 
 
 def _title(result: "Result") -> str:
@@ -81,7 +108,7 @@ def _title(result: "Result") -> str:
         notes.append(attributes["status"])
     elif attributes["reason"]:
         notes.append("self-audit failed")
-    if "mode" in result.courses:
+    if _has_sticks(result):
         notes.append("grey: sticking")
     count = len(result.events["time"])
     if count:
@@ -95,7 +122,8 @@ def _with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
     if name not in JUMPING or len(result.events["time"]) > MOST_MARKS:
         return time, values
     places = np.searchsorted(time, result.events["time"])
-    return np.insert(time, places, result.events["time"]), np.insert(values, places, np.nan)
+    gaps = np.insert(values, places, np.nan, axis=0)
+    return np.insert(time, places, result.events["time"]), gaps
 
 
 def _unit(unit: str) -> str:
@@ -110,9 +138,14 @@ def _metadata(path: Path) -> dict[str, Any]:
     }[path.suffix.lower()]
 
 
+def _has_sticks(result: "Result") -> bool:
+    """Return whether all rests of a result are those of one contact."""
+    return result.axes.get("mode") == ""
+
+
 def _shade_sticks(panel: Any, result: "Result") -> None:
     """Shade the time from every rest to the next breakaway."""
-    if "mode" not in result.courses:
+    if not _has_sticks(result):
         return
     time, events = result.courses["time"], result.events
     if not time.size:

@@ -6,16 +6,20 @@ A result file, format version 1, holds
                          overrides, defaults and CSV courses filled in), kind, backend, title,
                          status (done, failed, interrupted), reason (empty if all is well)
     /time                (n,) s, the dimension scale of every course
-    /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...
+    /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...; of a kind of
+                         many parts (n, k), a column for each member of an axis: body, pulley, ...
+    /<axis>              (k,) 0, 1, ..., the dimension scale of those columns; attribute `names`,
+                         joined by blanks, where the members have names
     /energy_<name>       (n,) J, the energies that the scene has
     /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
     /events/time         (m,) s, the dimension scale of the transitions
     /events/contact      (m,) index into the attribute `flag_meanings`
     /events/mode_from, /events/mode_to    (m,)
-    /events/angle        (m,) rad, where the contact went over
+    /events/angle        (m,) rad, where the contact went over; not of a kind of many parts
 
-All datasets are float64 with the attributes `units` and `long_name`. Nothing in a file depends
-on when or where it was made: two runs of one scenario give identical bytes.
+With `output.channels` a file has those courses only, time and events. All datasets are float64
+with the attributes `units` and `long_name`; those of two dimensions are compressed. Nothing in a
+file depends on when or where it was made: two runs of one scenario give identical bytes.
 """
 
 import os
@@ -45,6 +49,8 @@ ATTRIBUTES = (
     "status",
     "title",
 )
+CHUNK_BYTES = 128 * 1024
+COMPRESSION = {"compression": "gzip", "compression_opts": 4}
 MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
 
 
@@ -139,10 +145,14 @@ def _image(run: "Run") -> bytes:
         file.attrs["title"] = run.scene.title
         file.attrs["status"] = run.status
         file.attrs["reason"] = run.reason
-        scale = _add_scale(file, run.time, "time", "time")
-        info = run.channel_info
+        time = _add_scale(file, run.time, "time", "s", "time")
+        axes: dict[str, Any] = {}
         for name, values in run.courses.items():
-            dataset = _add(file, name, values, info[name].unit, info[name].long_name, scale)
+            unit, long_name, axis = run.channel_info[name]
+            if axis and axis not in axes:
+                axes[axis] = _add_axis(file, axis, run.axes[axis])
+            scales = (time, axes[axis]) if axis else (time,)
+            dataset = _add(file, name, values, unit, long_name, *scales)
             if name == "mode":
                 dataset.attrs.update(MODES)
         _add_transitions(file.create_group("events"), run)
@@ -153,7 +163,7 @@ def _image(run: "Run") -> bytes:
 def _add_transitions(events: Any, run: "Run") -> None:
     transitions = run.transitions
     names = sorted({transition.contact for transition in transitions})
-    scale = _add_scale(events, [e.time for e in transitions], "time", "time of the transition")
+    scale = _add_scale(events, [e.time for e in transitions], "time", "s", "time of the transition")
     contact = _add(
         events,
         "contact",
@@ -171,22 +181,45 @@ def _add_transitions(events: Any, run: "Run") -> None:
         dataset = _add(events, name, values, "1", name.replace("_", " "), scale)
         dataset.attrs.update(MODES)
     angles = [e.position for e in transitions]
-    _add(events, "angle", angles, "rad", "angle at the transition", scale)
+    if None not in angles:
+        _add(events, "angle", angles, "rad", "angle at the transition", scale)
 
 
-def _add_scale(group: Any, values: Any, name: str, long_name: str) -> Any:
-    scale = _add(group, name, values, "s", long_name)
+def _add_axis(group: Any, name: str, members: tuple[str, ...]) -> Any:
+    numbers = range(len(members))
+    scale = _add_scale(group, numbers, name, "1", f"number of the {name.replace('_', ' ')}, from 0")
+    if members != _numbered(len(members)):
+        scale.attrs["names"] = " ".join(members)
+    return scale
+
+
+def _add_scale(group: Any, values: Any, name: str, unit: str, long_name: str) -> Any:
+    scale = _add(group, name, values, unit, long_name)
     scale.make_scale(name)
     return scale
 
 
-def _add(group: Any, name: str, values: Any, unit: str, long_name: str, scale: Any = None) -> Any:
-    dataset = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+def _add(group: Any, name: str, values: Any, unit: str, long_name: str, *scales: Any) -> Any:
+    values = np.asarray(values, dtype=np.float64)
+    dataset = group.create_dataset(name, data=values, **_storage(values))
     dataset.attrs["units"] = unit
     dataset.attrs["long_name"] = long_name
-    if scale is not None:
-        dataset.dims[0].attach_scale(scale)
+    for dimension, scale in zip(dataset.dims, scales, strict=False):
+        dimension.attach_scale(scale)
     return dataset
+
+
+def _storage(values: Any) -> dict[str, Any]:
+    """Return how a dataset is stored: whole if it is small, else compressed chunks of rows."""
+    if values.ndim < 2 or not values.size:
+        return {}
+    rows = min(len(values), max(1, CHUNK_BYTES // values[0].nbytes))
+    return {"chunks": (rows, values.shape[1]), "shuffle": True, **COMPRESSION}
+
+
+def _numbered(count: int) -> tuple[str, ...]:
+    """Return the names of members that have none."""
+    return tuple(map(str, range(count)))
 
 
 class Result(NamedTuple):
@@ -195,8 +228,12 @@ class Result(NamedTuple):
     Attributes
     ----------
     attributes : dict of str
-    courses : dict of (n,) arrays, `time` among them
+    courses : dict of (n,) or (n, k) arrays, `time` among them
     units, long_names : dict of str
+    axes : dict of str
+        What the columns of a course belong to; empty for a course of (n,).
+    members : dict of tuple of str
+        The names of the members of each axis, or their numbers.
     events : dict of (m,) arrays, `time` among them
     contacts : list of str
         What the indices of `events["contact"]` stand for.
@@ -206,6 +243,8 @@ class Result(NamedTuple):
     courses: dict[str, Any]
     units: dict[str, str]
     long_names: dict[str, str]
+    axes: dict[str, str]
+    members: dict[str, tuple[str, ...]]
     events: dict[str, Any]
     contacts: list[str]
 
@@ -239,7 +278,9 @@ def _read(path: Path, file: Any) -> Result:
     missing = [name for name in ATTRIBUTES if name not in file.attrs]
     if missing:
         raise KeyError(*missing)
-    datasets = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    found = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    scales = {name for name, item in found.items() if item.is_scale and name != "time"}
+    datasets = {name: item for name, item in found.items() if name not in scales}
     events = {name: _values(item) for name, item in file["events"].items()}
     contacts = str(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
@@ -247,6 +288,8 @@ def _read(path: Path, file: Any) -> Result:
         courses={name: _values(item) for name, item in datasets.items()},
         units={name: str(item.attrs["units"]) for name, item in datasets.items()},
         long_names={name: str(item.attrs["long_name"]) for name, item in datasets.items()},
+        axes={name: _axis_of(item) for name, item in datasets.items()},
+        members={name: _members(found[name]) for name in sorted(scales)},
         events=events,
         contacts=contacts,
     )
@@ -254,11 +297,26 @@ def _read(path: Path, file: Any) -> Result:
     return result
 
 
+def _axis_of(dataset: Any) -> str:
+    """Return what the columns of a dataset belong to; empty if it has no columns."""
+    return next(iter(dataset.dims[1].keys()), "") if dataset.ndim > 1 else ""
+
+
+def _members(scale: Any) -> tuple[str, ...]:
+    names = scale.attrs.get("names")
+    members = _numbered(scale.size) if names is None else tuple(str(names).split())
+    if scale.shape != (len(members),):
+        raise ValueError(f"{scale.name} is no axis")
+    return members
+
+
 def _see_shapes(result: Result) -> None:
     """See that all courses are over one time, and events name contacts that there are."""
-    for courses in (result.courses, result.events):
+    for courses, axes in ((result.courses, result.axes), (result.events, {})):
+        n = courses["time"].size
         for name, values in courses.items():
-            if values.ndim != 1 or values.shape != courses["time"].shape:
+            axis = axes.get(name, "")
+            if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
                 raise ValueError(f"{name} is not a course over time")
     contact = result.events["contact"]
     if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
