@@ -7,6 +7,7 @@ which is what makes the search for a breakaway rigorous.
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 from math import ceil, cos, inf, pi, radians, sin
 from pathlib import Path
 from typing import Annotated, Any, Protocol, Self
@@ -155,24 +156,40 @@ class PointsTable(Params):
 
     @model_validator(mode="after")
     def _points_make_a_course(self) -> Self:
-        if len(self.time) != len(self.value):
-            raise misfit(
-                ("value",),
-                f"{len(self.value)} values for {len(self.time)} times; give one for each",
-            )
-        for i, (earlier, later) in enumerate(zip(self.time, self.time[1:], strict=False)):
-            if not later > earlier:
-                raise misfit(
-                    ("time",),
-                    f"times must increase from point to point, but point {i + 2} at {later} s"
-                    f" follows one at {earlier} s",
-                )
+        _see_points("time", self.time, "s", self.value)
         return self
 
     def course(self) -> Course:
         if len(set(self.value)) == 1:
             return Constant(self.value[0])
         return PiecewiseLinear(self.time, self.value)
+
+
+class SpeedTable(Params):
+    """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
+
+    speed: tuple[float, ...] = quantity("rad/s", min_length=1, strict=False)
+    value: tuple[float, ...] = Field(min_length=1, strict=False)
+
+    @model_validator(mode="after")
+    def _points_make_a_course(self) -> Self:
+        _see_points("speed", self.speed, "rad/s", self.value)
+        return self
+
+
+def _see_points(name: str, places: Sequence[float], unit: str, values: Sequence[float]) -> None:
+    """See that there is a value at each of the places, and that these increase."""
+    if len(places) != len(values):
+        raise misfit(
+            ("value",), f"{len(values)} values for {len(places)} {name}s; give one for each"
+        )
+    for i, (earlier, later) in enumerate(pairwise(places)):
+        if not later > earlier:
+            raise misfit(
+                (name,),
+                f"{name}s must increase from point to point, but point {i + 2} at {later} {unit}"
+                f" follows one at {earlier} {unit}",
+            )
 
 
 class SineShape(Params):
@@ -267,16 +284,19 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-COURSE_FORMS = (
-    "a number, {time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
-    ' or {csv = "file.csv"}'
-)
-COURSE_NUMBER = "<number>"
+_NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
+_FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
 # The tag names the form in a validation error's location; it is no key of the scenario.
 COURSE_TAGS: dict[str, type[Params]] = {
     "<points>": PointsTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
+    "<of speed>": SpeedTable,
+}
+# What may stand where a number of this tag may; the tag is also the type of the error if none does.
+FORMS_BESIDE_NUMBER = {
+    _NUMBER: f'{_FORMS} or {{csv = "file.csv"}}',
+    _NUMBER_OR_OF_SPEED: f'{_FORMS}, {{csv = "file.csv"}} or {{speed = [...], value = [...]}}',
 }
 
 
@@ -284,7 +304,7 @@ def _course_form(table: Any) -> str | None:
     if isinstance(table, Params):
         return next(tag for tag, model in COURSE_TAGS.items() if isinstance(table, model))
     if not isinstance(table, dict):
-        return COURSE_NUMBER
+        return _NUMBER
     if "sine" in table:
         return "<sine>"
     if "smooth_step" in table:
@@ -294,16 +314,33 @@ def _course_form(table: Any) -> str | None:
     return None
 
 
+def _course_form_or_of_speed(table: Any) -> str | None:
+    if isinstance(table, dict) and "speed" in table:
+        return "<of speed>"
+    form = _course_form(table)
+    return _NUMBER_OR_OF_SPEED if form == _NUMBER else form
+
+
+def _discriminator(form: Any, number: str) -> Discriminator:
+    # The type of the error says which forms there are; a context would not be hashable.
+    return Discriminator(form, custom_error_type=number, custom_error_message="expected a course")
+
+
 CourseInTime = Annotated[
-    Annotated[float, Tag(COURSE_NUMBER)]
+    Annotated[float, Tag(_NUMBER)]
     | Annotated[PointsTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")],
-    Discriminator(
-        _course_form,
-        custom_error_type="course_form",
-        custom_error_message=f"expected {COURSE_FORMS}".replace("{", "{{").replace("}", "}}"),
-    ),
+    _discriminator(_course_form, _NUMBER),
+    BeforeValidator(_read_csv),
+]
+CourseOfSpeedOrTime = Annotated[
+    Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
+    | Annotated[PointsTable, Tag("<points>")]
+    | Annotated[SineTable, Tag("<sine>")]
+    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[SpeedTable, Tag("<of speed>")],
+    _discriminator(_course_form_or_of_speed, _NUMBER_OR_OF_SPEED),
     BeforeValidator(_read_csv),
 ]
 

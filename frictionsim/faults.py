@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel
 
-from frictionsim.drives import COURSE_FORMS, COURSE_NUMBER, COURSE_TAGS
+from frictionsim.drives import COURSE_TAGS, FORMS_BESIDE_NUMBER
 from frictionsim.errors import unknown
 from frictionsim.toml_lines import KeyPath
 
@@ -46,8 +46,8 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "extra_forbidden":
         return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
     wanted = _wanted(kind, context, place)
-    if kind == "float_type" and error["loc"][-1] == COURSE_NUMBER:
-        wanted = f"{wanted}, or {COURSE_FORMS.partition(', ')[2]}"
+    if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
+        wanted = f"{wanted}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
     if kind == "missing":
         return place.path, f"missing; expected {wanted}"
     return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
@@ -88,6 +88,8 @@ def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
     if kind in BOUNDS:
         bound, relation = BOUNDS[kind]
         return f"a number {relation} {context[bound]:g}{unit and ' ' + unit}"
+    if kind in FORMS_BESIDE_NUMBER:
+        return f"a number, {FORMS_BESIDE_NUMBER[kind]}"
     if kind == "literal_error":
         return str(context["expected"])
     return {
@@ -101,7 +103,6 @@ def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
         "model_attributes_type": "a table",
         "tuple_type": f"a list of {place.items} in brackets",
         "too_short": "at least one number",
-        "course_form": COURSE_FORMS,
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
 
 

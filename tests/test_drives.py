@@ -8,17 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from frictionsim.drives import (
     Constant,
     Course,
     CourseInTime,
+    CourseOfSpeedOrTime,
     PiecewiseLinear,
     Sine,
     SmoothStep,
+    SpeedTable,
     course_of,
 )
-from frictionsim.parameters import Params
+from frictionsim.faults import fault_text
+from frictionsim.parameters import Params, quantity
 
 
 class Drive(Params):
@@ -79,6 +83,83 @@ def test_csv_courses_are_points(text: str, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text(text, encoding="utf-8")
     force = course({"csv": "force.csv"}, tmp_path)
     assert [force(t) for t in (0.0, 0.5, 1.0)] == [1.0, 1.5, 2.0]
+
+
+class BeltDrive(Params):
+    torque: CourseOfSpeedOrTime | None = quantity("N m", None)
+
+
+class PulleyDrive(Params):
+    torque: CourseInTime | None = quantity("N m", None)
+
+
+def test_a_course_of_speed_or_time_takes_both() -> None:
+    table = {"speed": [0, 10.0], "value": [5.0, 0]}
+    of_speed = BeltDrive.model_validate({"torque": table}).torque
+    assert isinstance(of_speed, SpeedTable)
+    assert (of_speed.speed, of_speed.value) == ((0.0, 10.0), (5.0, 0.0))
+    again = BeltDrive.model_validate({"torque": of_speed}).torque
+    assert again == of_speed
+    assert BeltDrive.model_validate(BeltDrive(torque=of_speed).model_dump()).torque == of_speed
+    in_time = BeltDrive.model_validate({"torque": {"time": [0, 1], "value": [0, 5]}}).torque
+    assert not isinstance(in_time, SpeedTable)
+    assert course_of(in_time)(0.5) == 2.5
+    assert BeltDrive.model_validate({"torque": 3}).torque == 3.0
+
+
+def faults_of(model: type[Params], table: Any) -> list[str]:
+    with pytest.raises(ValidationError) as refused:
+        model.model_validate({"torque": table})
+    faults = [fault_text(error, model) for error in refused.value.errors()]
+    return [f"{'.'.join(map(str, path))}: {text}" for path, text in faults]
+
+
+TIME_FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
+ALL_FORMS = TIME_FORMS + ', {csv = "file.csv"} or {speed = [...], value = [...]}'
+TIME_FORMS += ' or {csv = "file.csv"}'
+
+
+@pytest.mark.parametrize(
+    ("table", "fault"),
+    [
+        (
+            {"speed": [0.0, 0.0], "value": [1.0, 2.0]},
+            "torque.speed: speeds must increase from point to point, but point 2 at 0.0 rad/s"
+            " follows one at 0.0 rad/s",
+        ),
+        (
+            {"speed": [0.0], "value": [1.0, 2.0]},
+            "torque.value: 2 values for 1 speeds; give one for each",
+        ),
+        ({"speed": [0.0], "value": []}, "torque.value: expected at least one number, got a list"),
+        ({"speed": "x", "value": [1.0]}, "torque.speed: expected a list of numbers in brackets"),
+        (
+            {"speed": [0.0], "value": [1.0, "x"]},
+            "torque.value.1: expected a number in N m, got 'x'",
+        ),
+        (
+            {"speed": [0.0, "x"], "value": [1.0]},
+            "torque.speed.1: expected a number in rad/s, got 'x'",
+        ),
+        ({"speed": [0.0]}, "torque.value: missing"),
+        ({}, f"torque: expected a number, {ALL_FORMS}, got an empty table"),
+        ("x", f"torque: expected a number in N m, or {ALL_FORMS}, got 'x'"),
+    ],
+)
+def test_a_wrong_course_of_speed_is_told(table: Any, fault: str) -> None:
+    (found,) = faults_of(BeltDrive, table)
+    assert found.startswith(fault)
+
+
+def test_a_course_in_time_refuses_one_of_speed() -> None:
+    found = faults_of(PulleyDrive, {"speed": [0.0], "value": [1.0]})
+    assert any("torque.speed: unknown key 'speed'" in fault for fault in found)
+    assert faults_of(PulleyDrive, {"speed": [0.0]}) == [
+        f"torque: expected a number, {TIME_FORMS}, got a table"
+    ]
+    assert faults_of(PulleyDrive, "x") == [
+        f"torque: expected a number in N m, or {TIME_FORMS}, got 'x'"
+    ]
 
 
 courses = st.one_of(
