@@ -1,7 +1,8 @@
 """The adaptive Runge-Kutta-Fehlberg method of order 4(5) that every mechanism is stepped with.
 
-The stages are plain loops over the states: on the short lists of a mechanism with few states
-they run as they stand, and over arrays numba compiles the same lines for a large one.
+What leads from stage to stage are plain loops over the states: on the short lists of a mechanism
+with few states they run as they stand, and over arrays numba compiles the same lines. The long
+sums are in two loops: a compiler makes vectors of a loop over a few arrays, not over seven.
 """
 
 from collections.abc import Callable, MutableSequence, Sequence
@@ -29,6 +30,61 @@ NEARLY_ALL = 1.0 - 1e-9  # a remainder below this share of a step is not worth a
 SHORTEST_TRIAL = 1e-100  # s: of the step that a first one is estimated from
 # PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
 PI_ERROR, PI_BEFORE = 0.7 / 5, 0.4 / 5
+LEAST_ERROR = 1e-10  # what the controller takes for an error of nothing
+
+
+def to_second(h: float, y: State, k1: State, stage: State) -> None:
+    """Write the state of the second stage, at t + C2 h; h is the length of the step, s."""
+    for i in range(len(y)):
+        stage[i] = y[i] + h * (A21 * k1[i])
+
+
+def to_third(h: float, y: State, k1: State, k2: State, stage: State) -> None:
+    """Write the state of the third stage, at t + C3 h."""
+    for i in range(len(y)):
+        stage[i] = y[i] + h * (A31 * k1[i] + A32 * k2[i])
+
+
+def to_fourth(h: float, y: State, k1: State, k2: State, k3: State, stage: State) -> None:
+    """Write the state of the fourth stage, at t + C4 h."""
+    for i in range(len(y)):
+        stage[i] = y[i] + h * (A41 * k1[i] + A42 * k2[i] + A43 * k3[i])
+
+
+def to_fifth(h: float, y: State, k1: State, k2: State, k3: State, k4: State, stage: State) -> None:
+    """Write the state of the fifth stage, at t + h."""
+    for i in range(len(y)):
+        stage[i] = y[i] + h * (A51 * k1[i] + A52 * k2[i])
+    for i in range(len(y)):
+        stage[i] += h * (A53 * k3[i] + A54 * k4[i])
+
+
+def to_sixth(
+    h: float, y: State, k1: State, k2: State, k3: State, k4: State, k5: State, stage: State
+) -> None:
+    """Write the state of the sixth stage, at t + C6 h."""
+    for i in range(len(y)):
+        stage[i] = y[i] + h * (A61 * k1[i] + A62 * k2[i] + A63 * k3[i])
+    for i in range(len(y)):
+        stage[i] += h * (A64 * k4[i] + A65 * k5[i])
+
+
+def to_end(
+    h: float, y: State, k1: State, k3: State, k4: State, k5: State, k6: State, y_new: State
+) -> None:
+    """Write the solution of order 5, at t + h."""
+    for i in range(len(y)):
+        y_new[i] = y[i] + h * (B1 * k1[i] + B3 * k3[i] + B4 * k4[i])
+    for i in range(len(y)):
+        y_new[i] += h * (B5 * k5[i] + B6 * k6[i])
+
+
+def to_error(h: float, k1: State, k3: State, k4: State, k5: State, k6: State, error: State) -> None:
+    """Write the difference of the solutions of order 5 and 4."""
+    for i in range(len(k1)):
+        error[i] = h * (E1 * k1[i] + E3 * k3[i] + E4 * k4[i])
+    for i in range(len(k1)):
+        error[i] += h * (E5 * k5[i] + E6 * k6[i])
 
 
 def stages(
@@ -48,7 +104,7 @@ def stages(
     rates : callable
     t, h : float, s
     y : (n,)
-    k : six of (n,), or (6, n)
+    k : six of (n,)
         k[0] is read, the others are overwritten.
     stage : (n,)
         Room to work in.
@@ -57,26 +113,30 @@ def stages(
     error : (n,)
         Receives its difference from the solution of order 4.
     """
-    n = len(y)
     k1, k2, k3, k4, k5, k6 = k
-    for i in range(n):
-        stage[i] = y[i] + h * (A21 * k1[i])
+    to_second(h, y, k1, stage)
     rates(t + C2 * h, stage, k2)
-    for i in range(n):
-        stage[i] = y[i] + h * (A31 * k1[i] + A32 * k2[i])
+    to_third(h, y, k1, k2, stage)
     rates(t + C3 * h, stage, k3)
-    for i in range(n):
-        stage[i] = y[i] + h * (A41 * k1[i] + A42 * k2[i] + A43 * k3[i])
+    to_fourth(h, y, k1, k2, k3, stage)
     rates(t + C4 * h, stage, k4)
-    for i in range(n):
-        stage[i] = y[i] + h * (A51 * k1[i] + A52 * k2[i] + A53 * k3[i] + A54 * k4[i])
+    to_fifth(h, y, k1, k2, k3, k4, stage)
     rates(t + h, stage, k5)
-    for i in range(n):
-        stage[i] = y[i] + h * (A61 * k1[i] + A62 * k2[i] + A63 * k3[i] + A64 * k4[i] + A65 * k5[i])
+    to_sixth(h, y, k1, k2, k3, k4, k5, stage)
     rates(t + C6 * h, stage, k6)
-    for i in range(n):
-        y_new[i] = y[i] + h * (B1 * k1[i] + B3 * k3[i] + B4 * k4[i] + B5 * k5[i] + B6 * k6[i])
-        error[i] = h * (E1 * k1[i] + E3 * k3[i] + E4 * k4[i] + E5 * k5[i] + E6 * k6[i])
+    to_end(h, y, k1, k3, k4, k5, k6, y_new)
+    to_error(h, k1, k3, k4, k5, k6, error)
+
+
+def shrunk(h: float, error: float) -> float:
+    """Return the length to try next after a step of length h whose error is above 1."""
+    return h * max(SHRINK_MOST, SAFETY * error**-0.2)
+
+
+def grown(h: float, error: float, error_before: float, rejected_here: bool) -> float:
+    """Return the length of the step after one of length h, from its error and the one before."""
+    growth = SAFETY * error**-PI_ERROR * error_before**PI_BEFORE
+    return h * min(max(growth, SHRINK_MOST), 1.0 if rejected_here else GROW_MOST)
 
 
 class RungeKuttaFehlberg45:
@@ -171,7 +231,7 @@ class RungeKuttaFehlberg45:
                 break
             self.rejected += 1
             rejected_here = True
-            self._h = max(floor, h * max(SHRINK_MOST, SAFETY * error**-0.2))
+            self._h = max(floor, shrunk(h, error))
             if self._h < 4.0 * ulp(limit):
                 raise SolverError(
                     f"at t = {self.t0:.9g} s the tolerances ask for a step of {self._h:.2g} s,"
@@ -228,12 +288,11 @@ class RungeKuttaFehlberg45:
 
     def _choose_next(self, h: float, error: float, rejected_here: bool) -> None:
         """Set the length of the next step from the error of this one and of the one before."""
-        error = max(error, 1e-10)
-        growth = SAFETY * error**-PI_ERROR * self._error_before**PI_BEFORE
-        growth = min(max(growth, SHRINK_MOST), 1.0 if rejected_here else GROW_MOST)
+        error = max(error, LEAST_ERROR)
+        length = grown(h, error, self._error_before, rejected_here)
         # A step that a limit cut short says little: keep the length that was due.
         due = self._h if not rejected_here else 0.0
-        self._h = min(max(h * growth, due if h < due else 0.0), self._max_step)
+        self._h = min(max(length, due if h < due else 0.0), self._max_step)
         self._error_before = error
 
     def _first_step(self) -> float:

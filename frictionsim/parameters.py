@@ -161,12 +161,12 @@ class Scenario(Params):
         return self
 
 
-def misfit(where: tuple[str, ...], message: str) -> PydanticCustomError:
+def misfit(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
     """Return the error of values that are each right but do not go together.
 
     Parameters
     ----------
-    where : tuple of str
+    where : tuple of str or int
         The key to report, relative to the table whose validator raises this.
     message : str
     """

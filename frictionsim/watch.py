@@ -46,6 +46,11 @@ class Watch:
         if self._with_progress and self._calls % CALLS_BETWEEN_LOOKS == 0:
             self._show(t)
 
+    def say(self, text: str) -> None:
+        """Tell whoever sits at the terminal what takes its time."""
+        if self._with_progress:
+            print(f"frictionsim: {text}", file=sys.stderr)
+
     def _show(self, t: float) -> None:
         if self._bar is None:
             if monotonic() - self._started < SECONDS_WITHOUT_BAR:

@@ -15,20 +15,30 @@ from frictionsim.scenario import load
 from .conftest import GOLDEN, SCENARIOS
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+# A belt is followed for a short time only: contacts that open and close amplify the rounding in
+# which platforms differ, and the courses of all bodies fill megabytes.
+OF_A_BELT = [
+    "solver.duration=0.02",
+    "output.interval=0.002",
+    'output.channels=["pulley_speed", "tension", "energy_kinetic", "energy_friction"]',
+]
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenario_gives_its_golden_result(
     name: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    result = run(load(SCENARIOS / f"{name}.toml"), lambda t: None)
+    overrides = OF_A_BELT if name.startswith("belt") else []
+    result = run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
     golden = GOLDEN / f"{name}.h5"
     if request.config.getoption("--update-golden"):
         recorder.write(result, golden)
     found = tmp_path / f"{name}.h5"
     recorder.write(result, found)
-    # The runs have rtol 1e-9; another platform may round differently in every step.
-    comparison = compare(found, golden, rtol=1e-7, atol=1e-8, time_atol=1e-8, ignore=[])
+    # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
+    # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
+    rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)
+    comparison = compare(found, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=[])
     assert [row for row in comparison.rows if not row.ok] == []
 
 

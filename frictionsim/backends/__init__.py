@@ -22,6 +22,13 @@ BACKENDS = {
     "events": Backend("frictionsim.backends.events"),
     "rkf45": Backend("frictionsim.backends.rkf45"),
     "published": Backend("frictionsim.backends.published", fixed_step=True),
+    "moreau": Backend("frictionsim.backends.belt_moreau", fixed_step=True),
+}
+
+# Those that can do a belt drive: modules with a class `Stepping`.
+BELT = {
+    "rkf45": "frictionsim.backends.belt_rkf45",
+    "moreau": "frictionsim.backends.belt_moreau",
 }
 
 # Takes over from each of them where the drive prescribes the velocity.

@@ -19,6 +19,7 @@ KINDS = {
     "pulley": "frictionsim.mechanisms.pulley",
     "marble_machine": "frictionsim.mechanisms.marble",
     "epicyclic": "frictionsim.mechanisms.epicyclic",
+    "belt_drive": "frictionsim.mechanisms.belt",
 }
 
 

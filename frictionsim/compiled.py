@@ -1,0 +1,69 @@
+"""Compiled kernels: the only module that imports numba.
+
+Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
+effects that a scene calls for, and kept on the disk for later runs. numba looks at the time stamp
+of one file only to tell whether a kernel is still the same, but kernels call kernels of other
+files: the folder of the cache therefore carries a digest of the whole package's source.
+"""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any
+
+import numba
+
+# All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
+REORDERING = {"reassoc", "contract", "arcp", "nsz", "afn"}
+
+
+@cache
+def cache_folder() -> Path:
+    """Return the folder of this build's compiled kernels; it need not exist."""
+    digest = sha256()
+    package = Path(__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.read_bytes())
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "frictionsim" / f"kernels-{digest.hexdigest()[:16]}"
+
+
+def _usable(folder: Path) -> Path:
+    """Return the folder if it can be written to, else one that can."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        usable = os.access(folder, os.W_OK)
+    except OSError:
+        usable = False
+    return folder if usable else Path(gettempdir()) / f"frictionsim-{os.getuid()}" / folder.name
+
+
+FOLDER = _usable(cache_folder())
+numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function; calls of it from other kernels cost nothing."""
+    return numba.njit(function, cache=True, fastmath=REORDERING, error_model="numpy")
+
+
+@contextmanager
+def announced(variant: str, say: Callable[[str], None] | None) -> Iterator[None]:
+    """Say that kernels are compiled, if those of this variant have not been yet.
+
+    Parameters
+    ----------
+    variant : str
+        What they are compiled anew for.
+    say : callable or None
+    """
+    mark = FOLDER / f"{variant}.compiled"
+    if say is not None and not mark.exists():
+        say("compiling kernels, once")
+    yield
+    with suppress(OSError):
+        mark.touch()

@@ -1,0 +1,117 @@
+"""The figures of a belt drive's summary, and the checks of its run."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.mechanisms.belt.contact import PULLEY_RADIUS
+from frictionsim.quantities import Quantities, Quantity
+from frictionsim.series import Check
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt.assembly import Assembly
+    from frictionsim.mechanisms.belt.parameters import BeltSolver, Scene
+
+    Array = npt.NDArray[np.float64]
+
+LAST_SHARE = 0.2  # of a run: the means of the summary are over it
+STILL = 1e-9  # rad/s: pulleys that turn slower have no slip worth a figure
+
+# A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
+# the jumps of contacts that open, which neither locates.
+ENERGY_LIMIT = 1e-3
+# A run in which less than this share of the stored energy moved has nothing to be relative to.
+STORED_SHARE = 1e-3
+ROUNDING = 1e-9
+# A body that sticks loses its last slip within tau; breaking loose meanwhile, it may be driven
+# for that long, by its limit of friction times next to no slip.
+POWER_LIMIT = 1e-3
+
+
+def figures_of(
+    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+) -> Quantities:
+    """Return the summary's quantities; means are over the last fifth of the run.
+
+    Parameters
+    ----------
+    time : (n,), s
+    seen : dict of (n, ...)
+        What the observer keeps of each sample.
+    """
+    found: Quantities = {}
+    if not time.size:
+        return found
+    last = time >= time[-1] - LAST_SHARE * (time[-1] - time[0])
+
+    def mean(name: str) -> Any:
+        return np.mean(seen[name][last], axis=0)
+
+    names = scene.mechanism.names
+    found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
+    spans = mean("_span_tension")
+    found["tension_tight"] = Quantity(float(np.max(spans)), "N")
+    found["tension_slack"] = Quantity(float(np.min(spans)), "N")
+    for i, name in enumerate(names):
+        after = names[(i + 1) % len(names)]
+        found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
+    power = np.mean(seen["_torque"][last] * seen["_speed"][last], axis=0)
+    speed = mean("_speed")
+    drive, driven = int(np.argmax(power)), int(np.argmin(power))
+    if drive == driven:
+        drive, driven = 0, len(names) - 1
+    found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
+    found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
+    rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
+    moving = abs(speed[drive]) > STILL
+    slip = 100.0 * (1.0 - rim[driven] / rim[drive]) if moving else None
+    found["slip_percent"] = Quantity(slip, "%")
+    put_in, taken = np.sum(power.clip(min=0.0)), -np.sum(power.clip(max=0.0))
+    found["efficiency"] = Quantity(float(taken / put_in) if put_in > 0.0 else None, "1")
+    touching, sticking = mean("_touching"), mean("_sticking")
+    if assembly.friction is not None:
+        share = np.sum(sticking) / np.sum(touching) if np.sum(touching) else None
+        found["stick_fraction"] = Quantity(share, "1")
+    for j, name in enumerate(names):
+        per_body = assembly.laws.chain.length / assembly.pulleys.table[PULLEY_RADIUS, j]
+        found[f"arc_contact_{name}"] = Quantity(float(touching[j] * per_body), "rad")
+        if assembly.friction is not None:
+            found[f"arc_stick_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
+    found["final_time"] = Quantity(float(time[-1]), "s")
+    for name, energy in seen.items():
+        if name.startswith("energy"):
+            found[name] = Quantity(float(energy[-1] - _offset(name, energy)), "J")
+    return found
+
+
+def _offset(name: str, energy: "Array") -> float:
+    """Return what an energy is counted from: that of the springs from the start."""
+    return float(energy[0]) if name == "energy_potential" else 0.0
+
+
+def checks_of(
+    assembly: "Assembly", settings: "BeltSolver", seen: dict[str, "Array"]
+) -> dict[str, Check]:
+    """Return the audit: energies over the largest of them, forces over their limits."""
+    if not seen:
+        return {}
+    changes = {n: v - v[0] for n, v in seen.items() if n.startswith("energy")}
+    residual = -changes["energy_input"]
+    for name, change in changes.items():
+        if name != "energy_input":
+            residual = residual + change
+    largest = max(float(np.max(np.abs(change))) for change in changes.values())
+    largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
+    checks = {"energy": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
+    if assembly.friction is not None:
+        over, limit = np.max(seen["_excess"], axis=0)
+        checks["friction"] = _relative(over, limit, ROUNDING)
+        driving, power = np.max(seen["_power"], axis=0)
+        checks["power"] = _relative(driving, power, POWER_LIMIT)
+    return checks
+
+
+def _relative(value: float, size: float, limit: float) -> Check:
+    return Check(float(value / size) if size > 0.0 else float(value), limit)

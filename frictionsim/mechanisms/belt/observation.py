@@ -1,0 +1,258 @@
+"""What is seen of a belt drive: courses to record, the figures of the summary, the audit."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.mechanisms.belt.chain import ANGLE, PULL_X, PULL_Y, SPIN, VX, VY, X, Y
+from frictionsim.mechanisms.belt.contact import (
+    FRICTION,
+    LIMIT,
+    NORMAL,
+    RADIUS,
+    SLIP,
+    SPEED,
+    STATIC,
+    STUCK,
+    TORQUE,
+)
+from frictionsim.mechanisms.belt.figures import checks_of, figures_of
+from frictionsim.mechanisms.belt.parameters import CHANNELS
+from frictionsim.series import Observed
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt.assembly import Assembly
+    from frictionsim.mechanisms.belt.parameters import Scene
+
+    Array = npt.NDArray[np.float64]
+
+SPAN_SHARE = 0.2  # of a span is left out at either end, where the belt bends on to a pulley
+SLACK = 0.01  # of the pretension
+
+
+class Observer:
+    """Samples of a belt drive, in arrays that grow.
+
+    Only the courses that are wanted are kept whole; of the others what the figures need.
+
+    Parameters
+    ----------
+    scene : Scene
+    assembly : Assembly
+        Its room holds the forces of the state that a sample is taken of.
+    """
+
+    def __init__(self, scene: "Scene", assembly: "Assembly") -> None:
+        self._scene, self._assembly = scene, assembly
+        # Makes a force of what the slots hold as friction, if that is an impulse.
+        self.per_impulse = 1.0
+        self._bodies = scene.mechanism.belt.bodies
+        self._width = assembly.room.shape[1]
+        self._energies = ["energy_input"]
+        if assembly.friction is not None:
+            self._energies.append("energy_friction")
+        laws = assembly.laws
+        bending = laws.bending is not None and laws.bending.damping > 0.0
+        if laws.axial_damping is not None or laws.contact_damping is not None or bending:
+            self._energies.append("energy_damping")
+        self.ledger = len(self._energies)
+        contact = {"friction_force", "slip_velocity", "sticking"}
+        absent = contact if assembly.friction is None else set()
+        wanted = scene.output.channels
+        self._wanted = [
+            name
+            for name, channel in CHANNELS.items()
+            if channel.axis and name not in absent and (wanted is None or name in wanted)
+        ]
+        self._spans = scene.mechanism.path().spans
+        self._samples: dict[str, list[Any]] = {}
+
+    def positions(self, stepping: Any) -> tuple["Array", "Array"]:
+        """Return where the bodies are at the end of the last step, m."""
+        motion = self._motion(stepping.look(stepping.t))
+        return motion[X], motion[Y]
+
+    def _motion(self, state: "Array") -> "Array":
+        return state[: 6 * self._width].reshape(6, self._width)[:, : self._bodies]
+
+    def take(self, t: float, state: "Array") -> None:
+        """Add the sample of time t."""
+        seen = {**self._courses(state), **self._figures(state), "time": t}
+        for name, values in seen.items():
+            self._samples.setdefault(name, []).append(values)
+
+    def _courses(self, state: "Array") -> dict[str, "Array"]:
+        """Return the wanted values of the courses over bodies, joints and pulleys."""
+        everything = {**self._of_bodies(state), **self._of_pulleys(state)}
+        return {name: everything[name].copy() for name in self._wanted}
+
+    def _of_bodies(self, state: "Array") -> dict[str, "Array"]:
+        motion, slots = self._motion(state), self._assembly.slots
+        count = slots.first[-1]
+        filled = np.flatnonzero(slots.table[RADIUS, :count] > 0.0)
+        body = slots.body[filled].astype(np.int64)
+        found: dict[str, Array] = {"x": motion[X], "y": motion[Y], "angle": motion[ANGLE]}
+        for name, row in (
+            ("normal_force", NORMAL),
+            ("friction_force", FRICTION),
+            ("slip_velocity", SLIP),
+            ("sticking", STUCK),
+        ):
+            found[name] = np.zeros(self._bodies)
+            found[name][body] = slots.table[row, filled]
+        touching = found["normal_force"] > 0.0
+        found["friction_force"] *= self.per_impulse
+        found["slip_velocity"] *= touching
+        found["sticking"] *= touching
+        pulley = np.searchsorted(slots.first, filled, side="right") - 1.0
+        found["pulley_index"] = np.full(self._bodies, -1.0)
+        found["pulley_index"][body] = np.where(touching[body], pulley, -1.0)
+        found["tension"] = self._tension(motion)
+        return found
+
+    def _tension(self, motion: "Array") -> "Array":
+        """Return the tension of every joint; negative where the bodies are pressed together."""
+        pull_x = self._assembly.room[PULL_X, : self._bodies]
+        pull_y = self._assembly.room[PULL_Y, : self._bodies]
+        angle = motion[ANGLE]
+        before = np.roll(angle, 1)
+        along = pull_x * (np.cos(angle) + np.cos(before)) + pull_y * (
+            np.sin(angle) + np.sin(before)
+        )
+        return np.copysign(np.hypot(pull_x, pull_y), along)
+
+    def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
+        table = self._assembly.pulleys.table
+        angles = state[6 * self._width : 6 * self._width + table.shape[1]]
+        return {
+            "pulley_angle": angles,
+            "pulley_speed": self._speeds(state),
+            "pulley_torque": table[TORQUE],
+        }
+
+    def _speeds(self, state: "Array") -> "Array":
+        """Return the speeds of all pulleys; the free ones have theirs in the state."""
+        pulleys = self._assembly.pulleys
+        speeds = pulleys.table[SPEED].copy()
+        at = 6 * self._width + len(speeds)
+        speeds[pulleys.free] = state[at : at + len(pulleys.free)]
+        return speeds
+
+    def _figures(self, state: "Array") -> dict[str, Any]:
+        """Return what figures and audit need of a sample, whatever is recorded."""
+        motion, assembly = self._motion(state), self._assembly
+        table = assembly.pulleys.table
+        at = 6 * self._width + table.shape[1] + len(assembly.pulleys.free)
+        of_bodies, speeds = self._of_bodies(state), self._speeds(state)
+        tension, pulley = of_bodies["tension"], of_bodies["pulley_index"]
+        ledger = dict(
+            zip(("energy_input", "energy_friction", "energy_damping"), state[at:], strict=False)
+        )
+        members = range(table.shape[1])
+        return {
+            **{name: ledger[name] for name in self._energies},
+            "energy_kinetic": kinetic_energy(assembly, motion, speeds),
+            "energy_potential": potential_energy(assembly, motion),
+            "_speed": speeds,
+            "_torque": table[TORQUE].copy(),
+            "_mean_tension": tension.mean(),
+            "_span_tension": self._span_tensions(motion, tension),
+            "_touching": np.array([np.sum(pulley == j) for j in members]),
+            "_sticking": np.array([of_bodies["sticking"][pulley == j].sum() for j in members]),
+            "_excess": self._excess(),
+            "_power": friction_power(of_bodies),
+        }
+
+    def _span_tensions(self, motion: "Array", tension: "Array") -> "Array":
+        """Return the mean tension of each span: of the joints that are next to its line."""
+        x = 0.5 * (motion[X] + np.roll(motion[X], 1))
+        y = 0.5 * (motion[Y] + np.roll(motion[Y], 1))
+        starts = np.array([span.start for span in self._spans])
+        ways = np.array([span.end for span in self._spans]) - starts
+        lengths = np.hypot(ways[:, 0], ways[:, 1])
+        dx, dy = x[None, :] - starts[:, :1], y[None, :] - starts[:, 1:]
+        share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
+        off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
+        between = (share > SPAN_SHARE) & (share < 1.0 - SPAN_SHARE)
+        nearest = np.argmin(np.where(between, off, np.inf), axis=0)
+        found = np.full(len(self._spans), np.nan)
+        for i in range(len(self._spans)):
+            mine = between[i] & (nearest == i)
+            if not mine.any():  # a span shorter than its bodies: the joint nearest to its middle
+                mine = np.arange(len(x)) == np.argmin(np.hypot(share[i] - 0.5, off[i] / lengths[i]))
+            found[i] = tension[mine].mean()
+        return found
+
+    def _excess(self) -> "Array":
+        """Return by how much a friction is above its limit, N, and the largest limit, N."""
+        slots, a = self._assembly.slots, self._assembly
+        if a.friction is None:
+            return np.zeros(2)
+        table = slots.table[:, : slots.first[-1]]
+        limit = table[LIMIT] * self.per_impulse if a.laws.exact else table[STATIC] * table[NORMAL]
+        size = np.abs(table[FRICTION]) * self.per_impulse
+        return np.array([np.max(size - limit, initial=0.0), np.max(limit, initial=0.0)])
+
+    def observe(self) -> Observed:
+        """Return the samples before the first that is not finite, and what follows from them."""
+        samples = {name: np.array(values) for name, values in self._samples.items()}
+        time = samples.pop("time", np.zeros(0))
+        sound = _sound(time, samples)
+        samples = {name: values[:sound] for name, values in samples.items()}
+        courses = {name: v for name, v in samples.items() if not name.startswith("_")}
+        seen = {name: v for name, v in samples.items() if name.startswith(("_", "energy"))}
+        return Observed(
+            time=time[:sound],
+            courses=courses,
+            transitions=[],
+            quantities=figures_of(self._scene, self._assembly, time[:sound], seen),
+            checks=checks_of(self._assembly, self._scene.solver, seen),
+            unsound=sound < len(time),
+        )
+
+
+def _sound(time: "Array", samples: dict[str, "Array"]) -> int:
+    """Return how many samples come before the first that is not finite."""
+    sound = len(time)
+    for name, values in samples.items():
+        if name != "_span_tension":
+            good = np.isfinite(values).reshape(len(time), -1).all(axis=1)
+            sound = min(sound, int(np.argmin(good)) if not good.all() else len(time))
+    return sound
+
+
+def kinetic_energy(assembly: "Assembly", motion: "Array", speeds: "Array") -> float:
+    """Return the kinetic energy of bodies and pulleys, J."""
+    chain, pulley = assembly.laws.chain, assembly.pulleys.table
+    linear = chain.mass * np.sum(motion[VX] ** 2 + motion[VY] ** 2)
+    turning = chain.inertia * np.sum(motion[SPIN] ** 2) + np.sum(pulley[3] * speeds**2)
+    return float(0.5 * (linear + turning))
+
+
+def potential_energy(assembly: "Assembly", motion: "Array") -> float:
+    """Return the energy of springs, contacts and weight, J."""
+    laws, chain = assembly.laws, assembly.laws.chain
+    half_x = 0.5 * chain.length * np.cos(motion[ANGLE])
+    half_y = 0.5 * chain.length * np.sin(motion[ANGLE])
+    dx = motion[X] - half_x - np.roll(motion[X] + half_x, 1)
+    dy = motion[Y] - half_y - np.roll(motion[Y] + half_y, 1)
+    energy = 0.5 * chain.stiffness * np.sum(dx * dx + dy * dy)
+    if laws.bending is not None:
+        turned = np.diff(motion[ANGLE], prepend=motion[ANGLE, -1] - chain.turn)
+        energy += 0.5 * laws.bending.stiffness * np.sum(turned * turned)
+    if laws.weight is not None:
+        energy -= chain.mass * np.sum(laws.weight.x * motion[X] + laws.weight.y * motion[Y])
+    for x, y, radius in assembly.pulleys.table[:3].T:
+        p = np.maximum(radius - np.hypot(motion[X] - x, motion[Y] - y), 0.0)
+        energy += np.sum(p * p * (laws.contact.c1 * p / 3.0 + laws.contact.c2 / 2.0))
+    return float(energy)
+
+
+def friction_power(of_bodies: dict[str, "Array"]) -> "Array":
+    """Return the largest power with which friction drives a body that slides, and brakes, W."""
+    power = of_bodies["friction_force"] * of_bodies["slip_velocity"]
+    sliding = of_bodies["sticking"] == 0.0
+    driving = np.max(-power[sliding], initial=0.0)
+    return np.array([driving, np.max(np.abs(power), initial=0.0)])
