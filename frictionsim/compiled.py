@@ -47,7 +47,14 @@ numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function; calls of it from other kernels cost nothing."""
+    """Compile a function as a part of each kernel that calls it: the call costs nothing."""
+    return numba.njit(
+        function, cache=True, fastmath=REORDERING, error_model="numpy", forceinline=True
+    )
+
+
+def entry(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls, or that is too large to be repeated."""
     return numba.njit(function, cache=True, fastmath=REORDERING, error_model="numpy")
 
 

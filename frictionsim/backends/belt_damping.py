@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.compiled import kernel
+from frictionsim.compiled import entry, kernel
 from frictionsim.mechanisms.belt.assembly import aligned
 from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, SPIN, TINY, VX, VY
 from frictionsim.mechanisms.belt.contact import (
@@ -74,7 +74,7 @@ def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
     )
 
 
-@kernel
+@entry
 def damp_and_strike(h, before, after, chain, room, slots, pulleys, damping):
     """Solve for the impulses of dampers and friction; add them to the velocities `after`.
 

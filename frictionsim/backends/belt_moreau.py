@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.backends.belt_damping import StiffDamping, damp_and_strike, stiff_damping
-from frictionsim.compiled import kernel
+from frictionsim.compiled import entry, kernel
 from frictionsim.errors import SolverError
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.chain import VX, VY
@@ -93,7 +93,7 @@ class Walk(NamedTuple):
     counts: "Indices"
 
 
-@kernel
+@entry
 def walk(
     steps,
     h,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim import integrator
-from frictionsim.compiled import kernel
+from frictionsim.compiled import entry, kernel
 from frictionsim.errors import SolverError
 from frictionsim.integrator import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
 from frictionsim.mechanisms.belt.assembly import new_state
@@ -79,7 +79,7 @@ class Stepper(NamedTuple):
     counts: "Indices"
 
 
-@kernel
+@entry
 def begin(stepper, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
     """Find who is near a pulley, and evaluate the rates at the start."""
     deal(stepper, margin, friction, laws, room, slots, pulleys)
@@ -108,7 +108,7 @@ def deal(stepper, margin, friction, laws, room, slots, pulleys):
     stepper.counts[3] = 0
 
 
-@kernel
+@entry
 def advance(
     stepper,
     limit,
@@ -164,7 +164,7 @@ def keep_in_mind(stepper, hysteresis, laws, torques, loads, speeds, room, slots,
         stepper.counts[2] += 1
 
 
-@kernel
+@entry
 def step(stepper, limit, longest, laws, torques, loads, speeds, room, slots, pulleys):
     """Take one accepted step; return RUNNING or why there is none."""
     clock, counts = stepper.clock, stepper.counts
@@ -206,7 +206,7 @@ def step(stepper, limit, longest, laws, torques, loads, speeds, room, slots, pul
     return RUNNING
 
 
-@kernel
+@entry
 def stages(t, h, y, k, stage, y_new, laws, torques, loads, speeds, room, slots, pulleys):
     """Write the solution of order 5 at the end of a step, and the rates of its stages.
 
@@ -236,7 +236,7 @@ def size_of(error, per_tolerance):
     return np.sqrt(total)
 
 
-@kernel
+@entry
 def look_inside(stepper, t, laws, torques, loads, speeds, room, slots, pulleys):
     """Evaluate the last step at a time inside it: the state goes to `inside`, forces to `room`."""
     y, start = stepper.inside, stepper.clock[0]

@@ -7,7 +7,7 @@ use, in every call; that took longer than the forces themselves.
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from frictionsim.compiled import kernel
+from frictionsim.compiled import entry, kernel
 from frictionsim.mechanisms.belt.chain import (
     AxialDamping,
     Bending,
@@ -159,7 +159,7 @@ def act(laws, motion, room, slots, ax, ay, spin_up):
     return damped
 
 
-@kernel
+@entry
 def rates(t, h, state, rate, laws, torques, loads, speeds, room, slots, pulleys):
     """Write the rate of a state: positions, velocities, pulleys' angles, speeds, and energies.
 

@@ -66,7 +66,11 @@ class Observer:
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
-        self._spans = scene.mechanism.path().spans
+        spans = scene.mechanism.path().spans
+        self._starts = np.array([span.start for span in spans])
+        self._ways = np.array([span.end for span in spans]) - self._starts
+        self._lengths = np.hypot(*self._ways.T)
+        self._before = np.arange(self._bodies) - 1
         self._samples: dict[str, list[Any]] = {}
 
     def positions(self, stepping: Any) -> tuple["Array", "Array"]:
@@ -79,17 +83,16 @@ class Observer:
 
     def take(self, t: float, state: "Array") -> None:
         """Add the sample of time t."""
-        seen = {**self._courses(state), **self._figures(state), "time": t}
+        motion = self._motion(state)
+        courses = {**self._of_bodies(motion), **self._of_pulleys(state)}
+        seen = {name: courses[name].copy() for name in self._wanted}
+        seen |= self._figures(state, motion, courses)
         for name, values in seen.items():
             self._samples.setdefault(name, []).append(values)
+        self._samples.setdefault("time", []).append(t)
 
-    def _courses(self, state: "Array") -> dict[str, "Array"]:
-        """Return the wanted values of the courses over bodies, joints and pulleys."""
-        everything = {**self._of_bodies(state), **self._of_pulleys(state)}
-        return {name: everything[name].copy() for name in self._wanted}
-
-    def _of_bodies(self, state: "Array") -> dict[str, "Array"]:
-        motion, slots = self._motion(state), self._assembly.slots
+    def _of_bodies(self, motion: "Array") -> dict[str, "Array"]:
+        slots = self._assembly.slots
         count = slots.first[-1]
         filled = np.flatnonzero(slots.table[RADIUS, :count] > 0.0)
         body = slots.body[filled].astype(np.int64)
@@ -117,10 +120,8 @@ class Observer:
         pull_x = self._assembly.room[PULL_X, : self._bodies]
         pull_y = self._assembly.room[PULL_Y, : self._bodies]
         angle = motion[ANGLE]
-        before = np.roll(angle, 1)
-        along = pull_x * (np.cos(angle) + np.cos(before)) + pull_y * (
-            np.sin(angle) + np.sin(before)
-        )
+        cos, sin = np.cos(angle), np.sin(angle)
+        along = pull_x * (cos + cos[self._before]) + pull_y * (sin + sin[self._before])
         return np.copysign(np.hypot(pull_x, pull_y), along)
 
     def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
@@ -140,13 +141,16 @@ class Observer:
         speeds[pulleys.free] = state[at : at + len(pulleys.free)]
         return speeds
 
-    def _figures(self, state: "Array") -> dict[str, Any]:
+    def _figures(
+        self, state: "Array", motion: "Array", courses: dict[str, "Array"]
+    ) -> dict[str, Any]:
         """Return what figures and audit need of a sample, whatever is recorded."""
-        motion, assembly = self._motion(state), self._assembly
+        assembly = self._assembly
         table = assembly.pulleys.table
         at = 6 * self._width + table.shape[1] + len(assembly.pulleys.free)
-        of_bodies, speeds = self._of_bodies(state), self._speeds(state)
-        tension, pulley = of_bodies["tension"], of_bodies["pulley_index"]
+        speeds, tension, pulley = (
+            courses[name] for name in ("pulley_speed", "tension", "pulley_index")
+        )
         ledger = dict(
             zip(("energy_input", "energy_friction", "energy_damping"), state[at:], strict=False)
         )
@@ -160,28 +164,24 @@ class Observer:
             "_mean_tension": tension.mean(),
             "_span_tension": self._span_tensions(motion, tension),
             "_touching": np.array([np.sum(pulley == j) for j in members]),
-            "_sticking": np.array([of_bodies["sticking"][pulley == j].sum() for j in members]),
+            "_sticking": np.array([courses["sticking"][pulley == j].sum() for j in members]),
             "_excess": self._excess(),
-            "_power": friction_power(of_bodies),
+            "_power": friction_power(courses),
         }
 
     def _span_tensions(self, motion: "Array", tension: "Array") -> "Array":
-        """Return the mean tension of each span: of the joints that are next to its line."""
-        x = 0.5 * (motion[X] + np.roll(motion[X], 1))
-        y = 0.5 * (motion[Y] + np.roll(motion[Y], 1))
-        starts = np.array([span.start for span in self._spans])
-        ways = np.array([span.end for span in self._spans]) - starts
-        lengths = np.hypot(ways[:, 0], ways[:, 1])
-        dx, dy = x[None, :] - starts[:, :1], y[None, :] - starts[:, 1:]
+        """Return the mean tension of each span: of the bodies that are next to its line."""
+        starts, ways, lengths = self._starts, self._ways, self._lengths
+        dx, dy = motion[X] - starts[:, :1], motion[Y] - starts[:, 1:]
         share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
         off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
         between = (share > SPAN_SHARE) & (share < 1.0 - SPAN_SHARE)
         nearest = np.argmin(np.where(between, off, np.inf), axis=0)
-        found = np.full(len(self._spans), np.nan)
-        for i in range(len(self._spans)):
+        found = np.empty(len(lengths))
+        for i in range(len(lengths)):
             mine = between[i] & (nearest == i)
             if not mine.any():  # a span shorter than its bodies: the joint nearest to its middle
-                mine = np.arange(len(x)) == np.argmin(np.hypot(share[i] - 0.5, off[i] / lengths[i]))
+                mine = np.argmin(np.hypot(share[i] - 0.5, off[i] / lengths[i]))
             found[i] = tension[mine].mean()
         return found
 
@@ -216,10 +216,9 @@ class Observer:
 def _sound(time: "Array", samples: dict[str, "Array"]) -> int:
     """Return how many samples come before the first that is not finite."""
     sound = len(time)
-    for name, values in samples.items():
-        if name != "_span_tension":
-            good = np.isfinite(values).reshape(len(time), -1).all(axis=1)
-            sound = min(sound, int(np.argmin(good)) if not good.all() else len(time))
+    for values in samples.values():
+        good = np.isfinite(values).reshape(len(time), -1).all(axis=1)
+        sound = min(sound, int(np.argmin(good)) if not good.all() else len(time))
     return sound
 
 
@@ -236,8 +235,9 @@ def potential_energy(assembly: "Assembly", motion: "Array") -> float:
     laws, chain = assembly.laws, assembly.laws.chain
     half_x = 0.5 * chain.length * np.cos(motion[ANGLE])
     half_y = 0.5 * chain.length * np.sin(motion[ANGLE])
-    dx = motion[X] - half_x - np.roll(motion[X] + half_x, 1)
-    dy = motion[Y] - half_y - np.roll(motion[Y] + half_y, 1)
+    before = np.arange(motion.shape[1]) - 1
+    dx = motion[X] - half_x - (motion[X] + half_x)[before]
+    dy = motion[Y] - half_y - (motion[Y] + half_y)[before]
     energy = 0.5 * chain.stiffness * np.sum(dx * dx + dy * dy)
     if laws.bending is not None:
         turned = np.diff(motion[ANGLE], prepend=motion[ANGLE, -1] - chain.turn)
@@ -250,9 +250,9 @@ def potential_energy(assembly: "Assembly", motion: "Array") -> float:
     return float(energy)
 
 
-def friction_power(of_bodies: dict[str, "Array"]) -> "Array":
+def friction_power(courses: dict[str, "Array"]) -> "Array":
     """Return the largest power with which friction drives a body that slides, and brakes, W."""
-    power = of_bodies["friction_force"] * of_bodies["slip_velocity"]
-    sliding = of_bodies["sticking"] == 0.0
+    power = courses["friction_force"] * courses["slip_velocity"]
+    sliding = courses["sticking"] == 0.0
     driving = np.max(-power[sliding], initial=0.0)
     return np.array([driving, np.max(np.abs(power), initial=0.0)])
