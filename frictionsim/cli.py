@@ -144,6 +144,8 @@ def solve(
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
         recorder.write(result, target)  # in here: a first signal does not come in between
+    for remark in result.remarks:
+        _complain(f"warning: {remark}")
     for name in result.missing_channels:
         _complain(f"warning: output.channels: this scene has no course '{name}'; it is left out")
     if as_json:

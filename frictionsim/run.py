@@ -58,6 +58,8 @@ class Run(NamedTuple):
         Why it is not done; empty if it is.
     exit_code : int
         Of the run itself, before any audit.
+    remarks : tuple of str
+        What a user should know before trusting the figures.
     """
 
     scene: "Scenario"
@@ -73,6 +75,7 @@ class Run(NamedTuple):
     status: str
     reason: str
     exit_code: int
+    remarks: tuple[str, ...] = ()
 
     @property
     def missing_channels(self) -> list[str]:
@@ -128,4 +131,5 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
         status=status,
         reason=reason,
         exit_code=exit_code,
+        remarks=seen.remarks,
     )

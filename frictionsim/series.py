@@ -72,6 +72,8 @@ class Observed(NamedTuple):
         The audit.
     unsound : bool
         Samples that are not finite were cut off the end.
+    remarks : tuple of str
+        What a user should know before trusting the figures.
     """
 
     time: "Array"
@@ -80,3 +82,4 @@ class Observed(NamedTuple):
     quantities: "Quantities"
     checks: dict[str, Check]
     unsound: bool
+    remarks: tuple[str, ...] = ()

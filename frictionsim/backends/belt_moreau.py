@@ -9,8 +9,9 @@ set-valued law asks for, half a step with the new velocities.
     q+  = q_m + (h/2) v+
 
 One evaluation of the forces a step. They depend on the velocity through dampers and torques, for
-which v_m = v + (v - v_before)/2 is the velocity at the middle to second order; dampers along the
-belt that are too stiff for that are solved for together with the friction. Of second order
+which v_m = v + (v - v_before)/2 is the velocity at the middle to second order. The dampers of the
+contacts, each of which meets one body only, are solved for instead, and so are dampers along the
+belt if they are too stiff for v_m, together with the friction. Of second order
 where the motion is smooth, of first order at switches of friction or contact. Stick is exact: the
 slip that is left is rounding.
 
@@ -27,7 +28,7 @@ from frictionsim.backends.belt_damping import StiffDamping, damp_and_strike, sti
 from frictionsim.compiled import entry, kernel
 from frictionsim.errors import SolverError
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.chain import VX, VY
+from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, TINY, VX, VY
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
     COEFFICIENT,
@@ -37,7 +38,9 @@ from frictionsim.mechanisms.belt.contact import (
     NORMAL,
     NX,
     NY,
+    PER_R,
     PULLEY_RADIUS,
+    RADIUS,
     SLIP,
     SPEED,
     TORQUE,
@@ -65,8 +68,11 @@ if TYPE_CHECKING:
 # Bodies near pulleys are given their slots anew after so many steps; see the adaptive backend.
 STEPS_OF_A_DEAL = 8
 
-# The scheme is stable for omega h < 2; dampers take a little of that.
-LONGEST, LONGEST_BY_DEFAULT = 2.0, 1.9
+# The scheme is stable for omega h < 2; where a damper takes the share r h of a velocity in a step
+# and its velocity is extrapolated, for (omega + 1.1 r) h < 2 (largest eigenvalue of a step).
+LONGEST, LOST_TO_DAMPING = 2.0, 1.1
+NEARLY = 0.92  # of it is taken by default
+MOST_OBLIQUE = 2.0  # the sum of two sin^2: there is no more
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 LONGEST_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
@@ -82,8 +88,9 @@ class Walk(NamedTuple):
         The states at the start and the end of the last step.
     middle, rate : (n,)
         Room to work in.
-    counts : (2,)
-        Steps, and steps since the slots were dealt.
+    counts : (4,)
+        Steps, steps since the slots were dealt, 1 if dampers along the belt are solved for now,
+        and how many steps were taken so.
     """
 
     y0: "Array"
@@ -102,6 +109,9 @@ def walk(
     friction,
     hysteresis,
     damping,
+    contact_damping,
+    obliquity,
+    undamped,
     laws,
     torques,
     loads,
@@ -110,14 +120,51 @@ def walk(
     slots,
     pulleys,
 ):
-    """Take so many steps of length h; return whether the state is still finite."""
+    """Take so many steps of length h; return whether the state is still finite.
+
+    `laws` have the dampers along the belt, `undamped` leave them to be solved for, as they are
+    where a body has more of the obliquity than there may be.
+    """
     counts = walk.counts
     for _ in range(steps):
         if counts[1] == 0:
             motion = motion_in(walk.y, room)
             deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
+            counts[2] = oblique(room, laws.chain, obliquity)
         t = counts[0] * h
-        step(t, h, walk, friction, damping, laws, torques, loads, speeds, room, slots, pulleys)
+        if counts[2] > 0:
+            solve_step(
+                t,
+                h,
+                walk,
+                friction,
+                damping,
+                contact_damping,
+                undamped,
+                torques,
+                loads,
+                speeds,
+                room,
+                slots,
+                pulleys,
+            )
+            counts[3] += 1
+        else:
+            step(
+                t,
+                h,
+                walk,
+                friction,
+                None,
+                contact_damping,
+                laws,
+                torques,
+                loads,
+                speeds,
+                room,
+                slots,
+                pulleys,
+            )
         keep_in_mind(slots, hysteresis)
         counts[0] += 1
         counts[1] = (counts[1] + 1) % STEPS_OF_A_DEAL
@@ -128,6 +175,61 @@ def walk(
 
 
 @kernel
+def oblique(room, chain, most):
+    """Return whether the dampers of a body's joints turn it too fast for extrapolation.
+
+    A joint without much tension may point anywhere; its damper then meets the small inertia of
+    the bodies that it turns. sin^2 of the angle between joint and body is the share in that.
+    """
+    if most >= MOST_OBLIQUE:
+        return 0
+    cos, sin, pull_x, pull_y = room[COS], room[SIN], room[PULL_X], room[PULL_Y]
+    largest = 0.0
+    for k in range(chain.bodies):
+        across = pull_y[k] * cos[k] - pull_x[k] * sin[k]
+        before = across * across / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
+        across = pull_y[k + 1] * cos[k] - pull_x[k + 1] * sin[k]
+        after = pull_x[k + 1] * pull_x[k + 1] + pull_y[k + 1] * pull_y[k + 1] + TINY
+        largest = max(largest, before + across * across / after)
+    return 1 if largest > most else 0
+
+
+@kernel
+def solve_step(
+    t,
+    h,
+    walk,
+    friction,
+    damping,
+    contact_damping,
+    laws,
+    torques,
+    loads,
+    speeds,
+    room,
+    slots,
+    pulleys,
+):
+    """Take one step in which the dampers along the belt are solved for, if there are any."""
+    if damping is not None:
+        step(
+            t,
+            h,
+            walk,
+            friction,
+            damping,
+            contact_damping,
+            laws,
+            torques,
+            loads,
+            speeds,
+            room,
+            slots,
+            pulleys,
+        )
+
+
+@kernel
 def keep_in_mind(slots, hysteresis):
     """Take over who sticks now, if static and kinetic friction differ."""
     if hysteresis is not None:
@@ -135,7 +237,21 @@ def keep_in_mind(slots, hysteresis):
 
 
 @kernel
-def step(t, h, walk, friction, damping, laws, torques, loads, speeds, room, slots, pulleys):
+def step(
+    t,
+    h,
+    walk,
+    friction,
+    damping,
+    contact_damping,
+    laws,
+    torques,
+    loads,
+    speeds,
+    room,
+    slots,
+    pulleys,
+):
     """Take one step from time t."""
     y0, y, middle, rate = walk.y0, walk.y, walk.middle, walk.rate
     pulley, free, width = pulleys.table, pulleys.free, room.shape[1]
@@ -154,6 +270,7 @@ def step(t, h, walk, friction, damping, laws, torques, loads, speeds, room, slot
     resist(pulley[SPEED], pulley[TORQUE], loads)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
     damped = act(laws, motion_in(middle, room), room, slots, ax, ay, rate[5 * width : 6 * width])
+    damped += damp_midway(h, motion_in(y0, room), laws.chain.mass, slots, ax, ay, contact_damping)
     for k in range(len(free)):
         pulley[SPEED, free[k]] = y[speed + k]
     prescribe(t + h, pulleys, speeds)
@@ -169,6 +286,41 @@ def step(t, h, walk, friction, damping, laws, torques, loads, speeds, room, slot
         y[ledger] += h * pulley[TORQUE, j] * mean
     y[ledger + 1] += rubbed
     y[ledger + 2] += h * damped + braked
+
+
+@kernel
+def damp_midway(h, before, mass, slots, ax, ay, damping):
+    """Add the dampers of the contacts, at the mean of the old and the new velocity along n.
+
+    With the acceleration A along n without it and the coefficient b that mean is
+    (v + h A/2)/(1 + h b/(2 m)): stable at any b. Return the power damped, W.
+    """
+    heat = 0.0
+    if damping is not None:
+        table = slots.table
+        normal, nx, ny = table[NORMAL], table[NX], table[NY]
+        for s in range(slots.first[-1]):
+            i = slots.body[s]
+            depth = (table[RADIUS, s] - 1.0 / table[PER_R, s]) / damping.full_depth
+            depth = min(max(depth, 0.0), 1.0)
+            b = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
+            vx, vy = before[VX, i] + 0.5 * h * ax[i], before[VY, i] + 0.5 * h * ay[i]
+            rate = -(vx * nx[s] + vy * ny[s]) / (1.0 + 0.5 * h * b / mass)
+            more = max(b * rate, -normal[s])
+            heat += more * rate
+            normal[s] += more
+            ax[i] += more * nx[s] / mass
+            ay[i] += more * ny[s] / mass
+    return heat
+
+
+@entry
+def look(walk, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
+    """Evaluate the forces without friction at the state as it is."""
+    motion, rate, width = motion_in(walk.y, room), walk.rate, room.shape[1]
+    deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
+    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
+    act(laws, motion, room, slots, ax, ay, rate[5 * width : 6 * width])
 
 
 @kernel
@@ -279,6 +431,14 @@ def react(h, t, slots, pulleys, speeds):
             pulley[SPEED, j], pulley[ALPHA, j] = before, after
 
 
+def longest_step(assembly: "Assembly") -> float:
+    """Return the length below which steps are stable, s."""
+    bending, inertia = assembly.laws.bending, assembly.laws.chain.inertia
+    decay = 4.0 * bending.damping / inertia if bending is not None else 0.0
+    oscillating, _ = assembly.fastest
+    return LONGEST / (oscillating + LOST_TO_DAMPING * decay)
+
+
 class Stepping:
     """A belt drive on its way, as the run of it sees it.
 
@@ -297,42 +457,45 @@ class Stepping:
     def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
         self._assembly = assembly
         bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
-        oscillating, _ = assembly.fastest
+        longest = longest_step(assembly)
         pressed = np.sqrt(
             contact_stiffness(assembly.laws, assembly.rest) / assembly.laws.chain.mass
         )
         self._h = settings.step or min(
-            LONGEST_BY_DEFAULT / oscillating,
-            LONGEST_OF_CONTACT / pressed,
-            settings.max_step or np.inf,
+            NEARLY * longest, LONGEST_OF_CONTACT / pressed, settings.max_step or np.inf
         )
-        if self._h * oscillating >= LONGEST:
+        if self._h >= longest:
             raise SolverError(
                 f"a step of {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
-                f" stable below {LONGEST / oscillating:.4g} s here; give a smaller solver.step, or"
-                " fewer bodies"
+                f" stable below {longest:.4g} s here; give a smaller solver.step, or fewer bodies"
             )
         self._margin = assembly.laws.chain.length
-        self._take_out_stiff_damping()
+        self._prepare_damping(longest)
         self.per_impulse = 1.0 / self._h
         y0, y, middle, rate = (new_state(bodies, pulleys) for _ in range(4))
-        self._walk = Walk(y0, y, middle, rate, np.zeros(2, dtype=np.int64))
+        self._walk = Walk(y0, y, middle, rate, np.zeros(4, dtype=np.int64))
         self._walk.y0[:] = self._walk.y[:] = assembly.state
         self._inside = new_state(bodies, pulleys)
 
-    def _take_out_stiff_damping(self) -> None:
-        """Leave dampers along the belt that a step cannot follow to the implicit solution."""
-        self._laws, self._friction = self._assembly.laws, self._assembly.friction
+    def _prepare_damping(self, longest: float) -> None:
+        """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
+        a = self._assembly
+        self._friction, axial, mass = a.friction, a.laws.axial_damping, a.laws.chain.mass
+        self._laws = a.laws._replace(contact_damping=None)
+        self._undamped = self._laws._replace(axial_damping=None)
         self._damping: StiffDamping | None = None
-        axial, mass = self._laws.axial_damping, self._laws.chain.mass
-        if axial is None or self._h * 4.0 * axial.coefficient / mass < STIFF:
+        self._obliquity = MOST_OBLIQUE
+        if axial is None:
             return
-        width, pulleys = self._assembly.room.shape[1], self._assembly.pulleys.table.shape[1]
+        width, pulleys = a.room.shape[1], a.pulleys.table.shape[1]
         self._damping = stiff_damping(axial.coefficient, width, pulleys)
-        self._laws = self._laws._replace(axial_damping=None)
         if self._friction is None:  # who sticks is part of that solution: nobody does
-            none = np.zeros((pulleys, self._laws.chain.bodies))
+            none = np.zeros((pulleys, a.laws.chain.bodies))
             self._friction = Friction(none, none)
+        along, turning = 4.0 * axial.coefficient / mass, 6.0 * axial.coefficient / mass
+        spare = (LONGEST / self._h - LONGEST / longest) / LOST_TO_DAMPING
+        stiff = self._h * along > STIFF
+        self._obliquity = -1.0 if stiff else max(spare, 0.0) / turning
 
     @property
     def t(self) -> float:
@@ -346,7 +509,8 @@ class Stepping:
         return steps, 0, steps
 
     def begin(self) -> None:
-        """Take no step."""
+        """Evaluate the start."""
+        look(self._walk, self._margin, self._friction, self._laws, *self._assembly.parts[1:])
         self._go(0)
 
     def advance(self, limit: float, sample: float, most: int) -> None:
@@ -370,6 +534,9 @@ class Stepping:
             self._friction,
             a.hysteresis,
             self._damping,
+            a.laws.contact_damping,
+            self._obliquity,
+            self._undamped,
             self._laws,
             *a.parts[1:],
         )

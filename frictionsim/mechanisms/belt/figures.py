@@ -66,13 +66,13 @@ def figures_of(
     found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
     rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
     moving = abs(speed[drive]) > STILL
-    slip = 100.0 * (1.0 - rim[driven] / rim[drive]) if moving else None
+    slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
     found["slip_percent"] = Quantity(slip, "%")
     put_in, taken = np.sum(power.clip(min=0.0)), -np.sum(power.clip(max=0.0))
     found["efficiency"] = Quantity(float(taken / put_in) if put_in > 0.0 else None, "1")
     touching, sticking = mean("_touching"), mean("_sticking")
     if assembly.friction is not None:
-        share = np.sum(sticking) / np.sum(touching) if np.sum(touching) else None
+        share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
         found["stick_fraction"] = Quantity(share, "1")
     for j, name in enumerate(names):
         per_body = assembly.laws.chain.length / assembly.pulleys.table[PULLEY_RADIUS, j]

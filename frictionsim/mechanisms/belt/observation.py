@@ -210,6 +210,21 @@ class Observer:
             quantities=figures_of(self._scene, self._assembly, time[:sound], seen),
             checks=checks_of(self._assembly, self._scene.solver, seen),
             unsound=sound < len(time),
+            remarks=self._remarks(time[:sound], samples.get("_span_tension")),
+        )
+
+    def _remarks(self, time: "Array", tension: "Array | None") -> tuple[str, ...]:
+        """Say which spans went slack, and when first."""
+        if tension is None or not time.size:
+            return ()
+        names = self._scene.mechanism.names
+        limit = SLACK * float(np.mean(self._assembly.rest.tension))
+        return tuple(
+            f"the span from '{name}' to '{names[(i + 1) % len(names)]}' goes slack at"
+            f" t = {time[np.argmax(tension[:, i] < limit)]:.6g} s: a slack belt is chaotic, so that"
+            " its course depends on rounding; trust means only"
+            for i, name in enumerate(names)
+            if np.any(tension[:, i] < limit)
         )
 
 
