@@ -15,6 +15,7 @@ from frictionsim.plots import VIEWS, plot, plot_all, views_of
 from frictionsim.plots.over_time import rows_for
 from frictionsim.run import Run
 
+from .belts import FOUR, TWO, belt_run
 from .conftest import SCENARIOS, Scenario, changed, pulley, simulate
 
 MOST_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
@@ -24,6 +25,7 @@ SHIPPED = {
     for path in sorted(SCENARIOS.glob("*.toml"))
     if (data := tomllib.loads(path.read_text()))["kind"] in KINDS_SHIPPED
 }
+BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
 
 
 def scenario(name: str) -> Scenario:
@@ -32,7 +34,7 @@ def scenario(name: str) -> Scenario:
 
 @cache
 def run_of(name: str) -> Run:
-    return simulate(scenario(name))
+    return belt_run(BELTS[name]) if name in BELTS else simulate(scenario(name))
 
 
 def drawn(run: Run, tmp_path: Path, view: str | None = None, body: int | None = None) -> str:
@@ -44,7 +46,8 @@ def drawn(run: Run, tmp_path: Path, view: str | None = None, body: int | None = 
 
 
 def views() -> list[tuple[str, str]]:
-    return [(name, view) for name, kind in SHIPPED.items() for view in VIEWS[kind]]
+    kinds = SHIPPED | dict.fromkeys(BELTS, "belt_drive")
+    return [(name, view) for name, kind in kinds.items() for view in VIEWS[kind]]
 
 
 @pytest.mark.parametrize(("name", "view"), views())
@@ -148,7 +151,7 @@ def test_a_result_without_samples_is_refused(tmp_path: Path) -> None:
 
 
 def test_one_sample_is_enough(tmp_path: Path) -> None:
-    for name, kind in SHIPPED.items():
+    for name, kind in (SHIPPED | {"two pulleys": "belt_drive"}).items():
         run = run_of(name)
         first = {course: values[:1] for course, values in run.courses.items()}
         recorder.write(
@@ -187,6 +190,7 @@ def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path
     [
         ("marble_machine", "torque", "", "the scenario in this result has no mechanism.gear_ratio"),
         ("epicyclic", "path", "a = ", "cannot read the scenario in this result"),
+        ("two pulleys", "drive", "", "the scenario in this result has no mechanism.pulleys"),
     ],
 )
 def test_a_scenario_that_does_not_say_what_to_draw_is_refused(

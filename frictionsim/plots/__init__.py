@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms import KINDS
-from frictionsim.plots import epicyclic, marble, pulley
+from frictionsim.plots import belt, belt_drive, epicyclic, marble, pulley
 from frictionsim.plots.over_time import response
 from frictionsim.plots.sheet import refuse_format, save
 
@@ -26,6 +26,12 @@ VIEWS: Mapping[str, Views] = {
     "pulley": {"response": pulley.response},
     "marble_machine": {"response": response, "torque": marble.torque},
     "epicyclic": {"response": response, "torque": epicyclic.torque, "path": epicyclic.path},
+    "belt_drive": {
+        "speeds": belt.speeds,
+        "drive": belt_drive.drive,
+        "tension": belt.tension,
+        BODY: belt.body,
+    },
 }
 
 
