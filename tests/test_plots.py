@@ -171,9 +171,21 @@ def test_a_pulley_is_shown_with_its_limits_of_rest(tmp_path: Path) -> None:
     text = drawn(run_of("pulley"), tmp_path)
     for words in ("2707.7 N", "1826.9 N", "limit of static friction"):
         assert f"<!-- {words}" in text
+    locked = simulate(pulley(effects__shaft_friction__mu_s=1.9, drive__force=10.0))
+    pressed = drawn(locked, tmp_path)
+    assert "limit of static friction" in pressed
+    assert "to lift" not in pressed
     free = drawn(simulate(pulley(effects=None)), tmp_path)
     assert "to lift" not in free
     assert "limit of static friction" not in free
+
+
+def test_a_picture_of_many_events_is_small_and_marks_none(tmp_path: Path) -> None:
+    sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
+    run = simulate(pulley(drive__force=sine, solver__duration=60.0))
+    assert "events, not marked" in drawn(run, tmp_path)
+    plot(recorder.read(tmp_path / "drawn.h5"), tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size < MOST_BYTES
 
 
 def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path) -> None:

@@ -193,5 +193,5 @@ def write_above(panel: Any, at: float, text: str, row: int) -> None:
         textcoords="offset points",
         ha="center",
         va="bottom",
-        fontsize="x-small",
+        fontsize=7.5,
     )

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from frictionsim.mechanisms import module_of
 from frictionsim.plots import over_time
 from frictionsim.plots.sheet import BLACK, Style, put_key, scenario_of
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
     from frictionsim.recorder import Result
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
-LIMIT_FORCES = {"force_to_lift": "to lift", "force_to_hold": "to hold"}
+# The words stand above the upper line and below the lower one, however close these are.
+LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to hold", "top")}
+FAR = 3.0  # largest forces of the course: a limit beyond would press the course flat
 
 
 def response(result: "Result") -> "Figure":
@@ -29,7 +33,7 @@ def response(result: "Result") -> "Figure":
     if "friction_torque" in result.courses:
         limits = _limits(result)
         if "drive_force" in panels:
-            _draw_limit_forces(panels["drive_force"], limits)
+            _draw_limit_forces(panels["drive_force"], result, limits)
         if limits and "friction_torque" in panels and "shaft_reaction" in result.courses:
             handles.append(_draw_static_limit(panels["friction_torque"], result, limits))
     put_key(figure, handles)
@@ -45,18 +49,19 @@ def _limits(result: "Result") -> "Quantities":
     return module_of(scene.kind).statics(scene)
 
 
-def _draw_limit_forces(panel: Any, limits: "Quantities") -> None:
-    for name, words in LIMIT_FORCES.items():
+def _draw_limit_forces(panel: Any, result: "Result", limits: "Quantities") -> None:
+    highest = FAR * np.max(np.abs(result.courses["drive_force"]))
+    for name, (words, side) in LIMIT_FORCES.items():
         force = limits[name].value if name in limits else None
-        if force is not None:
+        if force is not None and force <= highest:
             panel.axhline(force, **LIMIT_LINE)
             panel.annotate(
-                f"{force:.1f} N\n{words}",
+                f"{force:.1f} N {words}",
                 (1.0, force),
                 (4.0, 0.0),
                 xycoords=panel.get_yaxis_transform(),
                 textcoords="offset points",
-                va="center",
+                va=side,
                 fontsize="small",
             )
 
