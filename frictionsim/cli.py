@@ -255,11 +255,28 @@ def plot(
         Path | None,
         typer.Option("-o", "--output", help="Picture: .png, .pdf or .svg. [RESULT.png]"),
     ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option("--view", metavar="NAME", help="Instead of the kind's first; or 'all'."),
+    ] = None,
+    body: Annotated[
+        int | None,
+        typer.Option("--body", metavar="N", help="Body of a belt, for its view 'body'."),
+    ] = None,
 ) -> None:
-    """Draw the courses of a result file."""
+    """Draw a view of a result file, or all: each into FILE-<view>.png."""
     from frictionsim import recorder
+    from frictionsim.plots import ALL, plot_all
     from frictionsim.plots import plot as draw
 
     target = output or result.with_suffix(".png")
-    draw(recorder.read(result), target)
-    print(target)
+    found = recorder.read(result)
+    if view != ALL:
+        draw(found, target, view, body)
+        print(target)
+        return
+    pictures, reasons = plot_all(found, target, body)
+    for picture in pictures:
+        print(picture)
+    for reason in reasons:
+        _complain(f"left out: {reason}")

@@ -1,0 +1,118 @@
+"""Pictures of result files: the only package that imports matplotlib.
+
+A kind of mechanism has one or more views, each a function that draws a result; the first is what
+is drawn if none is named. A kind that is not in VIEWS has its courses drawn over time.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionsim.errors import InputError
+from frictionsim.mechanisms import KINDS
+from frictionsim.plots import belt, belt_drive, epicyclic, marble, pulley
+from frictionsim.plots.over_time import response
+from frictionsim.plots.sheet import refuse_format, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from frictionsim.recorder import Result
+
+ALL, BODY = "all", "body"
+
+Views = Mapping[str, Callable[..., "Figure"]]
+VIEWS: Mapping[str, Views] = {
+    "pulley": {"response": pulley.response},
+    "marble_machine": {"response": response, "torque": marble.torque},
+    "epicyclic": {"response": response, "torque": epicyclic.torque, "path": epicyclic.path},
+    "belt_drive": {
+        "speeds": belt.speeds,
+        "drive": belt_drive.drive,
+        "tension": belt.tension,
+        BODY: belt.body,
+    },
+}
+
+
+def views_of(kind: str) -> Views:
+    """Return the views of a kind by name, the default first.
+
+    Raises
+    ------
+    InputError
+        If the kind is unknown.
+    """
+    if kind in VIEWS:
+        return VIEWS[kind]
+    if kind not in KINDS:
+        raise InputError(
+            f"cannot draw a result of kind '{kind}'; known: {', '.join({**VIEWS, **KINDS})}"
+        )
+    return {"response": response}
+
+
+def plot(result: "Result", path: Path, view: str | None = None, body: int | None = None) -> None:
+    """Draw a view of a result.
+
+    Parameters
+    ----------
+    result : Result
+    path : Path
+        Ends in .png, .pdf or .svg.
+    view : str, optional
+        One of `views_of` the kind; the first if left out.
+    body : int, optional
+        The body of a belt that the view `body` shows.
+
+    Raises
+    ------
+    InputError
+        If there is no such format, view or body, or the result lacks the courses of the view.
+    OutputError
+        If the picture cannot be written.
+    """
+    refuse_format(path)
+    kind = result.attributes["kind"]
+    views = views_of(kind)
+    view = view or next(iter(views))
+    if view not in views:
+        known = ", ".join([*views, ALL])
+        raise InputError(f"no view '{view}' of kind '{kind}'; there are: {known}")
+    if body is not None and view != BODY:
+        raise InputError(f"the view '{view}' shows no single body; a body goes with '{BODY}'")
+    if not result.courses["time"].size:
+        raise InputError("cannot draw this result: it has no samples")
+    figure = views[view](result) if body is None else views[view](result, body)
+    save(figure, path)
+
+
+def plot_all(result: "Result", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
+    """Draw all views of a result, each into a file of its own: FILE-<view>.png for FILE.png.
+
+    Returns
+    -------
+    list of Path
+        The pictures that were written.
+    list of str
+        Why others were not: the result lacks their courses.
+
+    Raises
+    ------
+    InputError
+        If no view can be drawn.
+    OutputError
+    """
+    refuse_format(path)
+    written, reasons = [], []
+    for view in views_of(result.attributes["kind"]):
+        picture = path.with_name(f"{path.stem}-{view}{path.suffix}")
+        try:
+            plot(result, picture, view, body if view == BODY else None)
+        except InputError as error:
+            reasons.append(str(error))
+        else:
+            written.append(picture)
+    if not written:
+        raise InputError("\n".join(reasons))
+    return written, reasons

@@ -1,0 +1,137 @@
+"""The pictures of an epicyclic gear."""
+
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.patches import Circle
+
+from frictionsim.errors import InputError
+from frictionsim.plots.sheet import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    blank,
+    given,
+    grid,
+    line,
+    need,
+    put_key,
+)
+from frictionsim.tracer import TracerPoint, place
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from frictionsim.recorder import Result
+
+TORQUES = {
+    "drive_torque": "drive",
+    "uniform_torque": "for uniform turning",
+    "friction_torque": "friction",
+}
+TORQUE_HEIGHT, PATH_HEIGHT = 4.0, 6.5  # inches
+TURN = 2.0 * pi
+PARTS = ("sun", "planet")
+SUN_COLOUR = "#D0D0D0"
+STEP, MOST_POINTS = 0.02, 20_000  # of a path: rad, and how many
+
+
+def torque(result: "Result") -> "Figure":
+    """Draw the torques on the crank over its angle: of the drive, of uniform turning, of friction.
+
+    Friction counts as it acts: it is negative where it opposes a forward motion.
+    """
+    need(result, "torque", ("angle",))
+    found = {name: words for name, words in TORQUES.items() if name in result.courses}
+    if not found:
+        raise InputError(
+            "cannot draw the view 'torque': this result has none of the courses"
+            f" {', '.join(TORQUES)} (see output.channels)"
+        )
+    figure = blank(result, TORQUE_HEIGHT)
+    panel = figure.subplots()
+    handles = [
+        panel.plot(result.courses["angle"], result.courses[name], **line(i), label=words)[0]
+        for i, (name, words) in enumerate(found.items())
+    ]
+    grid(panel)
+    panel.axhline(0.0, color=BLACK, linewidth=0.6)
+    panel.set_ylabel("torque on the crank, N m")
+    panel.set_xlabel("angle of the crank, rad")
+    turns = panel.secondary_xaxis("top", functions=(_turns, _radians))
+    turns.set_xlabel("turns from the horizontal")
+    put_key(figure, handles)
+    return figure
+
+
+def _turns(angle: Any) -> Any:
+    return angle / TURN
+
+
+def _radians(turns: Any) -> Any:
+    return turns * TURN
+
+
+def path(result: "Result") -> "Figure":
+    """Draw the path of the tracer point in the plane, with sun, satellite and crank at the end.
+
+    Where the crank's angle is not in the result, sun and path only.
+    """
+    if not {"tracer_x", "tracer_y"} <= result.courses.keys():
+        raise InputError(
+            "cannot draw the view 'path': this result has no course tracer_x, tracer_y; a scene has"
+            " them with effects.tracer_point (see output.channels)"
+        )
+    sun_radius, radius = (given(result, "mechanism", f"{part}_radius") for part in PARTS)
+    figure = blank(result, PATH_HEIGHT)
+    plane = figure.subplots()
+    sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
+    handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
+    if "angle" in result.courses:
+        handles += _draw_satellite(plane, result, sun_radius + radius, radius)
+    plane.set_aspect("equal")
+    plane.margins(0.04)
+    plane.grid(linewidth=0.3)
+    plane.set_axisbelow(True)
+    plane.set_xlabel("x, m")
+    plane.set_ylabel("y, m")
+    put_key(figure, handles, columns=3)
+    return figure
+
+
+def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]:
+    """Return the path between the least and the largest angle: samples may be far apart on it."""
+    if "angle" not in result.courses:
+        return result.courses["tracer_x"], result.courses["tracer_y"]
+    low, high = np.min(result.courses["angle"]), np.max(result.courses["angle"])
+    count = int(min(2 + (high - low) / STEP, MOST_POINTS))
+    point = TracerPoint.model_validate(given(result, "effects", "tracer_point"))
+    length = sun_radius + radius
+    return place(length, length / radius, point, np.linspace(low, high, count))
+
+
+def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]:
+    x, y = result.courses["tracer_x"], result.courses["tracer_y"]
+    start = {"marker": "o", "mfc": "white", "mec": VERMILION, "markersize": 7, "linestyle": ""}
+    end = start | {"mfc": VERMILION}
+    return [
+        plane.plot(*path, color=BLUE, linewidth=1.2, label="path of the tracer point")[0],
+        plane.plot(x[:1], y[:1], **start, zorder=4, label="its first place")[0],
+        plane.plot(x[-1:], y[-1:], **end, zorder=4, label="its last place")[0],
+    ]
+
+
+def _draw_satellite(plane: Any, result: "Result", length: float, radius: float) -> list[Any]:
+    """Draw satellite and crank as they are at the end."""
+    angle = result.courses["angle"][-1]
+    centre = length * float(np.cos(angle)), length * float(np.sin(angle))
+    end = result.courses["tracer_x"][-1], result.courses["tracer_y"][-1]
+    disc = Circle(centre, radius, fc=(SKY, 0.4), ec=BLACK, zorder=3, label="satellite")
+    satellite = plane.add_patch(disc)
+    plane.plot(*zip(centre, end, strict=True), color=GREY, linewidth=1.0, zorder=3)
+    crank = {"color": ORANGE, "linewidth": 3.0, "marker": "o", "markersize": 5, "zorder": 3}
+    return [satellite, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
