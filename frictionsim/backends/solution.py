@@ -38,6 +38,8 @@ class EnergyGuard:
         self._others = [(energy, energy(*start)) for energy in others]
         self._first = self._kinetic(*start) + settings.atol / settings.rtol
         self._input = 2 + mechanism.ledger.index("energy_input")
+        friction = "energy_friction" in mechanism.ledger
+        self._friction = 2 + mechanism.ledger.index("energy_friction") if friction else 0
         self._advice = f"{motion_of(mechanism)} blows up; give a shorter solver.step or max_step"
 
     def look(self, t: float, y: State) -> None:
@@ -51,8 +53,8 @@ class EnergyGuard:
         put_in = self._first + abs(y[self._input])
         for energy, first in self._others:
             put_in += abs(energy(q, v) - first)
-        for i in range(2, len(y)):  # a published friction may drive
-            put_in += max(0.0, -y[i])
+        if self._friction:  # as it was published, it may drive
+            put_in += max(0.0, -y[self._friction])
         kinetic = self._kinetic(q, v)
         if kinetic > MOST_ENERGY * put_in:
             raise BlowUp(
