@@ -24,6 +24,8 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from frictionsim.parameters import Scenario
     from frictionsim.run import Run
 
@@ -195,7 +197,7 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
     check_target(target)
     duration = job.scene.solver.duration
     with watch(duration, not (quiet or as_json), job.max_wall) as poll:
-        result = run(job.scene, poll, lambda part: _keep(part, target), job.checkpoint)
+        result = run(job.scene, poll, _keeper(target), job.checkpoint)
         failed = failures(result.checks)
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
@@ -213,14 +215,21 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
     return _verdict(result, target)
 
 
-def _keep(part: "Run", target: Path) -> None:
-    """Write a checkpoint; where that is not possible, the run is worth more."""
+def _keeper(target: Path) -> "Callable[[Run], None]":
+    """Return what writes a checkpoint; where that is not possible, the run is worth more."""
     from frictionsim import recorder
 
-    try:
-        recorder.write(part, target)
-    except OutputError as error:
-        _complain(f"warning: no checkpoint: {error}")
+    said: set[str] = set()
+
+    def keep(part: "Run") -> None:
+        try:
+            recorder.write(part, target)
+        except OutputError as error:
+            if str(error) not in said:
+                _complain(f"warning: no checkpoint: {error}")
+            said.add(str(error))
+
+    return keep
 
 
 def _default_target(scenario: Path) -> Path:

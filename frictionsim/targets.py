@@ -63,7 +63,8 @@ def put(image: bytes, path: Path) -> None:
     """
     check_target(path)
     target = Path(os.path.realpath(path))
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    # The number of a process that was killed may come again: its part must not be in the way.
+    part = target.with_name(f".{target.name}.{os.getpid()}.{os.urandom(4).hex()}.part")
     try:
         with part.open("xb") as file:
             file.write(image)
