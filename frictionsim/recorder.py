@@ -27,7 +27,8 @@ A result file, format version 1, holds
 With `output.channels` a file has those courses only, time and events. All datasets outside of
 /checkpoint are float64 with the attributes `units` and `long_name`; those of two dimensions are
 compressed. Nothing in a file that is done depends on when or where it was made: two runs of one
-scenario give identical bytes, however often they were interrupted and resumed.
+scenario give identical bytes, however often they were interrupted and resumed. Behind the end of
+the HDF5 data stands a line with the CRC-32 of all before it.
 """
 
 from collections.abc import Iterator
@@ -41,6 +42,7 @@ import numpy as np
 from frictionsim import __version__
 from frictionsim.errors import InputError
 from frictionsim.scenario import resolved_toml
+from frictionsim.seal import is_broken, seal
 from frictionsim.targets import put
 
 if TYPE_CHECKING:
@@ -71,7 +73,8 @@ def write(run: "Run", path: Path) -> None:
     ------
     OutputError
     """
-    put(_image(run), path)
+    image = _image(run)
+    put(image + seal(image), path)
 
 
 def _image(run: "Run") -> bytes:
@@ -269,6 +272,8 @@ def _why_not_to_go_on(file: Any, attributes: dict[str, str]) -> str:
 def _opened(path: Path) -> Iterator[Any]:
     """Open a result file of this format; what is wrong with it in here is said of the file."""
     try:
+        if is_broken(path):
+            raise InputError(f"{path}: cannot read this result: it is damaged")
         with h5py.File(path, "r") as file:
             version = file.attrs["format_version"]
             if version != FORMAT_VERSION:
@@ -291,7 +296,7 @@ def _attributes(file: Any) -> dict[str, str]:
     missing = [name for name in ATTRIBUTES if name not in file.attrs]
     if missing:
         raise KeyError(*missing)
-    return {key: str(value) for key, value in file.attrs.items()}
+    return {key: _text(value) for key, value in file.attrs.items()}
 
 
 def _read(file: Any) -> Result:
@@ -300,12 +305,12 @@ def _read(file: Any) -> Result:
     scales = {name for name, item in found.items() if item.is_scale and name != "time"}
     datasets = {name: item for name, item in found.items() if name not in scales}
     events = {name: _values(_bounded(item)) for name, item in file["events"].items()}
-    contacts = str(file["events/contact"].attrs["flag_meanings"]).split()
+    contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
         attributes=attributes,
         courses={name: _values(item) for name, item in datasets.items()},
-        units={name: str(item.attrs["units"]) for name, item in datasets.items()},
-        long_names={name: str(item.attrs["long_name"]) for name, item in datasets.items()},
+        units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
+        long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
         axes={name: _axis_of(item) for name, item in datasets.items()},
         members={name: _members(found[name]) for name in sorted(scales)},
         events=events,
@@ -315,6 +320,11 @@ def _read(file: Any) -> Result:
     return result
 
 
+def _text(value: Any) -> str:
+    """Return an attribute as text that can be printed, also where its bytes are none."""
+    return str(value).encode("utf-8", "replace").decode()
+
+
 def _axis_of(dataset: Any) -> str:
     """Return what the columns of a dataset belong to; empty if it has no columns."""
     return next(iter(dataset.dims[1].keys()), "") if dataset.ndim > 1 else ""
@@ -322,7 +332,7 @@ def _axis_of(dataset: Any) -> str:
 
 def _members(scale: Any) -> tuple[str, ...]:
     names = scale.attrs.get("names")
-    members = _numbered(scale.size) if names is None else tuple(str(names).split())
+    members = _numbered(scale.size) if names is None else tuple(_text(names).split())
     if scale.shape != (len(members),):
         raise ValueError(f"{scale.name} is no axis")
     return members
@@ -336,7 +346,7 @@ def _see_shapes(result: Result) -> None:
             axis = axes.get(name, "")
             if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
                 raise ValueError(f"{name} is not a course over time")
-    contact = result.events["contact"]
+    contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
         raise ValueError("an event is of a contact without a name")
 
@@ -350,4 +360,6 @@ def _bounded(dataset: Any) -> Any:
 
 
 def _values(dataset: Any) -> Any:
+    if dataset.dtype.kind not in "fiub":
+        raise TypeError(f"{dataset.name} is not of real numbers")
     return np.asarray(dataset[...], dtype=np.float64)
