@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 from signal import SIGINT
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -18,11 +18,14 @@ from frictionsim.errors import (
     EXIT_SIGNAL,
     EXIT_SOLVER_FAILED,
     FrictionsimError,
+    InputError,
     OutputError,
     ScenarioError,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from frictionsim.parameters import Scenario
     from frictionsim.run import Run
 
@@ -41,6 +44,10 @@ ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_de
 Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key, as solver.rtol=1e-6."),
+]
+MaxWall = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="Stop after so much time; the run can be resumed."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]
@@ -122,24 +129,75 @@ def solve(
     backend: Annotated[
         str | None, typer.Option("--backend", metavar="NAME", help="Instead of the scenario's.")
     ] = None,
+    max_wall: MaxWall = None,
+    max_steps: Annotated[
+        int | None, typer.Option(metavar="N", help="Stop after so many steps: solver.max_steps.")
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
     """Simulate a scenario; write the result file and print the summary."""
     from frictionsim.scenario import load
 
+    if max_steps is not None:
+        overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
     scene = load(scenario, overrides, backend)
+    _warn(scene)
+    return _simulate(
+        _Job(scene, str(scenario), output or _default_target(scenario), max_wall),
+        as_json=as_json,
+        quiet=quiet,
+    )
 
+
+@app.command()
+def resume(
+    result: ResultFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Result file. [in place of RESULT]")
+    ] = None,
+    max_wall: MaxWall = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> int:
+    """Go on with an interrupted run, to the bits that it would have had."""
+    from frictionsim import recorder
+    from frictionsim.scenario import revive
+
+    checkpoint = recorder.read_checkpoint(result)
+    scene = revive(result, checkpoint.scenario)
+    job = _Job(scene, str(result), output or result, max_wall, checkpoint.state)
+    try:
+        return _simulate(job, as_json=as_json, quiet=quiet)
+    except InputError as error:
+        raise InputError(f"{result}: cannot resume this run: {error}") from None
+
+
+class _Job(NamedTuple):
+    """A scene to simulate, from its start or from a checkpoint, and where to."""
+
+    scene: "Scenario"
+    source: str
+    target: Path
+    max_wall: float | None
+    checkpoint: dict[str, Any] | None = None
+
+
+def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
+    """Run a job, write its result, print its summary and return its exit code."""
     from frictionsim import recorder
     from frictionsim.run import run
     from frictionsim.series import failures
+    from frictionsim.targets import check_target
     from frictionsim.watch import watch
 
-    _warn(scene)
-    target = output or _default_target(scenario)
-    recorder.check_target(target)
-    with watch(scene.solver.duration, with_progress=not (quiet or as_json)) as poll:
-        result = run(scene, poll)
+    if job.max_wall is not None and not job.max_wall > 0.0:
+        raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
+    target = job.target
+    check_target(target)
+    duration = job.scene.solver.duration
+    with watch(duration, not (quiet or as_json), job.max_wall) as poll:
+        result = run(job.scene, poll, _keeper(target), job.checkpoint)
         failed = failures(result.checks)
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
@@ -151,12 +209,29 @@ def solve(
     if as_json:
         from frictionsim.summary import run_json
 
-        _print_json(run_json(result, str(scenario), str(target)))
+        _print_json(run_json(result, job.source, str(target)))
     elif not quiet:
         from frictionsim.tables import print_run
 
         print_run(result, str(target))
     return _verdict(result, target)
+
+
+def _keeper(target: Path) -> "Callable[[Run], None]":
+    """Return what writes a checkpoint; where that is not possible, the run is worth more."""
+    from frictionsim import recorder
+
+    said: set[str] = set()
+
+    def keep(part: "Run") -> None:
+        try:
+            recorder.write(part, target)
+        except OutputError as error:
+            if str(error) not in said:
+                _complain(f"warning: no checkpoint: {error}")
+            said.add(str(error))
+
+    return keep
 
 
 def _default_target(scenario: Path) -> Path:
@@ -175,6 +250,8 @@ def _verdict(result: "Run", target: Path) -> int:
     if result.status != "done":
         _complain(f"run {result.status}: {result.reason}")
         _complain(f"the samples up to there are in {target}, marked '{result.status}'")
+        if result.checkpoint is not None:
+            _complain(f"'frictionsim resume {target}' goes on from there")
         return result.exit_code
     if result.reason:
         _complain(f"{result.reason}; do not trust {target}")

@@ -33,13 +33,54 @@ class ScenarioError(InputError):
 
 
 class SolverError(FrictionsimError):
-    """A run that stopped before its end; the samples up to there are good."""
+    """A run that stopped before its end; the samples up to there are good.
+
+    Each way to fail has a class and a name of its own, `failure`; result files and JSON have it.
+    A message says when, where - the contact or body - and what to do.
+    """
 
     exit_code = EXIT_SOLVER_FAILED
+    failure = ""
+
+
+class NotFinite(SolverError):
+    """A state or a rate is infinite or no number."""
+
+    failure = "not_finite"
+
+
+class BlowUp(SolverError):
+    """The motion has far more energy than was put in: the steps are unstable."""
+
+    failure = "blow_up"
+
+
+class StepUnderflow(SolverError):
+    """The tolerances ask for a step below the resolution of the time."""
+
+    failure = "step_underflow"
+
+
+class EventStorm(SolverError):
+    """Events follow each other without end."""
+
+    failure = "event_storm"
+
+
+class BudgetSpent(SolverError):
+    """The steps or the seconds that a run may take are spent; with more it can go on."""
+
+    failure = "budget"
+
+
+class LeftPulleys(SolverError):
+    """A belt has come off its pulleys."""
+
+    failure = "left_pulleys"
 
 
 class Interrupted(SolverError):
-    """A run that a signal stopped; the samples up to there are good."""
+    """A run that a signal stopped; it can go on from there."""
 
     def __init__(self, signal_number: int, time: float) -> None:
         super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")

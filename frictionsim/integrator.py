@@ -8,7 +8,7 @@ sums are in two loops: a compiler makes vectors of a loop over a few arrays, not
 from collections.abc import Callable, MutableSequence, Sequence
 from math import isfinite, ulp
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import BudgetSpent, NotFinite, StepUnderflow
 
 State = MutableSequence[float]
 Rates = Callable[[float, State, State], None]
@@ -156,6 +156,8 @@ class RungeKuttaFehlberg45:
         The accepted and rejected steps that a run may take.
     fixed_step : float or None, s
         Take steps of this length, whatever their error.
+    what : str
+        What is integrated, as messages have it.
 
     Attributes
     ----------
@@ -164,7 +166,14 @@ class RungeKuttaFehlberg45:
     y0, y, rates0, rates1 : (n,)
         The states and their rates there.
     steps, rejected, evaluations : int
+    SAVED : tuple of str
+        The attributes that the steps to come depend on.
     """
+
+    SAVED = (
+        *("t0", "t", "y0", "y", "rates0", "rates1", "_h", "_error_before"),
+        *("steps", "rejected", "evaluations", "_granted"),
+    )
 
     def __init__(
         self,
@@ -174,10 +183,13 @@ class RungeKuttaFehlberg45:
         max_step: float,
         max_steps: int,
         fixed_step: float | None = None,
+        what: str = "the motion",
     ) -> None:
         self._rtol, self._atol = rtol, atol
         self._max_step, self._max_steps = max_step, max_steps
         self._fixed_step = fixed_step
+        self._what = what
+        self._granted = 0  # steps that an earlier budget has paid for
         self.steps = self.rejected = self.evaluations = 0
         self.t0 = self.t = 0.0
         self.y0: State = [0.0] * states
@@ -216,8 +228,9 @@ class RungeKuttaFehlberg45:
         ------
         SolverError
             If the state ceases to be finite, the step falls below the resolution of the time,
-            or the budget of steps is spent.
+            or the budget of steps is spent; in the last case the same call can be made again.
         """
+        self._see_budget()
         self.t0, self.y0, self.y = self.t, self.y, self.y0
         self.rates0, self.rates1 = self.rates1, self.rates0
         rejected_here = False
@@ -226,29 +239,35 @@ class RungeKuttaFehlberg45:
             self._take(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
-                raise _not_finite(self.t0)
+                raise self._not_finite(self.t0)
             if self._fixed_step or error <= 1.0 or h <= floor:
                 break
             self.rejected += 1
             rejected_here = True
             self._h = max(floor, shrunk(h, error))
             if self._h < 4.0 * ulp(limit):
-                raise SolverError(
-                    f"at t = {self.t0:.9g} s the tolerances ask for a step of {self._h:.2g} s,"
-                    " below what double precision resolves; give a larger solver.rtol or atol"
+                raise StepUnderflow(
+                    f"at t = {self.t0:.9g} s the tolerances ask for a step of {self._h:.2g} s"
+                    f" of {self._what}, below what double precision resolves; give a larger"
+                    " solver.rtol or atol"
                 )
         self.t = limit if h == limit - self.t0 else self.t0 + h
         self._rates(self.t, self.y, self.rates1)
         self.evaluations += 1
         self.steps += 1
-        if self.steps + self.rejected > self._max_steps:
-            raise SolverError(
-                f"{self._max_steps} steps are spent at t = {self.t:.9g} s; give a larger"
-                " solver.max_steps, or looser tolerances unless a short time constant of the"
-                " scene, as inertia over drag, is what keeps the steps short"
-            )
         if not self._fixed_step:
             self._choose_next(h, error, rejected_here)
+
+    def _see_budget(self) -> None:
+        spent = self.steps + self.rejected
+        if spent - self._granted < self._max_steps:
+            return
+        self._granted = spent  # who goes on from here has as many again
+        raise BudgetSpent(
+            f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; resume the"
+            " run, give a larger solver.max_steps, or looser tolerances unless a short time"
+            " constant of the scene, as inertia over drag, is what keeps the steps short"
+        )
 
     def cut(self, t: float) -> None:
         """End the last step at a time inside it."""
@@ -303,7 +322,7 @@ class RungeKuttaFehlberg45:
         size = self._norm(self.y)
         rate = self._norm(self.rates1)
         if not isfinite(rate):
-            raise _not_finite(self.t)
+            raise self._not_finite(self.t)
         h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
         h0 = min(max(h0, SHORTEST_TRIAL), self._max_step)
         for i, dy in enumerate(self.rates1):
@@ -324,9 +343,12 @@ class RungeKuttaFehlberg45:
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
 
+    def _not_finite(self, t: float) -> NotFinite:
+        return NotFinite(
+            f"the state is not finite after t = {t:.9g} s in {self._what}; is a force or a"
+            " coefficient of the scenario too large?"
+        )
 
-def _not_finite(t: float) -> SolverError:
-    return SolverError(
-        f"the state is not finite after t = {t:.9g} s; is a force or a coefficient of the"
-        " scenario too large?"
-    )
+    def go_on(self, rates: Rates) -> None:
+        """Take up a piece, with these rates, whose SAVED attributes are set."""
+        self._rates = rates

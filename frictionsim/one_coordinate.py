@@ -10,7 +10,8 @@ from frictionsim.audit import audit
 from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.mechanisms.base import Mechanism, Series
 from frictionsim.quantities import Quantities, Quantity
-from frictionsim.series import STICK, Observed
+from frictionsim.series import STICK, Observed, Transition
+from frictionsim.state import Arrays, exported, restore, taken
 
 if TYPE_CHECKING:
     from frictionsim.parameters import Scenario
@@ -28,8 +29,9 @@ class OneCoordinate:
 
     def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scene.solver, mechanism
-        self._solve = backends.solver_of(scene.solver.backend, mechanism.prescribed)
         self._recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
+        solution_of = backends.solution_of(scene.solver.backend, mechanism.prescribed)
+        self._solution = solution_of(mechanism, scene.solver, self._recording)
         self._width = Recording.COLUMNS + len(mechanism.ledger)
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)
@@ -38,12 +40,44 @@ class OneCoordinate:
 
     def solve(self, poll: Callable[[float], Any]) -> None:
         """Have the backend of the scene step to the end."""
-        self._solve(self._mechanism, self._settings, self._recording, poll)
+        self._solution.run(poll)
 
     def counts(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
-        recording = self._recording
-        return recording.steps, recording.rejected, recording.evaluations
+        stepper = self._solution.stepper
+        return stepper.steps, stepper.rejected, stepper.evaluations
+
+    def state(self) -> Arrays:
+        """Return all that the rest of the run depends on."""
+        parts = self._solution.saved_parts
+        state = {k: v for name, part in parts.items() for k, v in exported(part, name).items()}
+        transitions = self._recording.transitions
+        state["transitions.contact"] = np.array([e.contact for e in transitions], dtype=np.bytes_)
+        state["transitions"] = np.array(
+            [(e.time, e.mode_from, e.mode_to, e.position) for e in transitions], dtype=np.float64
+        ).reshape(-1, 4)
+        return state
+
+    def restore(self, state: Arrays) -> None:
+        """Take over the state of another simulation of the same scene.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene.
+        """
+        for name, part in self._solution.saved_parts.items():
+            restore(part, name, state)
+        contacts = taken(state, "transitions.contact", np.bytes_, ndim=1)
+        rows = taken(state, "transitions", np.float64, ndim=2)
+        self._recording.transitions[:] = [
+            Transition(time, contact.decode(), int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(
+                contacts.tolist(), rows.tolist(), strict=True
+            )
+        ]
+        if self._solution.started:
+            self._solution.go_on()
 
     def series(self) -> Series:
         """Return the samples before the first that is not finite."""

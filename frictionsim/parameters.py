@@ -67,9 +67,13 @@ class Solver(Params):
 
 
 class Output(Params):
-    """`[output]`: when the run is sampled, and what is recorded. Neither changes the steps."""
+    """`[output]`: when the run is sampled, and what is recorded. Neither changes the steps.
+
+    `checkpoint` is a time on the wall: how often the result so far is written while it runs.
+    """
 
     interval: float | None = quantity("s", None, gt=0)
+    checkpoint: float | None = quantity("s", None, gt=0)
     # All where it is left out. The figures and the audit of a run do not depend on it.
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None
 

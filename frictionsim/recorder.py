@@ -4,7 +4,9 @@ A result file, format version 1, holds
 
     /                    attributes format_version, frictionsim_version, scenario (TOML with
                          overrides, defaults and CSV courses filled in), kind, backend, title,
-                         status (done, failed, interrupted), reason (empty if all is well)
+                         status (done, failed, interrupted), reason (empty if all is well),
+                         failure (the kind of it: not_finite, blow_up, step_underflow, event_storm,
+                         budget, left_pulleys; empty if it has not failed)
     /time                (n,) s, the dimension scale of every course
     /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...; of a kind of
                          many parts (n, k), a column for each member of an axis: body, pulley, ...
@@ -17,13 +19,20 @@ A result file, format version 1, holds
     /events/mode_from, /events/mode_to    (m,)
     /events/angle        (m,) rad, where the contact went over; not of a kind of many parts
 
-With `output.channels` a file has those courses only, time and events. All datasets are float64
-with the attributes `units` and `long_name`; those of two dimensions are compressed. Nothing in a
-file depends on when or where it was made: two runs of one scenario give identical bytes.
+    /checkpoint          where the run can go on: the state of its solver, in arrays of float64 or
+                         bytes whose names and meaning are the solver's own; attribute `digest`,
+                         SHA-256 of them, of the scenario and of the version, which a resumption
+                         compares. Only where status is interrupted or failure is budget
+
+With `output.channels` a file has those courses only, time and events. All datasets outside of
+/checkpoint are float64 with the attributes `units` and `long_name`; those of two dimensions are
+compressed. Nothing in a file that is done depends on when or where it was made: two runs of one
+scenario give identical bytes, however often they were interrupted and resumed. Behind the end of
+the HDF5 data stands a line with the CRC-32 of all before it.
 """
 
-import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,15 +40,15 @@ import h5py
 import numpy as np
 
 from frictionsim import __version__
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import InputError
 from frictionsim.scenario import resolved_toml
+from frictionsim.seal import is_broken, seal
+from frictionsim.targets import put
 
 if TYPE_CHECKING:
     from frictionsim.run import Run
 
 FORMAT_VERSION = 1
-SUFFIXES = (".h5", ".hdf5", ".nc")
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 ATTRIBUTES = (
     "backend",
     "frictionsim_version",
@@ -49,88 +58,23 @@ ATTRIBUTES = (
     "status",
     "title",
 )
+GROUPS = ("events", "checkpoint")
 CHUNK_BYTES = 128 * 1024
+# The method of gzip does not compress better: a dataset that claims more is not all there.
+MOST_COMPRESSED = 1032
 COMPRESSION = {"compression": "gzip", "compression_opts": 4}
 MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
 
 
-def check_target(path: Path) -> None:
-    """See that a result can be put at a path, before the time to compute it is spent.
-
-    Raises
-    ------
-    OutputError
-    """
-    try:
-        reason = _why_no_target(path)
-    except OSError as error:  # a name that is too long, a folder that may not be entered
-        reason = error.strerror or str(error)
-    if reason:
-        raise _not_written(path, reason)
-
-
-def _why_no_target(path: Path) -> str:
-    """Return why a result must not be put at a path; empty if it may."""
-    folder = path.parent
-    if path.is_dir():
-        return "this is a folder; give a file name"
-    if path.exists():
-        if not path.is_file():
-            return "this is a device; give the name of a file"
-        if not path.stat().st_mode & 0o222:
-            return "the file that is there is read-only"
-        if path.suffix not in SUFFIXES and not _starts_as_hdf5(path):
-            return "the file that is there is no result; it would be lost"
-    if not folder.is_dir():
-        return f"there is no folder '{folder}'"
-    return "" if os.access(folder, os.W_OK) else f"no permission to write in '{folder}'"
-
-
-def _starts_as_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
-
-
-def _not_written(path: Path, reason: str) -> OutputError:
-    return OutputError(f"{path}: cannot write the result: {reason}")
-
-
 def write(run: "Run", path: Path) -> None:
-    """Write a result file, whole or not at all.
-
-    The file is built in memory, written beside the target, flushed to the disk and renamed: at
-    no time is there half a result, and whatever goes wrong, an older one stays.
+    """Write a result file, whole or not at all; whatever goes wrong, an older one stays.
 
     Raises
     ------
     OutputError
     """
-    check_target(path)
-    target = Path(os.path.realpath(path))
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
     image = _image(run)
-    try:
-        with part.open("xb") as file:
-            file.write(image)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(target)
-    except OSError as error:
-        raise _not_written(path, error.strerror or str(error)) from None
-    finally:
-        with suppress(OSError):
-            part.unlink()  # gone already where all went well
-    _sync_folder(target.parent)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Have the disk know the new name, too; some file systems have no such thing."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    put(image + seal(image), path)
 
 
 def _image(run: "Run") -> bytes:
@@ -145,6 +89,7 @@ def _image(run: "Run") -> bytes:
         file.attrs["title"] = run.scene.title
         file.attrs["status"] = run.status
         file.attrs["reason"] = run.reason
+        file.attrs["failure"] = run.failure
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
         for name, values in run.courses.items():
@@ -156,6 +101,8 @@ def _image(run: "Run") -> bytes:
             if name == "mode":
                 dataset.attrs.update(MODES)
         _add_transitions(file.create_group("events"), run)
+        if run.checkpoint is not None:
+            _add_checkpoint(file, run.checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
 
@@ -183,6 +130,27 @@ def _add_transitions(events: Any, run: "Run") -> None:
     angles = [e.position for e in transitions]
     if None not in angles:
         _add(events, "angle", angles, "rad", "angle at the transition", scale)
+
+
+def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
+    group = file.create_group("checkpoint")
+    for name, values in state.items():
+        group[name] = values
+    group.attrs["digest"] = _digest(dict(file.attrs), state)
+
+
+def _digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
+    """Return a sum that changes with any bit of a state or of the scenario that it belongs to."""
+    from hashlib import sha256
+
+    digest = sha256()
+    for key in ("scenario", "kind", "frictionsim_version"):
+        digest.update(repr(str(attributes[key])).encode())
+    for name in sorted(state):
+        values = state[name]
+        digest.update(repr((name, values.dtype.str, values.shape)).encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
 
 
 def _add_axis(group: Any, name: str, members: tuple[str, ...]) -> Any:
@@ -257,9 +225,63 @@ def read(path: Path) -> Result:
     InputError
         If it is not there, not HDF5, not of frictionsim, or of another format version.
     """
+    with _opened(path) as file:
+        return _read(file)
+
+
+class Checkpoint(NamedTuple):
+    """What a run can go on from: its scenario as TOML, and the state of its solver."""
+
+    scenario: str
+    state: dict[str, Any]
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read what a result file has for its run to go on.
+
+    Raises
+    ------
+    InputError
+        As `read`; or if the run is done, cannot go on, or is of another version of the program.
+    """
+    with _opened(path) as file:
+        attributes = _attributes(file)
+        reason = _why_not_to_go_on(file, attributes)
+        if reason:
+            raise InputError(f"{path}: cannot resume this run: {reason}")
+        state = {name: _bounded(item)[...] for name, item in file["checkpoint"].items()}
+        if file["checkpoint"].attrs["digest"] != _digest(attributes, state):
+            raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
+    return Checkpoint(attributes["scenario"], state)
+
+
+def _why_not_to_go_on(file: Any, attributes: dict[str, str]) -> str:
+    if attributes["status"] == "done":
+        return "it is done"
+    if attributes["frictionsim_version"] != __version__:
+        return (
+            f"it is of version {attributes['frictionsim_version']}, this is {__version__}; solve"
+            " its scenario anew"
+        )
+    if "checkpoint" not in file:
+        return f"it has no checkpoint ({attributes['status']}: {attributes['reason']})"
+    return ""
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a result file of this format; what is wrong with it in here is said of the file."""
     try:
+        if is_broken(path):
+            raise InputError(f"{path}: cannot read this result: it is damaged")
         with h5py.File(path, "r") as file:
-            return _read(path, file)
+            version = file.attrs["format_version"]
+            if version != FORMAT_VERSION:
+                raise InputError(
+                    f"{path}: format version {version} of a result, this program reads"
+                    f" {FORMAT_VERSION}"
+                )
+            yield file
     except OSError as error:
         reason = "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
         raise InputError(f"{path}: cannot read this result: {reason}") from error
@@ -269,25 +291,26 @@ def read(path: Path) -> Result:
         ) from error
 
 
-def _read(path: Path, file: Any) -> Result:
-    version = file.attrs["format_version"]
-    if version != FORMAT_VERSION:
-        raise InputError(
-            f"{path}: format version {version} of a result, this program reads {FORMAT_VERSION}"
-        )
+def _attributes(file: Any) -> dict[str, str]:
+    """Return the root attributes, all that there must be among them."""
     missing = [name for name in ATTRIBUTES if name not in file.attrs]
     if missing:
         raise KeyError(*missing)
-    found = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+    return {key: _text(value) for key, value in file.attrs.items()}
+
+
+def _read(file: Any) -> Result:
+    attributes = _attributes(file)
+    found = {name: _bounded(item) for name, item in file.items() if name not in GROUPS}
     scales = {name for name, item in found.items() if item.is_scale and name != "time"}
     datasets = {name: item for name, item in found.items() if name not in scales}
-    events = {name: _values(item) for name, item in file["events"].items()}
-    contacts = str(file["events/contact"].attrs["flag_meanings"]).split()
+    events = {name: _values(_bounded(item)) for name, item in file["events"].items()}
+    contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
-        attributes={key: str(value) for key, value in file.attrs.items()},
+        attributes=attributes,
         courses={name: _values(item) for name, item in datasets.items()},
-        units={name: str(item.attrs["units"]) for name, item in datasets.items()},
-        long_names={name: str(item.attrs["long_name"]) for name, item in datasets.items()},
+        units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
+        long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
         axes={name: _axis_of(item) for name, item in datasets.items()},
         members={name: _members(found[name]) for name in sorted(scales)},
         events=events,
@@ -297,6 +320,11 @@ def _read(path: Path, file: Any) -> Result:
     return result
 
 
+def _text(value: Any) -> str:
+    """Return an attribute as text that can be printed, also where its bytes are none."""
+    return str(value).encode("utf-8", "replace").decode()
+
+
 def _axis_of(dataset: Any) -> str:
     """Return what the columns of a dataset belong to; empty if it has no columns."""
     return next(iter(dataset.dims[1].keys()), "") if dataset.ndim > 1 else ""
@@ -304,7 +332,7 @@ def _axis_of(dataset: Any) -> str:
 
 def _members(scale: Any) -> tuple[str, ...]:
     names = scale.attrs.get("names")
-    members = _numbered(scale.size) if names is None else tuple(str(names).split())
+    members = _numbered(scale.size) if names is None else tuple(_text(names).split())
     if scale.shape != (len(members),):
         raise ValueError(f"{scale.name} is no axis")
     return members
@@ -318,10 +346,20 @@ def _see_shapes(result: Result) -> None:
             axis = axes.get(name, "")
             if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
                 raise ValueError(f"{name} is not a course over time")
-    contact = result.events["contact"]
+    contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
         raise ValueError("an event is of a contact without a name")
 
 
+def _bounded(dataset: Any) -> Any:
+    """Return a dataset, unless it claims more than its file can hold."""
+    size = dataset.file.id.get_filesize()
+    if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MOST_COMPRESSED * size:
+        raise ValueError(f"{dataset.name} is no course")
+    return dataset
+
+
 def _values(dataset: Any) -> Any:
+    if dataset.dtype.kind not in "fiub":
+        raise TypeError(f"{dataset.name} is not of real numbers")
     return np.asarray(dataset[...], dtype=np.float64)

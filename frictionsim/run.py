@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import Interrupted, SolverError
+from frictionsim.errors import BudgetSpent, Interrupted, NotFinite, SolverError
 from frictionsim.mechanisms import module_of
 from frictionsim.quantities import Quantities
 from frictionsim.series import Channel, Check, Transition
@@ -60,6 +60,10 @@ class Run(NamedTuple):
         Of the run itself, before any audit.
     remarks : tuple of str
         What a user should know before trusting the figures.
+    failure : str
+        The kind of a failure, such as `event_storm`; empty if it has not failed.
+    checkpoint : dict of arrays or None
+        The state of the simulation, where a run that is not done can go on from it.
     """
 
     scene: "Scenario"
@@ -76,6 +80,8 @@ class Run(NamedTuple):
     reason: str
     exit_code: int
     remarks: tuple[str, ...] = ()
+    failure: str = ""
+    checkpoint: "dict[str, Any] | None" = None
 
     @property
     def missing_channels(self) -> list[str]:
@@ -83,7 +89,22 @@ class Run(NamedTuple):
         return [name for name in self.scene.output.channels or () if name not in self.courses]
 
 
-def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
+class _Outcome(NamedTuple):
+    """How a run ended."""
+
+    status: str = "done"
+    reason: str = ""
+    exit_code: int = 0
+    failure: str = ""
+    can_go_on: bool = False
+
+
+def run(
+    scene: "Scenario",
+    poll: "Callable[[float], Any]",
+    keep: "Callable[[Run], Any] | None" = None,
+    checkpoint: "dict[str, Any] | None" = None,
+) -> Run:
     """Simulate a scene.
 
     Parameters
@@ -91,27 +112,72 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
     scene : Scenario
     poll : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
+    keep : callable, optional
+        Called with the run so far every `output.checkpoint` seconds.
+    checkpoint : dict of arrays, optional
+        Of an earlier run of the scene, which goes on from there.
 
     Returns
     -------
     Run
         Also of a run that failed or was interrupted, with the samples up to there.
+
+    Raises
+    ------
+    InputError
+        If the checkpoint is of another scene.
     """
     simulation: Simulation = module_of(scene.kind).simulation(scene)
-    status, reason, exit_code = "done", "", 0
+    if checkpoint is not None:
+        simulation.restore(checkpoint)
     started = perf_counter()
+    if keep is not None and scene.output.checkpoint is not None:
+        poll = _keeping(scene, simulation, poll, keep, scene.output.checkpoint)
+    return _run_of(scene, simulation, _solve(simulation, poll), started)
+
+
+def _keeping(
+    scene: "Scenario",
+    simulation: "Simulation",
+    poll: "Callable[[float], Any]",
+    keep: "Callable[[Run], Any]",
+    seconds: float,
+) -> "Callable[[float], Any]":
+    """Return a poll that also has the run so far kept every so many seconds."""
+    started = last = perf_counter()
+
+    def poll_and_keep(t: float) -> None:
+        nonlocal last
+        poll(t)
+        if perf_counter() - last >= seconds:
+            reason = f"checkpoint at t = {t:.9g} s"
+            outcome = _Outcome("interrupted", reason, can_go_on=True)
+            keep(_run_of(scene, simulation, outcome, started))
+            last = perf_counter()
+
+    return poll_and_keep
+
+
+def _solve(simulation: "Simulation", poll: "Callable[[float], Any]") -> _Outcome:
     try:
         simulation.solve(poll)
     except Interrupted as stop:
-        status, reason, exit_code = "interrupted", str(stop), stop.exit_code
-    except SolverError as failure:
-        status, reason, exit_code = "failed", str(failure), failure.exit_code
+        return _Outcome("interrupted", str(stop), stop.exit_code, can_go_on=True)
+    except SolverError as error:
+        can_go_on = isinstance(error, BudgetSpent)
+        return _Outcome("failed", str(error), error.exit_code, error.failure, can_go_on)
     except ArithmeticError:
-        status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
+        return _Outcome("failed", OUT_OF_RANGE, NotFinite.exit_code, NotFinite.failure)
+    return _Outcome()
+
+
+def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, started: float) -> Run:
+    """Return a run with what its simulation shows."""
     wall_seconds = perf_counter() - started
     seen = simulation.observe()
     if seen.unsound:
-        status, reason, exit_code = "failed", OUT_OF_RANGE, SolverError.exit_code
+        reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
+        outcome = _Outcome("failed", reason, NotFinite.exit_code, NotFinite.failure)
     wanted = scene.output.channels
     return Run(
         scene=scene,
@@ -128,8 +194,10 @@ def run(scene: "Scenario", poll: "Callable[[float], Any]") -> Run:
         quantities=seen.quantities,
         checks=seen.checks,
         counts=Counts(*simulation.counts(), simulation.states, wall_seconds),
-        status=status,
-        reason=reason,
-        exit_code=exit_code,
+        status=outcome.status,
+        reason=outcome.reason,
+        exit_code=outcome.exit_code,
         remarks=seen.remarks,
+        failure=outcome.failure,
+        checkpoint=simulation.state() if outcome.can_go_on else None,
     )

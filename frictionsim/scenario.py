@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from frictionsim.errors import ScenarioError, unknown
+from frictionsim.errors import InputError, ScenarioError, unknown
 from frictionsim.mechanisms import KINDS, module_of
 from frictionsim.parameters import Scenario
 
@@ -92,6 +92,21 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
     if beyond:
         raise ScenarioFaults(beyond)
     return scene
+
+
+def revive(path: Path, text: str) -> Scenario:
+    """Return the scenario that a result file has recorded.
+
+    Raises
+    ------
+    InputError
+        If it is none that can be simulated.
+    """
+    try:
+        return validate(_parse(path, text), path.parent)
+    except ScenarioFaults as found:
+        faults = "; ".join(f"{'.'.join(map(_key_text, key))}: {said}" for key, said in found.faults)
+        raise InputError(f"{path}: its scenario is not valid: {faults}") from None
 
 
 def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:

@@ -36,12 +36,32 @@ class Simulation(Protocol):
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
     def solve(self, poll: Callable[[float], Any]) -> None:
-        """Step to the end, and call poll with the time along the way.
+        """Step to the end, from the start or from what was restored.
+
+        Call poll with the time along the way, between steps only: it may ask for the state, the
+        counts and the samples, and it may raise BudgetSpent or Interrupted.
 
         Raises
         ------
-        SolverError, Interrupted, ArithmeticError
-            What was sampled before can be observed.
+        SolverError, ArithmeticError
+            What was sampled before can be observed. After BudgetSpent and Interrupted the state
+            is one to go on from.
+        """
+
+    def state(self) -> dict[str, Any]:
+        """Return all that the rest of the run depends on, as numpy arrays of float64 or bytes.
+
+        Samples, transitions and counts so far are in it, too. A run that is restored from it ends
+        with the same bits as one that was never interrupted.
+        """
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take over the state of another simulation of the same scene, before `solve`.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene.
         """
 
     def counts(self) -> tuple[int, int, int]:

@@ -24,6 +24,7 @@ def run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
         "backend": run.scene.solver.backend,
         "status": run.status,
         "reason": run.reason,
+        "failure": run.failure,
         "quantities": quantities_json(run.quantities),
         "events": [_event_json(e) for e in run.transitions],
         "solver": run.counts._asdict(),

@@ -1,4 +1,4 @@
-"""What looks at a run while it goes: the two stop signals, and a progress bar for a long one."""
+"""What looks at a run while it goes: the stop signals, a budget of time, a progress bar."""
 
 import os
 import signal
@@ -9,7 +9,7 @@ from time import monotonic
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from frictionsim.errors import EXIT_SIGNAL, Interrupted
+from frictionsim.errors import EXIT_SIGNAL, BudgetSpent, Interrupted
 
 if TYPE_CHECKING:
     from frictionsim.tables import ProgressBar
@@ -23,10 +23,11 @@ SECONDS_FOR_ONE_SIGNAL = 0.2
 class Watch:
     """Called with the time of the simulation after every step of it."""
 
-    def __init__(self, duration: float, with_progress: bool) -> None:
+    def __init__(self, duration: float, with_progress: bool, max_wall: float | None) -> None:
         self._duration = duration
         self._with_progress = with_progress and sys.stderr.isatty()
         self._started = monotonic()
+        self._max_wall = max_wall
         self._calls = 0
         self._signal = 0
         self._signalled = 0.0
@@ -39,9 +40,16 @@ class Watch:
         ------
         Interrupted
             If a signal has asked for its end.
+        BudgetSpent
+            If the run has had its time.
         """
         if self._signal:
             raise Interrupted(self._signal, t)
+        if self._max_wall is not None and monotonic() - self._started >= self._max_wall:
+            raise BudgetSpent(
+                f"{self._max_wall:g} s of --max-wall are spent at t = {t:.9g} s of"
+                f" {self._duration:.9g} s; resume the run, give it more time, or looser tolerances"
+            )
         self._calls += 1
         if self._with_progress and self._calls % CALLS_BETWEEN_LOOKS == 0:
             self._show(t)
@@ -75,9 +83,18 @@ class Watch:
 
 
 @contextmanager
-def watch(duration: float, with_progress: bool) -> Iterator[Watch]:
-    """Watch a run: SIGINT and SIGTERM end it after its step, a second one ends the process."""
-    watcher = Watch(duration, with_progress)
+def watch(duration: float, with_progress: bool, max_wall: float | None = None) -> Iterator[Watch]:
+    """Watch a run: SIGINT and SIGTERM end it after its step, a second one ends the process.
+
+    Parameters
+    ----------
+    duration : float, s
+        Of the simulation.
+    with_progress : bool
+    max_wall : float, optional, s
+        What the run may take.
+    """
+    watcher = Watch(duration, with_progress, max_wall)
     stops = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, watcher._note_signal) for number in stops]
     try:

@@ -1,10 +1,11 @@
 """What all tests share: the shipped scenario as data, runs of it, and the command line."""
 
 import copy
+import json
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +76,14 @@ def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProce
 def cli(tmp_path: Path) -> Callable[..., "subprocess.CompletedProcess[str]"]:
     """Run the command line in a folder of its own."""
     return lambda *arguments: frictionsim(*arguments, cwd=tmp_path)
+
+
+@pytest.fixture(scope="session")
+def tally(request: pytest.FixtureRequest) -> Iterator[dict[str, int]]:
+    """Count cases by name; a long run writes the counts down."""
+    counts: dict[str, int] = {}
+    yield counts
+    if request.config.option.markexpr == "long":
+        path = ROOT / "results" / "hard.json"
+        before = json.loads(path.read_text()) if path.exists() else {}
+        path.write_text(json.dumps(dict(sorted({**before, **counts}.items())), indent=2) + "\n")

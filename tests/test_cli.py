@@ -19,6 +19,7 @@ from frictionsim.cli import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.quantities import Quantity, quantities_json
 from frictionsim.series import Check
+from frictionsim.targets import check_target
 from tests.conftest import ROOT, SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -62,7 +63,7 @@ def test_help_and_version_answer_on_stdout(cli: Cli) -> None:
         assert done.stderr == ""
 
 
-@pytest.mark.parametrize("command", ["solve", "check", "static", "compare"])
+@pytest.mark.parametrize("command", ["solve", "resume", "check", "static", "compare"])
 def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line([command, "--help"]) == 0
     assert f"Usage: frictionsim {command}" in capsys.readouterr().out
@@ -134,7 +135,7 @@ def test_json_is_one_object_with_the_documented_keys(
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 0
     found = json_of(capsys)
     documented = {"scenario", "kind", "backend", "status", "quantities", "solver", "effects"}
-    assert found.keys() == documented | {"audit", "output", "reason", "events"}
+    assert found.keys() == documented | {"audit", "output", "reason", "failure", "events"}
     assert [
         found[key] for key in ("scenario", "kind", "backend", "status", "reason", "output")
     ] == [*[PULLEY, "pulley", "events", "done", "", "a.h5"]]
@@ -232,7 +233,7 @@ def test_no_result_goes_to_a_device(device: str) -> None:
     if not Path(device).exists():
         pytest.skip(f"no {device} on this system")
     with pytest.raises(OutputError, match="this is a device; give the name of a file") as refused:
-        recorder.check_target(Path(device))
+        check_target(Path(device))
     assert refused.value.exit_code == 4
 
 

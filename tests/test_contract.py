@@ -55,7 +55,7 @@ EVENT = "half turn"
 def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, kink: Kink) -> None:
     recording = Recording(SampleTimes(DURATION, DURATION))
     settings = Solver(backend=backend, duration=DURATION)
-    backends.solver_of(backend)(wheel(friction, kink), settings, recording, lambda t: None)
+    backends.solution_of(backend)(wheel(friction, kink), settings, recording).run(lambda t: None)
     # From rest with 2 N m to pi, then with 3 N m to 2 pi, then with 2 N m to the end.
     t, v = 0.0, 0.0
     expected = []

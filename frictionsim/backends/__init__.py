@@ -1,14 +1,17 @@
 """The ways to solve a scene, by the name that a scenario gives as `solver.backend`.
 
 Which of them can do a scene is the matter of its kind (`Scene.BACKENDS`). Those for mechanisms of
-one coordinate are solve(mechanism, settings, recording, poll): it steps the mechanism to
-settings.duration, fills the recording with samples, transitions and counts, and calls poll(t)
-along the way. It raises SolverError where it cannot go on.
+one coordinate have solution(mechanism, settings, recording), which returns a `Solution`: its run
+steps the mechanism to settings.duration, fills the recording with samples and transitions, and
+polls along the way.
 """
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from frictionsim.backends.solution import Solution
 
 
 class Backend(NamedTuple):
@@ -35,8 +38,8 @@ BELT = {
 PRESCRIBED = "frictionsim.backends.prescribed"
 
 
-def solver_of(name: str, prescribed: bool = False) -> Callable[..., None]:
-    """Import a backend and return its `solve`; the others stay unloaded."""
+def solution_of(name: str, prescribed: bool = False) -> Callable[..., "Solution"]:
+    """Import a backend and return its `solution`; the others stay unloaded."""
     module = PRESCRIBED if prescribed else BACKENDS[name].module
-    solve: Callable[..., Any] = import_module(module).solve
-    return solve
+    solution: Callable[..., Any] = import_module(module).solution
+    return solution

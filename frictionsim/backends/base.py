@@ -1,4 +1,4 @@
-"""What the backends share: the samples they fill, the rates they integrate, the smooth run."""
+"""What the backends share: the samples they fill, the rates they integrate, the storm guard."""
 
 from array import array
 from collections import deque
@@ -6,20 +6,20 @@ from collections.abc import Callable
 from math import floor, inf
 from typing import TYPE_CHECKING
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import EventStorm
 from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
 from frictionsim.roots import sign_change
-from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.series import BACKWARD, FORWARD, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
 
-Poll = Callable[[float], object]
-
 
 class SampleTimes:
     """0, interval, 2 interval, ... and the duration, s."""
+
+    SAVED = ("_next", "next")
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval = interval
@@ -39,15 +39,15 @@ class SampleTimes:
 
 
 class Recording:
-    """Samples, transitions and counts of a run, filled by its backend."""
+    """Samples and transitions of a run, filled by its backend."""
 
     COLUMNS = 7  # time, drive, position, velocity, acceleration, friction, mode; then the ledger
+    SAVED = ("rows",)
 
     def __init__(self, times: SampleTimes) -> None:
         self.times = times
         self.rows = array("d")
         self.transitions: list[Transition] = []
-        self.steps = self.rejected = self.evaluations = 0
 
     def add(
         self, t: float, drive: float, y: State, acceleration: float, friction: float, mode: int
@@ -64,11 +64,6 @@ class Recording:
                 Transition(stepper.t, event, direction, direction, stepper.y[0])
             )
 
-    def count(self, stepper: RungeKuttaFehlberg45) -> None:
-        """Take over what the integrator has counted so far."""
-        self.steps, self.rejected = stepper.steps, stepper.rejected
-        self.evaluations = stepper.evaluations
-
 
 class StormGuard:
     """Stops a run in which something happens without end: so many times within a window.
@@ -84,6 +79,8 @@ class StormGuard:
         The end of the message.
     """
 
+    SAVED = ("_times",)
+
     def __init__(self, window: float, most: int, what: str, advice: str) -> None:
         self._window = window
         self._what = what
@@ -95,16 +92,22 @@ class StormGuard:
 
         Raises
         ------
-        SolverError
+        EventStorm
             If it is one too many.
         """
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
-            raise SolverError(
+            raise EventStorm(
                 f"event storm at t = {t:.9g} s: {self._what} {len(times)} times within"
                 f" {t - times[0]:.2g} s; {self._advice}"
             )
         times.append(t)
+
+
+def motion_of(mechanism: "Mechanism") -> str:
+    """Return what moves, for messages."""
+    contact = mechanism.contact
+    return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"
 
 
 def new_stepper(mechanism: "Mechanism", settings: "Solver") -> RungeKuttaFehlberg45:
@@ -116,6 +119,7 @@ def new_stepper(mechanism: "Mechanism", settings: "Solver") -> RungeKuttaFehlber
         max_step=settings.max_step or inf,
         max_steps=settings.max_steps,
         fixed_step=settings.step,
+        what=motion_of(mechanism),
     )
 
 
@@ -198,28 +202,3 @@ def rates_with_friction(
         dy[heat] = -torque * v
 
     return rates
-
-
-def run_without_friction(
-    mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll
-) -> None:
-    """Integrate a mechanism that has no dry contact: smooth from kink to kink."""
-    stepper = new_stepper(mechanism, settings)
-    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
-    end, times = settings.duration, recording.times
-    stepper.begin(rates_without_friction(mechanism), 0.0, mechanism.initial_state)
-    try:
-        while True:
-            while times.next <= stepper.t:
-                t = times.next
-                poll(t)
-                y = stepper.state_at(t)
-                u = drive(t)
-                recording.add(t, u, y, moment(u, y[0], y[1]) / inertia, 0.0, STICK)
-            if stepper.t >= end:
-                return
-            poll(stepper.t)
-            event = advance(stepper, mechanism, min(end, drive.next_kink(stepper.t)))
-            recording.note(event, stepper)
-    finally:
-        recording.count(stepper)

@@ -26,7 +26,7 @@ import numpy as np
 
 from frictionsim.backends.belt_damping import StiffDamping, damp_and_strike, stiff_damping
 from frictionsim.compiled import entry, kernel
-from frictionsim.errors import SolverError
+from frictionsim.errors import InputError, NotFinite
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, TINY, VX, VY
 from frictionsim.mechanisms.belt.contact import (
@@ -450,7 +450,7 @@ class Stepping:
 
     Raises
     ------
-    SolverError
+    InputError
         If the step is too long for the waves in the belt.
     """
 
@@ -465,8 +465,8 @@ class Stepping:
             NEARLY * longest, LONGEST_OF_CONTACT / pressed, settings.max_step or np.inf
         )
         if self._h >= longest:
-            raise SolverError(
-                f"a step of {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
+            raise InputError(
+                f"solver.step: a step of {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
                 f" stable below {longest:.4g} s here; give a smaller solver.step, or fewer bodies"
             )
         self._margin = assembly.laws.chain.length
@@ -541,7 +541,7 @@ class Stepping:
             *a.parts[1:],
         )
         if not finite:
-            raise SolverError(
+            raise NotFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
             )

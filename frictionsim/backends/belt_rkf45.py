@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionsim import integrator
 from frictionsim.compiled import entry, kernel
-from frictionsim.errors import SolverError
+from frictionsim.errors import NotFinite, StepUnderflow
 from frictionsim.integrator import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.contact import ALPHA, deal_slots, remember
@@ -334,12 +334,12 @@ class Stepping:
             *a.parts,
         )
         if trouble == NOT_FINITE:
-            raise SolverError(
+            raise NotFinite(
                 f"the state is not finite after t = {self.t:.9g} s; is a stiffness, a torque or a"
                 " speed of the scenario too large?"
             )
         if trouble == TOO_SHORT:
-            raise SolverError(
+            raise StepUnderflow(
                 f"at t = {self.t:.9g} s the tolerance asks for a step of {stepper.clock[2]:.2g} s,"
                 " below what double precision resolves; give a larger solver.rtol"
             )

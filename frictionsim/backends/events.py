@@ -9,15 +9,12 @@ from math import copysign, inf
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
-    Poll,
     Recording,
     StormGuard,
-    advance,
     end_of_piece,
-    new_stepper,
     rates_with_friction,
-    run_without_friction,
 )
+from frictionsim.backends.solution import Solution, WithoutFriction
 from frictionsim.integrator import Rates
 from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
@@ -32,35 +29,27 @@ RESOLUTION = 1e-12
 STORM = 1e-6
 
 
-def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
-    """Step the mechanism to settings.duration, phase by phase.
-
-    Raises
-    ------
-    SolverError
-        From the integrator, or if the contact changes its mode without end.
-    """
+def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+    """Return what steps the mechanism to settings.duration, phase by phase."""
     if mechanism.contact is None:
-        run_without_friction(mechanism, settings, recording, poll)
-    else:
-        _StickSlip(mechanism, mechanism.contact, settings, recording, poll).run()
+        return WithoutFriction(mechanism, settings, recording)
+    return _StickSlip(mechanism, mechanism.contact, settings, recording)
 
 
-class _StickSlip:
-    """The state of an event-driven run and the two kinds of phase that change it."""
+class _StickSlip(Solution):
+    """The state of an event-driven run and the two kinds of phase that change it.
+
+    In a stick phase a step is a piece along which the drive is monotone, and `y` the state. In a
+    slip phase it is one of the integrator, which has the state.
+    """
+
+    SAVED = (*Solution.SAVED, "y", "mode", "known", "ends", "direction", "limit")
 
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "Contact",
-        settings: "Solver",
-        recording: Recording,
-        poll: Poll,
+        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
     ) -> None:
-        self.mechanism, self.contact = mechanism, contact
-        self.recording, self.poll = recording, poll
-        self.end = settings.duration
-        self.stepper = new_stepper(mechanism, settings)
+        super().__init__(mechanism, settings, recording)
+        self.contact = contact
         self.storm = StormGuard(
             STORM * min(1.0, settings.duration),
             100,
@@ -68,19 +57,51 @@ class _StickSlip:
             "does the drive change faster than it should?",
         )
         self.slip_rates = {s: _slip_rates(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
-        self.t = 0.0
         self.y = mechanism.initial_state
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
+        self.known = 0.0  # up to here, excluded, the last step can be sampled
+        self.ends = False  # with it, the phase
+        self.direction = STICK  # in which the stick ends
+        self.limit = 0.0  # of the smooth piece in which it slides
 
-    def run(self) -> None:
-        try:
-            if self.mode == STICK:
-                self.go_over(self.mode_from_rest())
-            while self.t < self.end:
-                self.go_over(self.stick() if self.mode == STICK else self.slip(self.mode))
-            self.sample_at_end()
-        finally:
-            self.recording.count(self.stepper)
+    @property
+    def saved_parts(self) -> dict[str, object]:
+        return {**super().saved_parts, "storm": self.storm}
+
+    def start(self) -> None:
+        if self.mode == STICK:
+            self.go_over(self.mode_from_rest())
+        else:
+            self.begin_slip()
+
+    def go_on(self) -> None:
+        if self.mode != STICK:
+            self.stepper.go_on(self.slip_rates[self.mode])
+
+    def is_known(self, t: float) -> bool:
+        return t < self.known
+
+    def step(self) -> None:
+        if self.mode == STICK:
+            self.stick()
+        else:
+            self.slip(self.mode)
+
+    def settle(self) -> None:
+        self.t = self.known
+        if not self.ends:
+            return
+        self.ends = False
+        if self.mode == STICK:
+            self.go_over(self.direction)
+        else:
+            self.y = list(self.stepper.state_at(self.t))
+            self.y[1] = 0.0
+            self.go_over(self.mode_from_rest())
+
+    def finish(self) -> None:
+        if self.recording.times.next <= self.end:
+            self.sample(self.end)
 
     def go_over(self, mode: int) -> None:
         """Take the mode that follows, and note the transition if it is one."""
@@ -90,6 +111,12 @@ class _StickSlip:
                 Transition(self.t, self.contact.name, self.mode, mode, self.y[0])
             )
             self.mode = mode
+        if mode != STICK:
+            self.begin_slip()
+
+    def begin_slip(self) -> None:
+        self.stepper.begin(self.slip_rates[self.mode], self.t, self.y)
+        self.limit = self.t
 
     def excess(self, t: float, s: int) -> float:
         """Return how far the moment in direction s is above the static limit, at rest, N m."""
@@ -105,34 +132,23 @@ class _StickSlip:
         directions = (FORWARD, BACKWARD)
         return next((s for s in directions if self.clear_excess(self.t, s) > 0.0), STICK)
 
-    def stick(self) -> int:
-        """Stand still up to the breakaway or the end; return the mode that follows."""
+    def stick(self) -> None:
+        """Stand still for a piece of the drive, or up to the breakaway in it."""
         a = self.t
-        while a < self.end:
-            b = end_of_piece(self.mechanism, self.contact, a, self.end)
-            for s in (FORWARD, BACKWARD):
-                if self.clear_excess(b, s) > 0.0:
-                    self.t = self.breakaway(a, b, s)
-                    self.sample_stick(self.t)
-                    return s
-            self.sample_stick(b)
-            self.poll(b)
-            a = b
-        self.t = self.end
-        return STICK
+        b = end_of_piece(self.mechanism, self.contact, a, self.end)
+        self.known = b
+        for s in (FORWARD, BACKWARD):
+            if self.clear_excess(b, s) > 0.0:
+                self.known = self.breakaway(a, b, s)
+                self.direction = s
+                self.ends = True
+                return
 
     def breakaway(self, a: float, b: float, s: int) -> float:
         """Return when the moment in direction s passes the static limit in a monotone piece."""
         # From a tie at a, it breaks away where there is more to it than rounding.
         excess = self.excess if self.excess(a, s) <= 0.0 else self.clear_excess
         return sign_change(lambda t: excess(t, s), a, b)[1]
-
-    def sample_stick(self, until: float) -> None:
-        """Record the samples that are due before a time in a stick phase."""
-        times = self.recording.times
-        while times.next < until:
-            self.poll(times.next)
-            self.sample(times.next)
 
     def sample(self, t: float) -> None:
         """Record the state at t, which is at rest where the contact sticks."""
@@ -146,32 +162,17 @@ class _StickSlip:
             acceleration = (moment + friction) / self.mechanism.inertia
             self.recording.add(t, u, y, acceleration, friction, self.mode)
 
-    def sample_at_end(self) -> None:
-        if self.recording.times.next <= self.end:
-            self.sample(self.end)
-
-    def slip(self, s: int) -> int:
-        """Slide in direction s up to the moment of rest or the end; return what follows."""
-        stepper, times = self.stepper, self.recording.times
-        stepper.begin(self.slip_rates[s], self.t, self.y)
-        limit, rest = self.t, inf
-        while rest == inf and stepper.t < self.end:
-            if stepper.t >= limit:
-                limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-            event = advance(stepper, self.mechanism, limit)
-            rest = self.rest_within_step(s)
-            if rest == inf:
-                self.recording.note(event, stepper)
-            while times.next < min(stepper.t, rest):
-                self.poll(times.next)
-                self.sample(times.next)
-            self.poll(stepper.t)
-        self.t = min(stepper.t, rest)
-        self.y = list(stepper.state_at(self.t))
-        if rest == inf:
-            return s
-        self.y[1] = 0.0
-        return self.mode_from_rest()
+    def slip(self, s: int) -> None:
+        """Slide in direction s for a step, or up to the moment of rest in it."""
+        stepper = self.stepper
+        if stepper.t >= self.limit:
+            self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
+        event = self.advance(self.limit)
+        rest = self.rest_within_step(s)
+        self.ends = rest != inf
+        if not self.ends:
+            self.recording.note(event, stepper)
+        self.known = min(stepper.t, rest)
 
     def rest_within_step(self, s: int) -> float:
         """Return when the velocity first comes to zero in the last step; inf if it does not.

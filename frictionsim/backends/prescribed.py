@@ -12,7 +12,8 @@ can be anything up to its static limit; it is taken as zero.
 from math import inf, nextafter
 from typing import TYPE_CHECKING
 
-from frictionsim.backends.base import Poll, Recording, advance, new_stepper
+from frictionsim.backends.base import Recording, advance
+from frictionsim.backends.solution import Solution
 from frictionsim.integrator import Rates, State
 from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
@@ -22,41 +23,62 @@ if TYPE_CHECKING:
     from frictionsim.parameters import Solver
 
 
-def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
-    """Follow the prescribed velocity to settings.duration.
+def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+    """Return what follows the prescribed velocity to settings.duration."""
+    return _Following(mechanism, settings, recording)
 
-    Raises
-    ------
-    SolverError
-        From the integrator.
-    """
-    stepper = new_stepper(mechanism, settings)
-    times, end = recording.times, settings.duration
-    t, mode = 0.0, None
-    y: State = mechanism.initial_state
-    try:
-        while t < end:
-            limit = _end_of_piece(mechanism, t, end)
-            direction = _sign(mechanism.drive(0.5 * (t + limit)))
-            if mode is not None and direction != mode:
-                name = mechanism.contact.name if mechanism.contact else "drive"
-                recording.transitions.append(Transition(t, name, mode, direction, y[0]))
-            mode = direction
-            torques = _Torques(mechanism, mode, limit)
-            stepper.begin(torques.rates(), t, y)
-            while stepper.t < limit:
-                recording.note(advance(stepper, mechanism, limit), stepper)
-                poll(stepper.t)
-                while times.next < stepper.t or times.next <= stepper.t == end:
-                    at = times.next
-                    poll(at)
-                    state = stepper.state_at(at)
-                    u, velocity, friction, acceleration = torques.at(at, state[0])
-                    state[1] = velocity
-                    recording.add(at, u, state, acceleration, friction, mode)
-            t, y = stepper.t, stepper.y
-    finally:
-        recording.count(stepper)
+
+class _Following(Solution):
+    """A run along pieces on which the velocity is smooth and of one direction, `mode`."""
+
+    SAVED = (*Solution.SAVED, "mode", "limit")
+
+    def __init__(self, mechanism: "Mechanism", settings: "Solver", recording: Recording) -> None:
+        super().__init__(mechanism, settings, recording)
+        self.mode, self.limit = STICK, 0.0
+
+    def start(self) -> None:
+        self.mode = self.next_direction(0.0)
+        self.begin_piece(0.0, self.mechanism.initial_state)
+
+    def go_on(self) -> None:
+        self.torques = _Torques(self.mechanism, self.mode, self.limit)
+        self.stepper.go_on(self.torques.rates())
+
+    def next_direction(self, t: float) -> int:
+        """Set the limit of the piece that starts at t, and return its direction."""
+        self.limit = _end_of_piece(self.mechanism, t, self.end)
+        return _sign(self.mechanism.drive(0.5 * (t + self.limit)))
+
+    def begin_piece(self, t: float, y: State) -> None:
+        self.torques = _Torques(self.mechanism, self.mode, self.limit)
+        self.stepper.begin(self.torques.rates(), t, y)
+
+    def go_over(self, t: float, y: State) -> None:
+        """Begin the next piece, and note the change of direction if it brings one."""
+        before, self.mode = self.mode, self.next_direction(t)
+        if self.mode != before:
+            contact = self.mechanism.contact
+            name = contact.name if contact else "drive"
+            self.recording.transitions.append(Transition(t, name, before, self.mode, y[0]))
+        self.begin_piece(t, y)
+
+    def step(self) -> None:
+        stepper = self.stepper
+        if stepper.t >= self.limit:
+            self.go_over(stepper.t, stepper.y)
+        event = advance(stepper, self.mechanism, self.limit)  # what is given cannot blow up
+        self.recording.note(event, stepper)
+        self.t = stepper.t
+
+    def is_known(self, t: float) -> bool:
+        return t < self.stepper.t or t <= self.stepper.t == self.end
+
+    def sample(self, t: float) -> None:
+        state = self.stepper.state_at(t)
+        u, velocity, friction, acceleration = self.torques.at(t, state[0])
+        state[1] = velocity
+        self.recording.add(t, u, state, acceleration, friction, self.mode)
 
 
 class _Torques:

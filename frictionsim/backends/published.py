@@ -16,15 +16,12 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
-    Poll,
     Recording,
     StormGuard,
-    advance,
     end_of_piece,
-    new_stepper,
     rates_with_friction,
-    run_without_friction,
 )
+from frictionsim.backends.solution import Solution, WithoutFriction
 from frictionsim.series import Transition
 
 if TYPE_CHECKING:
@@ -54,68 +51,68 @@ def switch(moment: float, static_limit: float, velocity: float) -> int:
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 
 
-def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
-    """Step eq 30 to settings.duration, adaptively or with steps of settings.step.
-
-    Raises
-    ------
-    SolverError
-        From the integrator, or where the adaptive steps chatter about rest without end.
-    """
+def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+    """Return what steps eq 30 to settings.duration, adaptively or with steps of settings.step."""
     if mechanism.contact is None:
-        run_without_friction(mechanism, settings, recording, poll)
-        return
-    _solve_eq_30(mechanism, mechanism.contact, settings, recording, poll)
+        return WithoutFriction(mechanism, settings, recording)
+    return _Eq30(mechanism, mechanism.contact, settings, recording)
 
 
-def _solve_eq_30(
-    mechanism: "Mechanism",
-    contact: "Contact",
-    settings: "Solver",
-    recording: Recording,
-    poll: Poll,
-) -> None:
-    drive, times, end = mechanism.drive, recording.times, settings.duration
-    changed = f"the contact '{contact.name}' changed its mode"
-    storm = StormGuard(STORM * settings.duration, 100, changed, ADVICE)
-    crept = f"the contact '{contact.name}' let the solver creep on"
-    crawl = StormGuard(CRAWL * settings.duration, 1000, crept, ADVICE)
-    stepper = new_stepper(mechanism, settings)
+class _Eq30(Solution):
+    """An integration of eq 30, which stops where adaptive steps chatter about rest without end."""
 
-    def friction(u: float, q: float, v: float, moment: float) -> float:
-        if switch(moment, contact.static_limit(u, q), v) == 0:
+    SAVED = (*Solution.SAVED, "mode", "limit")
+
+    def __init__(
+        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
+    ) -> None:
+        super().__init__(mechanism, settings, recording)
+        self.contact = contact
+        changed = f"the contact '{contact.name}' changed its mode"
+        self.storm = StormGuard(STORM * settings.duration, 100, changed, ADVICE)
+        crept = f"the contact '{contact.name}' let the solver creep on"
+        self.crawl = StormGuard(CRAWL * settings.duration, 1000, crept, ADVICE)
+        self.adaptive = settings.step is None
+        self.rates = rates_with_friction(mechanism, self.friction)
+        self.mode, self.limit = sign(mechanism.velocity), 0.0
+
+    @property
+    def saved_parts(self) -> dict[str, object]:
+        return {**super().saved_parts, "storm": self.storm, "crawl": self.crawl}
+
+    def friction(self, u: float, q: float, v: float, moment: float) -> float:
+        """Return the friction torque of eq 30, N m."""
+        if switch(moment, self.contact.static_limit(u, q), v) == 0:
             return -moment
         s = sign(v)
-        return -s * contact.kinetic_limit(u, q, v, s)
+        return -s * self.contact.kinetic_limit(u, q, v, s)
 
-    stepper.begin(rates_with_friction(mechanism, friction), 0.0, mechanism.initial_state)
-    mode, limit = sign(mechanism.velocity), 0.0
-    try:
-        while True:
-            while times.next <= stepper.t:
-                t = times.next
-                poll(t)
-                y = stepper.state_at(t)
-                u, q, v = drive(t), y[0], y[1]
-                moment = mechanism.moment(u, q, v)
-                torque = friction(u, q, v, moment)
-                acceleration = (moment + torque) / mechanism.inertia
-                recording.add(t, u, y, acceleration, torque, sign(v))
-            if stepper.t >= end:
-                return
-            poll(stepper.t)
-            if stepper.t >= limit:
-                limit = end_of_piece(mechanism, contact, stepper.t, end)
-            recording.note(advance(stepper, mechanism, limit), stepper)
-            direction = sign(stepper.y[1])
-            if direction != mode:
-                recording.transitions.append(
-                    Transition(stepper.t, contact.name, mode, direction, stepper.y[0])
-                )
-                mode = direction
-                if settings.step is None:
-                    storm.note(stepper.t)
-            if settings.step is None:
-                crawl.note(stepper.t)
-    finally:
-        recording.count(stepper)
+    def start(self) -> None:
+        self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
+
+    def go_on(self) -> None:
+        self.stepper.go_on(self.rates)
+
+    def step(self) -> None:
+        stepper = self.stepper
+        if stepper.t >= self.limit:
+            self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
+        self.recording.note(self.advance(self.limit), stepper)
+        direction = sign(stepper.y[1])
+        if direction != self.mode:
+            self.recording.transitions.append(
+                Transition(stepper.t, self.contact.name, self.mode, direction, stepper.y[0])
+            )
+            self.mode = direction
+            if self.adaptive:
+                self.storm.note(stepper.t)
+        if self.adaptive:
+            self.crawl.note(stepper.t)
+
+    def sample(self, t: float) -> None:
+        y = self.stepper.state_at(t)
+        u, q, v = self.mechanism.drive(t), y[0], y[1]
+        moment = self.mechanism.moment(u, q, v)
+        torque = self.friction(u, q, v, moment)
+        acceleration = (moment + torque) / self.mechanism.inertia
+        self.recording.add(t, u, y, acceleration, torque, sign(v))

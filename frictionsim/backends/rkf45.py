@@ -10,14 +10,11 @@ from math import copysign, ulp
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
-    Poll,
     Recording,
-    advance,
     end_of_piece,
-    new_stepper,
     rates_with_friction,
-    run_without_friction,
 )
+from frictionsim.backends.solution import Solution, WithoutFriction
 from frictionsim.integrator import State
 from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
@@ -31,41 +28,27 @@ if TYPE_CHECKING:
 JUMP_ROUNDINGS = 16.0
 
 
-def solve(mechanism: "Mechanism", settings: "Solver", recording: Recording, poll: Poll) -> None:
-    """Step the mechanism to settings.duration.
-
-    Raises
-    ------
-    SolverError
-        From the integrator.
-    """
+def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+    """Return what steps the mechanism to settings.duration."""
     if mechanism.contact is None:
-        run_without_friction(mechanism, settings, recording, poll)
-        return
-    run = _ExactStick(mechanism, mechanism.contact, settings, recording, poll)
-    try:
-        run.run()
-    finally:
-        recording.count(run.stepper)
+        return WithoutFriction(mechanism, settings, recording)
+    return _ExactStick(mechanism, mechanism.contact, settings, recording)
 
 
-class _ExactStick:
+class _ExactStick(Solution):
     """An integration with the memory of its contact: the direction of the last slip, or none."""
 
+    SAVED = (*Solution.SAVED, "mode", "limit", "is_new")
+
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "Contact",
-        settings: "Solver",
-        recording: Recording,
-        poll: Poll,
+        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
     ) -> None:
-        self.mechanism, self.contact = mechanism, contact
-        self.recording, self.poll = recording, poll
-        self.end = settings.duration
-        self.stepper = new_stepper(mechanism, settings)
+        super().__init__(mechanism, settings, recording)
+        self.contact = contact
         self.rates = rates_with_friction(mechanism, self.friction)
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
+        self.limit = 0.0  # of the piece on which the drive is monotone
+        self.is_new = False  # the last step: what it did to the contact is not yet looked at
 
     def friction(self, u: float, q: float, v: float, moment: float) -> float:
         """Return the friction torque, N m, with the applied moment given."""
@@ -86,22 +69,26 @@ class _ExactStick:
             return STICK
         return FORWARD if moment > 0.0 else BACKWARD
 
-    def run(self) -> None:
-        stepper = self.stepper
-        stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
+    def start(self) -> None:
+        self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
-            self.go_over(self.mode_from_rest(0.0, stepper.y), 0.0)
-        self.sample()
-        limit = 0.0
-        while stepper.t < self.end:
-            self.poll(stepper.t)
-            if stepper.t >= limit:
-                # The drive is monotone up to there: no breakaway hides within a step.
-                limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-            floor = JUMP_ROUNDINGS * ulp(stepper.t)
-            event = advance(stepper, self.mechanism, limit, floor)
-            self.recording.note(event, stepper)
-            self.sample()
+            self.go_over(self.mode_from_rest(0.0, self.stepper.y), 0.0)
+
+    def go_on(self) -> None:
+        self.stepper.go_on(self.rates)
+
+    def step(self) -> None:
+        stepper = self.stepper
+        if stepper.t >= self.limit:
+            # The drive is monotone up to there: no breakaway hides within a step.
+            self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
+        event = self.advance(self.limit, JUMP_ROUNDINGS * ulp(stepper.t))
+        self.recording.note(event, stepper)
+        self.is_new = True
+
+    def settle(self) -> None:
+        if self.is_new:
+            self.is_new = False
             self.remember()
 
     def remember(self) -> None:
@@ -157,16 +144,11 @@ class _ExactStick:
             return stepper.t0
         return sign_change(lambda t: mode * stepper.state_at(t)[1], stepper.t0, stepper.t)[1]
 
-    def sample(self) -> None:
-        """Record the samples that are due up to the end of the last step."""
-        times = self.recording.times
-        while times.next <= self.stepper.t:
-            t = times.next
-            self.poll(t)
-            y = self.stepper.state_at(t)
-            u, q, v = self.mechanism.drive(t), y[0], y[1]
-            moment = self.mechanism.moment(u, q, v)
-            friction = self.friction(u, q, v, moment)
-            acceleration = (moment + friction) / self.mechanism.inertia
-            mode = self.mode_at(u, q, v, moment)
-            self.recording.add(t, u, y, acceleration, friction, mode)
+    def sample(self, t: float) -> None:
+        y = self.stepper.state_at(t)
+        u, q, v = self.mechanism.drive(t), y[0], y[1]
+        moment = self.mechanism.moment(u, q, v)
+        friction = self.friction(u, q, v, moment)
+        acceleration = (moment + friction) / self.mechanism.inertia
+        mode = self.mode_at(u, q, v, moment)
+        self.recording.add(t, u, y, acceleration, friction, mode)

@@ -8,12 +8,13 @@ import numpy as np
 
 from frictionsim import backends, compiled
 from frictionsim.backends.base import SampleTimes
-from frictionsim.errors import SolverError
+from frictionsim.errors import BlowUp, BudgetSpent, LeftPulleys
 from frictionsim.mechanisms.belt.assembly import assemble
 from frictionsim.mechanisms.belt.contact import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt.observation import Observer
 from frictionsim.mechanisms.belt.parameters import CHANNELS
 from frictionsim.series import Observed
+from frictionsim.state import Arrays, exported, restore, taken, unfit
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt.parameters import Scene
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 STEPS_BETWEEN_LOOKS = 2000  # some hundredths of a second, in which nobody is told anything
 DEEPEST = 0.5  # of a radius: a body that gets further into a pulley does not come out again
+MOST_CREATED = 1.0  # of the energy that was stored at the start or put in since
+CLOSE = 1e-12  # of a time: two that differ by less are the same
 
 
 class BeltDrive:
@@ -38,7 +41,10 @@ class BeltDrive:
         self._times = SampleTimes(scene.solver.duration, scene.interval)
         self._kinks = _kinks(scene)
         self._observer = Observer(scene, self._assembly)
-        self._stepping: Any = None
+        module = import_module(backends.BELT[scene.solver.backend])
+        self._stepping = module.Stepping(self._assembly, scene.solver)
+        self._observer.per_impulse = self._stepping.per_impulse
+        self._begun = False
         self.effects = scene.effect_names
         self.channel_info: Mapping[str, Channel] = CHANNELS
         bodies = tuple(map(str, range(scene.mechanism.belt.bodies)))
@@ -49,28 +55,29 @@ class BeltDrive:
         )
 
     def solve(self, poll: Callable[[float], Any]) -> None:
-        """Step to the end.
+        """Step to the end, from the start or from what was restored.
 
         Raises
         ------
         SolverError, Interrupted
         """
-        module = import_module(backends.BELT[self._scene.solver.backend])
-        self._stepping = stepping = module.Stepping(self._assembly, self._scene.solver)
-        self._observer.per_impulse = stepping.per_impulse
+        stepping, times, end = self._stepping, self._times, self._scene.solver.duration
         with compiled.announced(self._variant(), getattr(poll, "say", None)):
-            stepping.begin()
-        end = self._scene.solver.duration
+            if not self._begun:
+                stepping.begin()
+        self._begun = True
         while True:
-            while self._times.next <= stepping.t * (1.0 + 1e-12):
-                t = self._times.next
+            while times.next <= stepping.t * (1.0 + CLOSE):
+                t = times.next
                 self._observer.take(t, stepping.look(t))
-                self._times.advance()
-            if stepping.t >= end * (1.0 - 1e-12):
+                times.advance()
+                self._see_energy(t)
+            if stepping.t >= end * (1.0 - CLOSE):
                 return
             poll(stepping.t)
+            self._see_budget(stepping.t)
             limit = min((kink for kink in self._kinks if kink > stepping.t), default=end)
-            stepping.advance(min(limit, end), self._times.next, STEPS_BETWEEN_LOOKS)
+            stepping.advance(min(limit, end), times.next, STEPS_BETWEEN_LOOKS)
             self._see_belt(stepping.t)
 
     def _variant(self) -> str:
@@ -81,33 +88,76 @@ class BeltDrive:
         there = "".join("01"[part is not None] for part in (*optional, *sines))
         return f"{self._scene.solver.backend}-{there}"
 
-    def _see_belt(self, t: float) -> None:
-        """Stop where the belt has left its pulleys.
+    def _see_budget(self, t: float) -> None:
+        """Stop where the steps are spent."""
+        steps, rejected, _ = self._stepping.counts
+        most = self._scene.solver.max_steps
+        if steps + rejected >= most:
+            raise BudgetSpent(
+                f"{most} steps are spent at t = {t:.9g} s; give a larger solver.max_steps, fewer"
+                " bodies, or a law of friction that is less stiff"
+            )
 
-        Raises
-        ------
-        SolverError
-        """
+    def _see_energy(self, t: float) -> None:
+        """Stop where there is more energy than was stored or put in."""
+        excess = self._observer.created
+        if excess > MOST_CREATED:
+            raise BlowUp(
+                f"at t = {t:.9g} s the belt has {excess:.3g} times the energy that it was given:"
+                " the steps are unstable; give a smaller solver.step or solver.max_step, or a"
+                " smaller rtol"
+            )
+
+    def _see_belt(self, t: float) -> None:
+        """Stop where the belt has left its pulleys, or is pressed through one."""
         slots = self._assembly.slots
         count = slots.first[-1]
         if count == 0:
-            raise SolverError(
+            raise LeftPulleys(
                 f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
                 " torque too high?"
             )
+        radius = slots.table[RADIUS, :count]
+        filled = np.flatnonzero(radius > 0.0)
+        body = slots.body[filled].astype(np.int64)
         x, y = self._observer.positions(self._stepping)
-        table, body = slots.table[:, :count], slots.body[:count].astype(np.int64)
-        depth = table[RADIUS] - np.hypot(x[body] - table[CENTRE_X], y[body] - table[CENTRE_Y])
-        worst = int(np.argmax(np.where(table[RADIUS] > 0.0, depth / table[RADIUS].clip(1e-300), 0)))
-        if depth[worst] > DEEPEST * table[RADIUS, worst] > 0.0:
-            raise SolverError(
-                f"body {body[worst]} of the belt is {depth[worst]:.3g} m inside a pulley at"
-                f" t = {t:.9g} s; stiffen effects.contact, or lower the tension"
+        centre_x, centre_y = slots.table[CENTRE_X, filled], slots.table[CENTRE_Y, filled]
+        share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
+        deepest = int(np.argmax(share))
+        if share[deepest] > DEEPEST:
+            raise LeftPulleys(
+                f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
+                f" radius into a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the"
+                " tension"
             )
 
     def counts(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
-        return self._stepping.counts if self._stepping is not None else (0, 0, 0)
+        steps, rejected, evaluations = self._stepping.counts
+        return steps, rejected, evaluations
+
+    def state(self) -> Arrays:
+        """Return all that the rest of the run depends on."""
+        parts = {f"stepping.{k}": v for k, v in self._stepping.arrays().items()}
+        numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
+        return {**numbers, **exported(self._times, "times"), **self._observer.state()}
+
+    def restore(self, state: Arrays) -> None:
+        """Take over the state of another simulation of the same scene.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene.
+        """
+        for name, array in self._stepping.arrays().items():
+            values = taken(state, f"stepping.{name}", np.float64, ndim=array.ndim)
+            if values.shape != array.shape:
+                raise unfit(f"stepping.{name}")
+            array[...] = values
+        restore(self._times, "times", state)
+        self._observer.restore(state)
+        self._begun = True
 
     def observe(self) -> Observed:
         """Return what was sampled so far, and what follows from it."""

@@ -72,6 +72,7 @@ class Observer:
         self._lengths = np.hypot(*self._ways.T)
         self._before = np.arange(self._bodies) - 1
         self._samples: dict[str, list[Any]] = {}
+        self.created = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def positions(self, stepping: Any) -> tuple["Array", "Array"]:
         """Return where the bodies are at the end of the last step, m."""
@@ -90,6 +91,29 @@ class Observer:
         for name, values in seen.items():
             self._samples.setdefault(name, []).append(values)
         self._samples.setdefault("time", []).append(t)
+        self._see_energy()
+
+    def _see_energy(self) -> None:
+        samples = self._samples
+        energies = {n: v[-1] - v[0] for n, v in samples.items() if n.startswith("energy")}
+        put_in = energies.pop("energy_input")
+        stored = abs(samples["energy_potential"][0]) + abs(put_in)
+        self.created = (sum(energies.values()) - put_in) / stored if stored > 0.0 else 0.0
+
+    def state(self) -> dict[str, "Array"]:
+        """Return the samples so far."""
+        return {
+            f"samples.{name}": np.array(values, dtype=np.float64)
+            for name, values in self._samples.items()
+        }
+
+    def restore(self, state: dict[str, "Array"]) -> None:
+        """Take over the samples of another run of the same scene."""
+        self._samples = {
+            name.removeprefix("samples."): list(values)
+            for name, values in state.items()
+            if name.startswith("samples.")
+        }
 
     def _of_bodies(self, motion: "Array") -> dict[str, "Array"]:
         slots = self._assembly.slots

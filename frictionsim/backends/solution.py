@@ -1,0 +1,193 @@
+"""The loop of a run - steps, and the samples inside them - and a run without dry friction."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from frictionsim.backends.base import (
+    Recording,
+    advance,
+    motion_of,
+    new_stepper,
+    rates_without_friction,
+)
+from frictionsim.errors import BlowUp, NotFinite
+from frictionsim.integrator import State
+from frictionsim.series import STICK
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.base import Mechanism
+    from frictionsim.parameters import Solver
+
+Poll = Callable[[float], object]
+
+# So many times the energy that was put in is not an error of the steps, but their instability.
+MOST_ENERGY = 100.0
+
+
+class EnergyGuard:
+    """Stops a run whose motion has far more energy than was put in.
+
+    Kinetic energy is what there was, the work of the drive and what the other stores gave, less
+    the losses; below atol/rtol it is only integrated to the absolute tolerance.
+    """
+
+    def __init__(self, mechanism: "Mechanism", settings: "Solver") -> None:
+        start = mechanism.position, mechanism.velocity
+        self._kinetic = mechanism.stores["energy_kinetic"]
+        others = (energy for name, energy in mechanism.stores.items() if name != "energy_kinetic")
+        self._others = [(energy, energy(*start)) for energy in others]
+        self._first = self._kinetic(*start) + settings.atol / settings.rtol
+        self._input = 2 + mechanism.ledger.index("energy_input")
+        friction = "energy_friction" in mechanism.ledger
+        self._friction = 2 + mechanism.ledger.index("energy_friction") if friction else 0
+        self._advice = f"{motion_of(mechanism)} blows up; give a shorter solver.step or max_step"
+
+    def look(self, t: float, y: State) -> None:
+        """Compare the energies at t.
+
+        Raises
+        ------
+        BlowUp
+        """
+        q, v = y[0], y[1]
+        put_in = self._first + abs(y[self._input])
+        for energy, first in self._others:
+            put_in += abs(energy(q, v) - first)
+        if self._friction:  # as it was published, it may drive
+            put_in += max(0.0, -y[self._friction])
+        kinetic = self._kinetic(q, v)
+        if kinetic > MOST_ENERGY * put_in:
+            raise BlowUp(
+                f"at t = {t:.9g} s there are {kinetic:.3g} J of motion, where {put_in:.3g} J were"
+                f" put in: {self._advice}"
+            )
+
+
+class Solution:
+    """A backend at work on a mechanism of one coordinate; each backend is a subclass.
+
+    It alternates between steps and the samples inside the last one. Whenever it polls, its state
+    is whole: what is saved there goes on to the same bits.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : Solver
+    recording : Recording
+        To be filled.
+
+    Attributes
+    ----------
+    t : float, s
+        How far it has come.
+    stepper : RungeKuttaFehlberg45
+    SAVED : tuple of str
+        What its own continuation depends on; `saved_parts` are the objects that have more of it.
+    """
+
+    SAVED: tuple[str, ...] = ("t", "started")
+
+    def __init__(self, mechanism: "Mechanism", settings: "Solver", recording: Recording) -> None:
+        self.mechanism, self.recording = mechanism, recording
+        self.end = settings.duration
+        self.stepper = new_stepper(mechanism, settings)
+        self._guard = EnergyGuard(mechanism, settings)
+        self.t = 0.0
+        self.started = False
+
+    @property
+    def saved_parts(self) -> dict[str, object]:
+        recording = self.recording
+        return {
+            "solution": self,
+            "stepper": self.stepper,
+            "recording": recording,
+            "times": recording.times,
+        }
+
+    def run(self, poll: Poll) -> None:
+        """Step to the end, from the start or from what was restored.
+
+        Raises
+        ------
+        SolverError, Interrupted
+            The latter from poll, which is called with the time between steps and samples.
+        """
+        try:
+            self._run(poll)
+        except ArithmeticError:
+            raise NotFinite(
+                f"after t = {self.t:.9g} s {motion_of(self.mechanism)} takes a number beyond the"
+                " range of double precision; is a force or an inertia far too large or too small?"
+            ) from None
+
+    def _run(self, poll: Poll) -> None:
+        times = self.recording.times
+        if not self.started:
+            self.start()
+            self.started = True
+        while True:
+            while self.is_known(times.next):
+                poll(times.next)
+                self.sample(times.next)
+            self.settle()
+            if self.t >= self.end:
+                self.finish()
+                return
+            poll(self.t)
+            self.step()
+
+    def start(self) -> None:
+        """Begin at the initial state."""
+        raise NotImplementedError
+
+    def go_on(self) -> None:
+        """Begin at the state that was restored."""
+        raise NotImplementedError
+
+    def step(self) -> None:
+        """Take one step, after which samples inside it are known."""
+        raise NotImplementedError
+
+    def sample(self, t: float) -> None:
+        """Record the state at a time that is known."""
+        raise NotImplementedError
+
+    def is_known(self, t: float) -> bool:
+        """Return whether the last step reaches to t."""
+        return t <= self.stepper.t
+
+    def settle(self) -> None:
+        """Draw what follows from the last step, once its samples are taken."""
+
+    def finish(self) -> None:
+        """Record what is left at the end."""
+
+    def advance(self, limit: float, floor: float = 0.0) -> str:
+        """Take a step of the integrator and look at its energy; return the event at its end."""
+        event = advance(self.stepper, self.mechanism, limit, floor)
+        self._guard.look(self.stepper.t, self.stepper.y)
+        self.t = self.stepper.t
+        return event
+
+
+class WithoutFriction(Solution):
+    """A mechanism that has no dry contact: smooth from kink to kink."""
+
+    def start(self) -> None:
+        rates = rates_without_friction(self.mechanism)
+        self.stepper.begin(rates, 0.0, self.mechanism.initial_state)
+
+    def go_on(self) -> None:
+        self.stepper.go_on(rates_without_friction(self.mechanism))
+
+    def step(self) -> None:
+        limit = min(self.end, self.mechanism.drive.next_kink(self.t))
+        self.recording.note(self.advance(limit), self.stepper)
+
+    def sample(self, t: float) -> None:
+        mechanism = self.mechanism
+        y = self.stepper.state_at(t)
+        u = mechanism.drive(t)
+        acceleration = mechanism.moment(u, y[0], y[1]) / mechanism.inertia
+        self.recording.add(t, u, y, acceleration, 0.0, STICK)

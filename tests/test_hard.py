@@ -1,0 +1,147 @@
+"""The scenes of `scenarios/hard`: what must come out of each, by every backend that does it."""
+
+import json
+from math import asin, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.cli import run_command_line
+from frictionsim.run import Run, run
+from frictionsim.scenario import load
+
+from .conftest import SCENARIOS
+from .problems import R_K, RETURN_STICK, cases
+
+HARD = SCENARIOS / "hard"
+BACKENDS = ("events", "rkf45")
+# Each of them is a scene of tests/data, whose transitions and final state are known.
+KNOWN = {
+    "return": "return",
+    "equal_coefficients": "sine_2Hz_two_way_mu_equal",
+    "no_static_friction": "frictionless_mu0_sine",
+    "tiny_inertia": "inertia_1e-6_ramp",
+    "huge_inertia": "inertia_1e4_sine",
+    "jump": "near_jump_down_reversal_1e-6",
+    "load_through_zero": "hor_W0_sine",
+    "motor_runs_back": "motor_inertia_run_back",
+    "motor_stalls": "stall_in_the_cell",
+    "decay": "decay_from_80",
+}
+
+
+def outcome(name: str, backend: str, *overrides: str) -> Run:
+    """Run a hard scene, which has to pass its audit."""
+    scene = load(HARD / f"{name}.toml", list(overrides), backend)
+    done = run(scene, lambda t: None)
+    assert (done.status, done.reason) == ("done", "")
+    assert {key: check for key, check in done.checks.items() if not check.ok} == {}
+    return done
+
+
+def modes(of: Run) -> list[tuple[int, int]]:
+    """Return what the contact went through; transfers of marbles are no changes of mode."""
+    return [(e.mode_from, e.mode_to) for e in of.transitions if e.mode_from != e.mode_to]
+
+
+def reference(name: str) -> dict[str, Any]:
+    return next(
+        case
+        for kind in ("pulley", "marble_machine", "epicyclic")
+        for case in cases(kind)
+        if case["name"] == name
+    )
+
+
+def test_every_hard_scene_has_a_test() -> None:
+    others = {"breakaway_limit", "jump_from_csv", "many_cycles", "long_stick"}
+    assert {path.stem for path in HARD.glob("*.toml")} == KNOWN.keys() | others
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    "name",
+    # The stiff one takes a million steps; test_pulley.py has it, too.
+    [pytest.param(n, marks=pytest.mark.long if n == "tiny_inertia" else ()) for n in KNOWN],
+)
+def test_a_hard_scene_gives_the_reference(name: str, backend: str) -> None:
+    case = reference(KNOWN[name])
+    done = outcome(name, backend)
+    assert len(modes(done)) == case["event_count"]
+    changes = [e for e in done.transitions if e.mode_from != e.mode_to]
+    # events locates to the tolerance; rkf45 steps across a stop, and a rest is a little late.
+    time, angle = (1e-9, 1e-8) if backend == "events" else (1e-6, 1e-5)
+    for found, (at, *between, where) in zip(changes, case["events"], strict=False):
+        assert [found.mode_from, found.mode_to] == between
+        assert found.time == pytest.approx(at, abs=time)
+        assert found.position == pytest.approx(where, abs=angle)
+    # ... and the stops of a motion are late by as much each.
+    last = [done.courses["angle"][-1], done.courses["angular_velocity"][-1]]
+    assert last == pytest.approx(case["final"], abs=10.0 * angle)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(("factor", "moves"), [(1.0, False), (1 - 1e-9, False), (1 + 1e-9, True)])
+def test_a_part_in_a_billion_decides(factor: float, moves: bool, backend: str) -> None:
+    force = 2707.703079618707 * factor
+    done = outcome("breakaway_limit", backend, f"drive.force={force!r}")
+    assert modes(done) == ([(0, 1)] if moves else [])
+    assert bool(np.any(done.courses["angle"])) is moves
+    if moves:
+        angle, velocity = reference("tie_lift_1e-9_outside")["final"]
+        assert done.courses["angle"][-1] == pytest.approx(angle, abs=1e-7)
+        assert done.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-7)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_not_a_bit_changes_after_the_stop(backend: str) -> None:
+    done = outcome("return", backend)
+    resting = done.time > RETURN_STICK[0] + 1e-3
+    for name in ("angle", "angular_velocity", "angular_acceleration", "energy_friction"):
+        assert np.unique(done.courses[name][resting]).size == 1
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
+    done = outcome("jump_from_csv", backend)
+    (breakaway,) = done.transitions
+    assert breakaway.time in (1.0, 1.0000000000000002)
+    # From rest under constant moments: I dw/dt = A - b w, b/I = 1/s.
+    first = ((3113.75 - 2224.1) * 0.0508 - R_K * (3113.75 + 2224.1)) / 1.355
+    t = done.time - 1.0
+    expected = np.where(t > 0.0, first * (t - 1.0 + np.exp(-t)), 0.0)
+    assert done.courses["angle"] == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
+    done = outcome("many_cycles", backend)
+    assert modes(done) == [(0, 1), (1, 0)] * 3000
+    times = np.array([e.time for e in done.transitions]).reshape(3000, 2)
+    periods = 0.1 * np.arange(3000.0)
+    first = asin((2707.703079618707 - 2450.0) / 450.0) / (2.0 * pi * 10.0)
+    assert times[:, 0] - periods == pytest.approx(np.full(3000, first), abs=1e-12)
+    # A rest is as late as the tolerance of the position lets it be.
+    late = 1e-9 if backend == "events" else 1e-6
+    assert np.ptp(times[:, 1] - periods) < late
+    angles = np.array([e.position for e in done.transitions[1::2]])
+    assert angles == pytest.approx(angles[0] * np.arange(1, 3001), rel=1e-7)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_long_rest_moves_nothing(backend: str) -> None:
+    done = outcome("long_stick", backend)
+    assert done.transitions == []
+    assert done.time[-1] == 1e6
+    for name in ("angle", "angular_velocity", "energy_input", "energy_friction"):
+        assert not np.any(done.courses[name])
+    force = 2450.0 + 257.703076911
+    assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # so near to the limit it comes
+
+
+def test_a_hard_scene_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
+    assert run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
+    said = capsys.readouterr().out
+    assert "force_to_lift" in json.loads(said[said.index("{") :])["quantities"]
