@@ -225,8 +225,9 @@ class Observer:
         time = samples.pop("time", np.zeros(0))
         sound = _sound(time, samples)
         samples = {name: values[:sound] for name, values in samples.items()}
-        courses = {name: v for name, v in samples.items() if not name.startswith("_")}
-        seen = {name: v for name, v in samples.items() if name.startswith(("_", "energy"))}
+        courses = {name: samples[name] for name in CHANNELS if name in samples}
+        energies = {name: v for name, v in courses.items() if name.startswith("energy")}
+        seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
         return Observed(
             time=time[:sound],
             courses=courses,
