@@ -27,7 +27,7 @@ from frictionsim.mechanisms.belt.contact import (
 from frictionsim.mechanisms.belt.courses import linear_pieces, pieces_in_time, pieces_of, sines_of
 from frictionsim.mechanisms.belt.equations import LEDGER, Laws, Loads, Speeds, Torques
 from frictionsim.mechanisms.belt.equilibrium import Equilibrium, NoEquilibrium, equilibrium
-from frictionsim.mechanisms.belt.waves import contact_stiffness, fastest
+from frictionsim.mechanisms.belt.waves import contact_stiffness, fastest, fastest_bending
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -81,6 +81,11 @@ class Assembly(NamedTuple):
     def fastest(self) -> tuple[float, float]:
         """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
         return fastest(self.laws, self.rest)
+
+    @property
+    def fastest_bending(self) -> float:
+        """The highest angular frequency of waves in which the belt bends, rad/s."""
+        return fastest_bending(self.laws, self.rest)
 
     def memory(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""

@@ -21,7 +21,7 @@ STILL = 1e-9  # rad/s: pulleys that turn slower have no slip worth a figure
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
 # the jumps of contacts that open, which neither locates.
-ENERGY_LIMIT = 1e-3
+ENERGY_LIMIT = 5e-3
 # A run in which less than this share of the stored energy moved has nothing to be relative to.
 STORED_SHARE = 1e-3
 ROUNDING = 1e-9

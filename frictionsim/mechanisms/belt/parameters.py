@@ -263,7 +263,7 @@ class BeltSolver(Solver):
 
     backend: str = "rkf45"
     duration: float = quantity("s", 1.0, gt=0)
-    rtol: float = quantity("1", 1e-4, ge=1e-12, lt=1)
+    rtol: float = quantity("1", 1e-3, ge=1e-12, lt=1)
     atol: float = quantity("1", 0.0, ge=0)
     max_steps: int = quantity("1", 1_000_000_000, gt=0)
 

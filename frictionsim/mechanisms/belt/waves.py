@@ -29,8 +29,25 @@ def fastest(laws: "Laws", rest: "Equilibrium") -> tuple[float, float]:
 
     Bounds for a belt on its pulleys: each wave is taken as if it ran on a pulley throughout.
     """
+    k, c, m = contact_stiffness(laws, rest), laws.chain.stiffness, laws.chain.mass
+    along = (4.0 * c + k) / m
+    _, turning = across(laws, rest, k)
+    return float(np.sqrt(max(turning, along))), fastest_decay(laws)
+
+
+def fastest_bending(laws: "Laws", rest: "Equilibrium") -> float:
+    """Return the highest angular frequency of waves in which the belt bends, rad/s."""
+    return float(np.sqrt(across(laws, rest, 0.0)[0]))
+
+
+def across(laws: "Laws", rest: "Equilibrium", k: float) -> tuple[float, float]:
+    """Return the largest squares of the frequencies in the two branches of waves across the belt.
+
+    In the lower one bodies move across the belt and turn along with it, against tension and
+    bending; in the upper one they turn against their neighbours, against the joints.
+    """
     chain = laws.chain
-    k, c, m, length = contact_stiffness(laws, rest), chain.stiffness, chain.mass, chain.length
+    c, m, length = chain.stiffness, chain.mass, chain.length
     bending = laws.bending.stiffness if laws.bending else 0.0
     tension = DEEPER * float(np.max(rest.tension))
     kappa = np.linspace(0.0, np.pi, WAVES)
@@ -40,9 +57,9 @@ def fastest(laws: "Laws", rest: "Equilibrium") -> tuple[float, float]:
     turning = c * np.abs(lever) ** 2 + tension * length + bending * np.abs(shift) ** 2
     pp = turning / inertia
     yp = np.abs(c * shift.conj() * lever) / np.sqrt(m * inertia)
-    across = 0.5 * (yy + pp) + np.sqrt(0.25 * (yy - pp) ** 2 + yp**2)
-    along = (4.0 * c + k) / m
-    return float(np.sqrt(max(np.max(across), along))), fastest_decay(laws)
+    mean, half = 0.5 * (yy + pp), np.sqrt(0.25 * (yy - pp) ** 2 + yp**2)
+    lower = np.maximum(mean - half, 0.0)
+    return float(np.max(lower)), float(np.max(mean + half))
 
 
 def contact_stiffness(laws: "Laws", rest: "Equilibrium") -> float:
