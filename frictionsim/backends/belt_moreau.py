@@ -466,7 +466,7 @@ class Stepping:
         )
         if self._h >= longest:
             raise InputError(
-                f"solver.step: a step of {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
+                f"solver.step: {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
                 f" stable below {longest:.4g} s here; give a smaller solver.step, or fewer bodies"
             )
         self._margin = assembly.laws.chain.length
