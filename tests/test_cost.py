@@ -369,3 +369,29 @@ def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None
     draw(found._replace(rows=[], reference=None), tmp_path / f"b{suffix}")
     if suffix == ".svg":
         assert "<!-- rk45: 1 failed -->" in (tmp_path / "a.svg").read_text()
+
+
+# --- a kind with ladders of its own ----------------------------------------------------------
+
+
+def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
+    scene = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
+    kind = module_of("belt_drive")
+    found = kind.ladders(scene, settings.TOLERANCES)
+    assert list(dict.fromkeys(s.line for s in found)) == ["rkf45", "moreau", "rkf45, smoothed"]
+    for setting in found:
+        variant = Variants(scene).timed(setting)
+        assert variant.solver.backend == setting.backend
+        law = "regularised" if setting.family else "set-valued"
+        assert variant.effects.belt_friction.law == law  # type: ignore[attr-defined]
+    chosen = [setting for setting in found if setting.backend == "moreau"]
+    references = kind.references(scene, 1e-12)
+    done = study(scene, chosen, references, kind.MEASURES, 60.0, 1, ignore, ignore)
+    assert [r.status for r in done.rows] == ["done"] * 3
+    # The driving torque has just begun to rise: what moves is small and its errors relative to it.
+    assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4
+
+
+def test_a_kind_that_names_no_measures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(module_of("pulley"), "MEASURES")
+    assert run_command_line(["cost", PULLEY]) == 2

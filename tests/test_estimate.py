@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from frictionsim.cli import run_command_line
-from frictionsim.cost.estimate import estimate
+from frictionsim.cost.estimate import estimate, tighter
+from frictionsim.scenario import load
 
 from .conftest import SCENARIOS, pulley, simulate
 
@@ -55,6 +56,14 @@ def test_it_is_shown_beside_each_figure(cli: Callable) -> None:
 def test_it_works_for_other_kinds(name: str, tmp_path: Path) -> None:
     arguments = ["solve", str(SCENARIOS / f"{name}.toml"), "-q", "-o", str(tmp_path / "a.h5")]
     assert run_command_line([*arguments, "--estimate-error"]) == 0
+
+
+def test_a_belt_halves_the_step_that_it_chooses_itself() -> None:
+    scene = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"], "moreau")
+    setting = tighter(scene)
+    assert setting.backend == "moreau"
+    assert 1e-6 < float(setting.label.split()[1]) < 1.8e-6  # 3.5e-6 s is the longest stable one
+    assert tighter(load(SCENARIOS / "belt_drive.toml")).label == "rtol 1e-5"
 
 
 def test_a_second_run_that_fails_leaves_the_first_as_it_is(

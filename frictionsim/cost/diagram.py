@@ -69,9 +69,9 @@ def _draw_panel(panel: Any, study: "Study", quantity: str) -> None:
     panel.set_ylim(lowest, 10.0 * max([1.0, *errors]))
     if study.reference and study.reference.floor:
         panel.axhspan(lowest, floor_height, color=FLOOR_COLOUR, linewidth=0, label="not to be told")
-    names = list(dict.fromkeys(row.setting.backend for row in study.rows))
+    names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
-        rows = [row for row in study.rows if row.setting.backend == name]
+        rows = [row for row in study.rows if row.setting.line == name]
         _draw_backend(panel, rows, quantity, number, name)
 
 

@@ -69,16 +69,18 @@ def _difference(value: float | None, second: Run, name: str, factor: float) -> f
 def tighter(scene: "Scenario") -> Setting:
     """Return a more exact setting of the backend of a scene; its kind may know a better one."""
     kind = module_of(scene.kind)
-    if hasattr(kind, "tighter"):
-        found: Setting = kind.tighter(scene)
+    found: Setting | None = kind.tighter(scene) if hasattr(kind, "tighter") else None
+    if found is not None:
         return found
     solver = scene.solver
     if solver.step is not None:
         step = 0.5 * solver.step
         return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))
     rtol, atol = max(LEAST_RTOL, TIGHTER * solver.rtol), TIGHTER * solver.atol
-    label = f"rtol {short(rtol)}, atol {short(atol)}"
-    overrides = [f"solver.rtol={rtol!r}", f"solver.atol={atol!r}"]
+    label, overrides = f"rtol {short(rtol)}", [f"solver.rtol={rtol!r}"]
+    if atol > 0.0:  # a belt may do without
+        label += f", atol {short(atol)}"
+        overrides.append(f"solver.atol={atol!r}")
     if BACKENDS[solver.backend].regularised:
         from frictionsim.backends.regularised import TRANSITION_SPEED
 

@@ -44,11 +44,19 @@ class Setting(NamedTuple):
         What tells it from others of its backend, "rtol 1e-5".
     overrides : tuple of str
         `a.b=VALUE` each, as --set has them.
+    family : str
+        Those of one family are joined by a line in the diagram; empty for the backend.
     """
 
     backend: str
     label: str
     overrides: tuple[str, ...]
+    family: str = ""
+
+    @property
+    def line(self) -> str:
+        """The name of the line in the diagram."""
+        return self.family or self.backend
 
 
 class Variants:

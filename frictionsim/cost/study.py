@@ -112,6 +112,7 @@ class Budget:
     def __init__(self, poll: Poll, max_wall: float) -> None:
         self._poll, self._max_wall = poll, max_wall
         self._end = perf_counter() + max_wall
+        self.say = getattr(poll, "say", None)  # that kernels are compiled
         self._calls = 0
 
     def __call__(self, t: float) -> None:
@@ -151,6 +152,7 @@ class Laboratory:
         """
         runs, names, reasons = [], [], []
         for setting in settings:
+            self._warm_up(setting, poll)
             patience = self._max_wall * PATIENCE_FOR_REFERENCES
             found = _run(self._variants.judged(setting), poll, patience)
             name = f"{setting.backend}, {setting.label}"
@@ -172,9 +174,7 @@ class Laboratory:
         ------
         Stopped
         """
-        if setting.backend not in self._warm:
-            _run(self._variants.warm_up(setting), poll, inf)
-            self._warm.add(setting.backend)
+        self._warm_up(setting, poll)
         judged = _run(self._variants.judged(setting), poll, self._max_wall)
         last, seconds = judged, [judged.counts.wall_seconds]
         errors: dict[str, Error] = {}
@@ -198,6 +198,12 @@ class Laboratory:
             events=len(judged.transitions),
             errors=errors,
         )
+
+    def _warm_up(self, setting: Setting, poll: Poll) -> None:
+        """Have loaded and compiled what a line of the diagram needs."""
+        if setting.line not in self._warm:
+            _run(self._variants.warm_up(setting), poll, inf)
+            self._warm.add(setting.line)
 
     def _timed(self, setting: Setting, poll: Poll) -> tuple[Run, list[float]]:
         scene = self._variants.timed(setting)
