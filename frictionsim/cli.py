@@ -133,6 +133,9 @@ def solve(
     max_steps: Annotated[
         int | None, typer.Option(metavar="N", help="Stop after so many steps: solver.max_steps.")
     ] = None,
+    estimate_error: Annotated[
+        bool, typer.Option("--estimate-error", help="Solve again, more exactly, and compare.")
+    ] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
@@ -144,7 +147,13 @@ def solve(
     scene = load(scenario, overrides, backend)
     _warn(scene)
     return _simulate(
-        _Job(scene, str(scenario), output or _default_target(scenario), max_wall),
+        _Job(
+            scene,
+            str(scenario),
+            output or _default_target(scenario),
+            max_wall,
+            estimate_error=estimate_error,
+        ),
         as_json=as_json,
         quiet=quiet,
     )
@@ -181,6 +190,7 @@ class _Job(NamedTuple):
     target: Path
     max_wall: float | None
     checkpoint: dict[str, Any] | None = None
+    estimate_error: bool = False
 
 
 def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
@@ -202,6 +212,11 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
         recorder.write(result, target)  # in here: a first signal does not come in between
+        errors = None
+        if job.estimate_error and result.status == "done":
+            from frictionsim.cost.estimate import estimate
+
+            errors = estimate(result, poll)
     for remark in result.remarks:
         _complain(f"warning: {remark}")
     for name in result.missing_channels:
@@ -209,12 +224,14 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
     if as_json:
         from frictionsim.summary import run_json
 
-        _print_json(run_json(result, job.source, str(target)))
+        _print_json(run_json(result, job.source, str(target), errors))
     elif not quiet:
         from frictionsim.tables import print_run
 
-        print_run(result, str(target))
-    return _verdict(result, target)
+        print_run(result, str(target), errors)
+    if errors is not None and not errors.errors:
+        _complain(f"warning: {errors.method}")
+    return _verdict(result, target) or (errors.exit_code if errors else EXIT_DONE)
 
 
 def _keeper(target: Path) -> "Callable[[Run], None]":
@@ -323,6 +340,47 @@ def compare(
     comparison = compare_files(result, golden, rtol, atol, time_atol, ignore or [])
     print_comparison(comparison)
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
+
+
+@app.command()
+def cost(
+    scenario: ScenarioFile,
+    overrides: Overrides = None,
+    backends: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Instead of all that can do the scene.")
+    ] = None,
+    tolerances: Annotated[
+        str | None, typer.Option(metavar="X,Y", help="Relative, of adaptive backends.")
+    ] = None,
+    max_wall: Annotated[float, typer.Option(help="Seconds that each run may take.")] = 5.0,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs that are timed, at most.")] = 3,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the table as HDF5.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw error against work: .png, .pdf or .svg.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Solve with every backend at a ladder of settings: what accuracy costs."""
+    from frictionsim.scenario import load
+
+    scene = load(scenario, overrides)
+
+    from frictionsim.cost import command
+    from frictionsim.cost.report import print_study, study_json
+
+    options = command.Options(backends, tolerances, max_wall, repeats, output, csv, plot)
+    found = command.study_scene(scene, options)
+    if as_json:
+        _print_json(study_json(found, str(scenario)))
+    else:
+        print_study(found)
+    command.write_files(found, options)
+    if found.status != "done":
+        _complain(f"study {found.status} {found.reason} of a run; what was measured is shown")
+    return found.exit_code
 
 
 @app.command()

@@ -7,6 +7,7 @@ sums are in two loops: a compiler makes vectors of a loop over a few arrays, not
 
 from collections.abc import Callable, MutableSequence, Sequence
 from math import isfinite, ulp
+from typing import Protocol
 
 from frictionsim.errors import BudgetSpent, NotFinite, StepUnderflow
 
@@ -139,6 +140,32 @@ def grown(h: float, error: float, error_before: float, rejected_here: bool) -> f
     return h * min(max(growth, SHRINK_MOST), 1.0 if rejected_here else GROW_MOST)
 
 
+class Stepper(Protocol):
+    """What steps along smooth pieces: our own method, or one of SciPy's.
+
+    See `RungeKuttaFehlberg45` for what its methods and attributes are.
+    """
+
+    SAVED: tuple[str, ...]
+    t0: float
+    t: float
+    y0: State
+    y: State
+    steps: int
+    rejected: int
+    evaluations: int
+
+    def begin(self, rates: Rates, t: float, y: State) -> None: ...
+
+    def go_on(self, rates: Rates) -> None: ...
+
+    def advance(self, limit: float, floor: float = 0.0) -> None: ...
+
+    def cut(self, t: float) -> None: ...
+
+    def state_at(self, t: float) -> State: ...
+
+
 class RungeKuttaFehlberg45:
     """Error-controlled steps along one smooth piece after another.
 
@@ -170,7 +197,7 @@ class RungeKuttaFehlberg45:
         The attributes that the steps to come depend on.
     """
 
-    SAVED = (
+    SAVED: tuple[str, ...] = (
         *("t0", "t", "y0", "y", "rates0", "rates1", "_h", "_error_before"),
         *("steps", "rejected", "evaluations", "_granted"),
     )
@@ -239,18 +266,14 @@ class RungeKuttaFehlberg45:
             self._take(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
-                raise self._not_finite(self.t0)
+                raise not_finite(self.t0, self._what)
             if self._fixed_step or error <= 1.0 or h <= floor:
                 break
             self.rejected += 1
             rejected_here = True
             self._h = max(floor, shrunk(h, error))
             if self._h < 4.0 * ulp(limit):
-                raise StepUnderflow(
-                    f"at t = {self.t0:.9g} s the tolerances ask for a step of {self._h:.2g} s"
-                    f" of {self._what}, below what double precision resolves; give a larger"
-                    " solver.rtol or atol"
-                )
+                raise step_too_short(self.t0, self._h, self._what)
         self.t = limit if h == limit - self.t0 else self.t0 + h
         self._rates(self.t, self.y, self.rates1)
         self.evaluations += 1
@@ -322,7 +345,7 @@ class RungeKuttaFehlberg45:
         size = self._norm(self.y)
         rate = self._norm(self.rates1)
         if not isfinite(rate):
-            raise self._not_finite(self.t)
+            raise not_finite(self.t, self._what)
         h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
         h0 = min(max(h0, SHORTEST_TRIAL), self._max_step)
         for i, dy in enumerate(self.rates1):
@@ -343,12 +366,23 @@ class RungeKuttaFehlberg45:
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
 
-    def _not_finite(self, t: float) -> NotFinite:
-        return NotFinite(
-            f"the state is not finite after t = {t:.9g} s in {self._what}; is a force or a"
-            " coefficient of the scenario too large?"
-        )
-
     def go_on(self, rates: Rates) -> None:
         """Take up a piece, with these rates, whose SAVED attributes are set."""
         self._rates = rates
+
+
+def not_finite(t: float, what: str) -> NotFinite:
+    """Return the error of a state that is not finite after t; `what` moves."""
+    return NotFinite(
+        f"the state is not finite after t = {t:.9g} s in {what}; is a force or a"
+        " coefficient of the scenario too large?"
+    )
+
+
+def step_too_short(t: float, h: float, what: str) -> StepUnderflow:
+    """Return the error of tolerances that ask for a step h at t which rounding swallows."""
+    return StepUnderflow(
+        f"at t = {t:.9g} s the tolerances ask for a step of {h:.2g} s"
+        f" of {what}, below what double precision resolves; give a larger"
+        " solver.rtol or atol"
+    )

@@ -29,6 +29,11 @@ class OneCoordinate:
 
     def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scene.solver, mechanism
+        # Smoothed friction creeps where it should stick and has no limits that it must keep.
+        backend = backends.BACKENDS[scene.solver.backend]
+        smoothed = backend.regularised and not mechanism.prescribed
+        self._set_valued = None if smoothed else mechanism.contact
+        self._can_go_on = not backend.integrator
         self._recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
         solution_of = backends.solution_of(scene.solver.backend, mechanism.prescribed)
         self._solution = solution_of(mechanism, scene.solver, self._recording)
@@ -47,8 +52,10 @@ class OneCoordinate:
         stepper = self._solution.stepper
         return stepper.steps, stepper.rejected, stepper.evaluations
 
-    def state(self) -> Arrays:
-        """Return all that the rest of the run depends on."""
+    def state(self) -> Arrays | None:
+        """Return all that the rest of the run depends on; None where SciPy keeps it to itself."""
+        if not self._can_go_on:
+            return None
         parts = self._solution.saved_parts
         state = {k: v for name, part in parts.items() for k, v in exported(part, name).items()}
         transitions = self._recording.transitions
@@ -112,7 +119,7 @@ class OneCoordinate:
             courses=_courses(mechanism, series),
             transitions=series.transitions,
             quantities=_figures(mechanism, series),
-            checks=audit(series, mechanism.contact, self._settings.rtol, self._settings.atol),
+            checks=audit(series, self._set_valued, self._settings.rtol, self._settings.atol),
             unsound=series.time.size * self._width < len(self._recording.rows),
         )
 

@@ -57,6 +57,7 @@ class Solver(Params):
     max_step: float | None = quantity("s", None, gt=0)
     step: float | None = quantity("s", None, gt=0)
     max_steps: int = quantity("1", 10_000_000, gt=0)
+    transition_speed: float | None = quantity("rad/s", None, gt=0)
 
     @field_validator("backend")
     @classmethod
@@ -140,6 +141,13 @@ class Scenario(Params):
                 ("solver", "step"),
                 f"'{backend}' chooses its steps by the tolerances; leave step out, give"
                 f" max_step, or take a backend with fixed steps: {', '.join(fixed) or 'none here'}",
+            )
+        if self.solver.transition_speed is not None and not backends.BACKENDS[backend].regularised:
+            smooth = [name for name in able if backends.BACKENDS[name].regularised]
+            raise misfit(
+                ("solver", "transition_speed"),
+                f"'{backend}' does not smooth friction; leave transition_speed out, or take a"
+                f" backend that does: {', '.join(smooth) or 'none here'}",
             )
         return self
 

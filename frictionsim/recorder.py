@@ -24,6 +24,8 @@ A result file, format version 1, holds
                          SHA-256 of them, of the scenario and of the version, which a resumption
                          compares. Only where status is interrupted or failure is budget
 
+The table of `frictionsim cost` is a file of another layout: see `write_table`.
+
 With `output.channels` a file has those courses only, time and events. All datasets outside of
 /checkpoint are float64 with the attributes `units` and `long_name`; those of two dimensions are
 compressed. Nothing in a file that is done depends on when or where it was made: two runs of one
@@ -46,6 +48,10 @@ from frictionsim.seal import is_broken, seal
 from frictionsim.targets import put
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from frictionsim.cost.report import Column
+    from frictionsim.parameters import Scenario
     from frictionsim.run import Run
 
 FORMAT_VERSION = 1
@@ -77,19 +83,41 @@ def write(run: "Run", path: Path) -> None:
     put(image + seal(image), path)
 
 
+def write_table(scene: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
+    """Write a table of settings of one scene, whole or not at all.
+
+    The file has the attributes of a result, and
+
+        /cost/row            (k,) the dimension scale of the columns: a row for each setting
+        /cost/<column>       (k,) backend, setting, overrides, status, reason as text; error,
+                             wall_seconds, steps, ... as float64, nan where a value is not known
+
+    Raises
+    ------
+    OutputError
+    """
+    with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
+        _describe(file, scene, status)
+        group = file.create_group("cost")
+        for number, (name, unit, long_name, values) in enumerate(columns):
+            if number == 0:
+                scale = _add_scale(group, range(len(values)), "row", "1", "number of the row")
+            if unit:
+                _add(group, name, values, unit, long_name, scale)
+                continue
+            texts = group.create_dataset(name, data=values, dtype=h5py.string_dtype())
+            texts.attrs["long_name"] = long_name
+            texts.dims[0].attach_scale(scale)
+        file.flush()
+        image = bytes(file.id.get_file_image())
+    put(image + seal(image), path)
+
+
 def _image(run: "Run") -> bytes:
     """Return the bytes of the result file of a run."""
     # A core file without backing store never touches the disk; its name is only a label.
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        file.attrs["format_version"] = FORMAT_VERSION
-        file.attrs["frictionsim_version"] = __version__
-        file.attrs["scenario"] = resolved_toml(run.scene)
-        file.attrs["kind"] = run.scene.kind
-        file.attrs["backend"] = run.scene.solver.backend
-        file.attrs["title"] = run.scene.title
-        file.attrs["status"] = run.status
-        file.attrs["reason"] = run.reason
-        file.attrs["failure"] = run.failure
+        _describe(file, run.scene, run.status, run.reason, run.failure)
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
         for name, values in run.courses.items():
@@ -105,6 +133,21 @@ def _image(run: "Run") -> bytes:
             _add_checkpoint(file, run.checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def _describe(
+    file: Any, scene: "Scenario", status: str, reason: str = "", failure: str = ""
+) -> None:
+    """Set the root attributes."""
+    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["frictionsim_version"] = __version__
+    file.attrs["scenario"] = resolved_toml(scene)
+    file.attrs["kind"] = scene.kind
+    file.attrs["backend"] = scene.solver.backend
+    file.attrs["title"] = scene.title
+    file.attrs["status"] = status
+    file.attrs["reason"] = reason
+    file.attrs["failure"] = failure
 
 
 def _add_transitions(events: Any, run: "Run") -> None:
@@ -281,6 +324,8 @@ def _opened(path: Path) -> Iterator[Any]:
                     f"{path}: format version {version} of a result, this program reads"
                     f" {FORMAT_VERSION}"
                 )
+            if "cost" in file:
+                raise InputError(f"{path}: this is a table of `frictionsim cost`, not of a run")
             yield file
     except OSError as error:
         reason = "it is not a readable HDF5 file" if path.is_file() else "there is no such file"

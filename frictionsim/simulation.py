@@ -48,8 +48,10 @@ class Simulation(Protocol):
             is one to go on from.
         """
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any] | None:
         """Return all that the rest of the run depends on, as numpy arrays of float64 or bytes.
+
+        None where the run cannot go on from anything that could be saved.
 
         Samples, transitions and counts so far are in it, too. A run that is restored from it ends
         with the same bits as one that was never interrupted.

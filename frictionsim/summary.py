@@ -5,11 +5,14 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.quantities import finite, quantities_json
 
 if TYPE_CHECKING:
+    from frictionsim.cost.estimate import Estimate
     from frictionsim.run import Run
     from frictionsim.series import Transition
 
 
-def run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
+def run_json(
+    run: "Run", scenario: str, output: str, estimate: "Estimate | None" = None
+) -> dict[str, Any]:
     """Return the JSON object of a run.
 
     Parameters
@@ -17,7 +20,18 @@ def run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
     run : Run
     scenario, output : str
         Paths of the scenario and of the result file.
+    estimate : Estimate, optional
+        Gives each quantity its `error`, and the object `error_estimate`, how it was found.
     """
+    found = _run_json(run, scenario, output)
+    if estimate is not None:
+        for name, quantity in found["quantities"].items():
+            quantity["error"] = finite(estimate.errors.get(name))
+        found["error_estimate"] = estimate.method
+    return found
+
+
+def _run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
     return {
         "scenario": scenario,
         "kind": run.scene.kind,

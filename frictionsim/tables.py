@@ -10,6 +10,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from frictionsim.comparison import Comparison
+    from frictionsim.cost.estimate import Estimate
     from frictionsim.quantities import Quantities
     from frictionsim.run import Run
     from frictionsim.series import Check, Transition
@@ -21,8 +22,8 @@ MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 MOST_EVENTS = 20
 
 
-def print_run(run: "Run", output: str) -> None:
-    """Print the summary of a run on stdout."""
+def print_run(run: "Run", output: str, estimate: "Estimate | None" = None) -> None:
+    """Print the summary of a run on stdout, with the errors of its figures if they are known."""
     console = _console()
     title = run.scene.title or run.scene.kind
     effects = ", ".join(run.effects) or "none"
@@ -31,7 +32,9 @@ def print_run(run: "Run", output: str) -> None:
         f"kind {run.scene.kind}, effects {effects}, backend {run.scene.solver.backend}",
         markup=False,
     )
-    print_quantities(run.quantities)
+    print_quantities(run.quantities, estimate.errors if estimate else None)
+    if estimate and estimate.errors:
+        console.print(estimate.method)
     if run.transitions:
         _print_table(_transitions_table(run.transitions))
     _print_table(_audit_table(run.checks))
@@ -44,11 +47,14 @@ def print_run(run: "Run", output: str) -> None:
     console.print(f"result: {output}")
 
 
-def print_quantities(quantities: "Quantities") -> None:
-    """Print quantities with their units on stdout."""
-    table = _table("quantity", ">value", "unit")
+def print_quantities(
+    quantities: "Quantities", errors: "dict[str, float | None] | None" = None
+) -> None:
+    """Print quantities with their units on stdout, and with their errors if there are any."""
+    table = _table("quantity", ">value", *((">error",) if errors else ()), "unit")
     for name, quantity in quantities.items():
-        table.add_row(name, _number(quantity.value), quantity.unit)
+        error = (_error(errors.get(name)),) if errors else ()
+        table.add_row(name, _number(quantity.value), *error, quantity.unit)
     _print_table(table)
 
 
@@ -70,6 +76,21 @@ def print_comparison(comparison: "Comparison") -> None:
     differing = sum(not row.ok for row in comparison.rows)
     verdict = f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"
     console.print(verdict)
+
+
+def print_cells(headings: list[str], rows: list[list[str]]) -> None:
+    """Print a table of texts on stdout; a heading that starts with '>' is that of numbers."""
+    table = _table(*headings)
+    for cells in rows:
+        table.add_row(*cells)
+    _print_table(table)
+
+
+def print_lines(*lines: str) -> None:
+    """Print lines on stdout."""
+    console = _console()
+    for line in lines:
+        console.print(line)
 
 
 class ProgressBar:
@@ -169,6 +190,10 @@ def _audit_table(checks: dict[str, "Check"]) -> Table:
 
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:.{DIGITS}g}"
+
+
+def _error(value: float | None) -> str:
+    return "" if value is None else f"{value:.1e}"
 
 
 def _short(value: float | None) -> str:

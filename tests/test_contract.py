@@ -91,7 +91,10 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 @pytest.mark.usefixtures("other_backend")
 def test_a_backend_of_other_kinds_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    sentence = "'moreau' cannot do a pulley; these can: events, rkf45, published\n"
+    sentence = (
+        "'moreau' cannot do a pulley; these can: events, rkf45, published, regularised, rk45,"
+    )
+    sentence += " dop853, radau, bdf, lsoda\n"
     said = complaint(capsys, "--set", "solver.backend=moreau")
     assert said == f"frictionsim: --set: solver.backend: {sentence}"
     pulley = str(SCENARIOS / "pulley.toml")

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from frictionsim import integrator
+from frictionsim.backends import solution_of
+from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.errors import SolverError
 from frictionsim.integrator import RungeKuttaFehlberg45, State, stages
+from frictionsim.mechanisms import module_of
+from frictionsim.parameters import Solver
+from frictionsim.scenario import load
+
+from .conftest import SCENARIOS
 
 
 def oscillator(t: float, y: State, dy: State) -> None:
@@ -50,6 +57,27 @@ def test_fixed_steps_converge_with_order_5() -> None:
     for coarse, fine in pairwise(errors):
         # The next term of the error moves the order by about h; below 80 steps it is seen.
         assert log2(coarse / fine) == pytest.approx(5.0, abs=0.15)
+
+
+def final_angle_by_fixed_steps(count: int) -> float:
+    """Return the angle after two breakaways and two rests of each direction, by `events`."""
+    scene = load(SCENARIOS / "pulley_horizontal.toml")
+    mechanism = module_of(scene.kind).build(scene)
+    end = scene.solver.duration
+    recording = Recording(SampleTimes(end, end))
+    # The scene of a user may not ask for this: `events` chooses its steps by the tolerances.
+    solver = Solver(duration=end, step=end / count)
+    solution_of("events")(mechanism, solver, recording).run(lambda t: None)
+    assert len(recording.transitions) == 7
+    return recording.rows[-Recording.COLUMNS - len(mechanism.ledger) + 2]
+
+
+def test_fixed_steps_keep_their_order_through_located_events() -> None:
+    angles = [final_angle_by_fixed_steps(count) for count in (80, 160, 320, 5120)]
+    errors = [abs(angle - angles[-1]) for angle in angles[:-1]]
+    for coarse, fine in pairwise(errors):
+        # Order 5; where in its step each of the seven switches falls adds a factor of two.
+        assert 4.0 < log2(coarse / fine) < 6.0
 
 
 def test_error_estimate_is_of_order_5() -> None:

@@ -15,17 +15,46 @@ if TYPE_CHECKING:
 
 
 class Backend(NamedTuple):
-    """Where a backend is, and whether it takes steps of a given length, `solver.step`."""
+    """Where a backend is, and what is particular to it.
+
+    Attributes
+    ----------
+    module : str
+    fixed_step : bool
+        It takes steps of a given length, `solver.step`.
+    regularised : bool
+        It smooths dry friction over `solver.transition_speed`.
+    integrator : str
+        The class of SciPy that steps it; empty for our own integrator.
+    implicit : bool
+        Stiffness does not shorten its steps.
+    """
 
     module: str
     fixed_step: bool = False
+    regularised: bool = False
+    integrator: str = ""
+    implicit: bool = False
 
+    @property
+    def tells_rejected(self) -> bool:
+        """Whether its rejected steps are known; SciPy's implicit methods do not tell."""
+        return not self.implicit
+
+
+_REGULARISED = "frictionsim.backends.regularised"
 
 BACKENDS = {
     "events": Backend("frictionsim.backends.events"),
     "rkf45": Backend("frictionsim.backends.rkf45"),
     "published": Backend("frictionsim.backends.published", fixed_step=True),
     "moreau": Backend("frictionsim.backends.belt_moreau", fixed_step=True),
+    "regularised": Backend(_REGULARISED, regularised=True),
+    "rk45": Backend(_REGULARISED, regularised=True, integrator="RK45"),
+    "dop853": Backend(_REGULARISED, regularised=True, integrator="DOP853"),
+    "radau": Backend(_REGULARISED, regularised=True, integrator="Radau", implicit=True),
+    "bdf": Backend(_REGULARISED, regularised=True, integrator="BDF", implicit=True),
+    "lsoda": Backend(_REGULARISED, regularised=True, integrator="LSODA", implicit=True),
 }
 
 # Those that can do a belt drive: modules with a class `Stepping`.

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from math import floor, inf
 from typing import TYPE_CHECKING
 
+from frictionsim.backends import BACKENDS
 from frictionsim.errors import EventStorm
-from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
+from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State, Stepper
 from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, Transition
 
@@ -56,7 +57,7 @@ class Recording:
         self.rows.extend((t, drive, y[0], y[1], acceleration, friction, mode, *y[2:]))
         self.times.advance()
 
-    def note(self, event: str, stepper: RungeKuttaFehlberg45) -> None:
+    def note(self, event: str, stepper: Stepper) -> None:
         """Add an event at the end of a step, if there was one; the mechanism goes on sliding."""
         if event:
             direction = FORWARD if stepper.y[1] > 0.0 else BACKWARD
@@ -110,8 +111,20 @@ def motion_of(mechanism: "Mechanism") -> str:
     return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"
 
 
-def new_stepper(mechanism: "Mechanism", settings: "Solver") -> RungeKuttaFehlberg45:
+def new_stepper(mechanism: "Mechanism", settings: "Solver") -> Stepper:
     """Return the integrator for a mechanism, with the settings of the scene."""
+    integrator = BACKENDS[settings.backend].integrator
+    if integrator:
+        from frictionsim.backends.scipy_stepper import ScipyStepper  # scipy takes 0.3 s to import
+
+        return ScipyStepper(
+            integrator,
+            rtol=settings.rtol,
+            atol=settings.atol,
+            max_step=settings.max_step or inf,
+            max_steps=settings.max_steps,
+            what=motion_of(mechanism),
+        )
     return RungeKuttaFehlberg45(
         states=len(mechanism.initial_state),
         rtol=settings.rtol,
@@ -138,7 +151,7 @@ def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: floa
 
 
 def advance(
-    stepper: RungeKuttaFehlberg45,
+    stepper: Stepper,
     mechanism: "Mechanism",
     limit: float,
     floor: float = 0.0,
@@ -158,7 +171,7 @@ def advance(
     return event
 
 
-def _time_of(passed: Callable[[float, float], float], stepper: RungeKuttaFehlberg45) -> float:
+def _time_of(passed: Callable[[float, float], float], stepper: Stepper) -> float:
     """Return when a function of position and velocity becomes positive in the last step."""
 
     def inside(t: float) -> float:

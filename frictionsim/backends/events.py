@@ -15,7 +15,7 @@ from frictionsim.backends.base import (
     rates_with_friction,
 )
 from frictionsim.backends.solution import Solution, WithoutFriction
-from frictionsim.integrator import Rates
+from frictionsim.integrator import Rates, RungeKuttaFehlberg45
 from frictionsim.roots import sign_change
 from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
@@ -43,6 +43,7 @@ class _StickSlip(Solution):
     slip phase it is one of the integrator, which has the state.
     """
 
+    stepper: RungeKuttaFehlberg45
     SAVED = (*Solution.SAVED, "y", "mode", "known", "ends", "direction", "limit")
 
     def __init__(

@@ -11,7 +11,7 @@ from frictionsim.backends.base import (
     rates_without_friction,
 )
 from frictionsim.errors import BlowUp, NotFinite
-from frictionsim.integrator import State
+from frictionsim.integrator import State, Stepper
 from frictionsim.series import STICK
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Solution:
     ----------
     t : float, s
         How far it has come.
-    stepper : RungeKuttaFehlberg45
+    stepper : Stepper
     SAVED : tuple of str
         What its own continuation depends on; `saved_parts` are the objects that have more of it.
     """
@@ -90,7 +90,7 @@ class Solution:
     def __init__(self, mechanism: "Mechanism", settings: "Solver", recording: Recording) -> None:
         self.mechanism, self.recording = mechanism, recording
         self.end = settings.duration
-        self.stepper = new_stepper(mechanism, settings)
+        self.stepper: Stepper = new_stepper(mechanism, settings)
         self._guard = EnergyGuard(mechanism, settings)
         self.t = 0.0
         self.started = False

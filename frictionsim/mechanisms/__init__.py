@@ -7,6 +7,11 @@ Each module holds one mechanism whole - parameters, effects, equations, statics,
     simulation(scene)  the Simulation of a scene
     statics(scene)     its figures of impending motion
     PANELS             the courses that a plot of it shows
+    MEASURES           what the cost of accuracy is judged by
+
+and, where the defaults of `frictionsim.cost` do not fit, ladders(scene, tolerances),
+references(scene, rtol), exact(scene) and tighter(scene): settings to compare, settings to judge
+by, the solution, and the setting that `solve --estimate-error` compares with.
 
 A mechanism of one coordinate has its equations in build(scene), composed of the effects that the
 scene names, and leaves the rest to OneCoordinate.

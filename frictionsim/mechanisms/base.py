@@ -22,7 +22,10 @@ Value = Any  # float while stepping, array of floats afterwards
 
 
 # The backends that solve a mechanism as it is described here.
-BACKENDS = ("events", "rkf45", "published")
+BACKENDS = (
+    *("events", "rkf45", "published"),
+    *("regularised", "rk45", "dop853", "radau", "bdf", "lsoda"),
+)
 
 
 class Contact(NamedTuple):

@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
+from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import Gravity
 from frictionsim.elementary import cos, sin
@@ -65,6 +66,9 @@ CHANNELS = {
     "energy_friction": Channel("J", "heat of hinge and mesh"),
 }
 PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity", "angle")
+
+# What the cost of accuracy is judged by.
+MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class Geometry(Params):

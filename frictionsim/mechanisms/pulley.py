@@ -18,6 +18,7 @@ from math import radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
+from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import AirDrag
 from frictionsim.friction import ShaftFriction
@@ -52,6 +53,9 @@ CHANNELS = {
 
 # What a plot shows, from top to bottom.
 PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
+
+# What the cost of accuracy is judged by.
+MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class Geometry(Params):

@@ -13,6 +13,7 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
     assembly       from a scenario to arrays
     belt_drive     from step to step
     observation    what is recorded, and figures its summary
+    cost           what the cost of accuracy is judged by, and the settings to compare
 
 References
 ----------
@@ -22,13 +23,23 @@ References
 
 from typing import TYPE_CHECKING
 
+from frictionsim.mechanisms.belt.cost import MEASURES, ladders, references, tighter
 from frictionsim.mechanisms.belt.parameters import Scene
 from frictionsim.quantities import Quantities
 
 if TYPE_CHECKING:
     from frictionsim.simulation import Simulation
 
-__all__ = ["PANELS", "Scene", "simulation", "statics"]
+__all__ = [
+    "MEASURES",
+    "PANELS",
+    "Scene",
+    "ladders",
+    "references",
+    "simulation",
+    "statics",
+    "tighter",
+]
 
 # What a plot shows, from top to bottom.
 PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
