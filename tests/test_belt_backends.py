@@ -26,6 +26,7 @@ GENTLY = 2e-3  # m/s
 NO_FRICTION = {"mu_s": 0.0, "mu_k": 0.0}
 MUCH_FRICTION = {"mu_s": 50.0, "mu_k": 50.0}  # nothing ever slides
 SHORT = 2.048e-3  # s
+RISING = {"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": SHORT}}
 
 
 def test_a_short_way_is_that_of_the_reference() -> None:
@@ -114,7 +115,7 @@ SMOOTH = {
     "without friction": pair(effects__belt_friction=NO_FRICTION, solver__duration=SHORT),
     "sticking": pair(
         effects__belt_friction=MUCH_FRICTION,
-        drive__driver__torque={"sine": {"amplitude": 5.0, "frequency_hz": 200.0}},
+        drive__driver__torque=RISING,
         solver__duration=SHORT,
     ),
 }

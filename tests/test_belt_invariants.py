@@ -253,8 +253,8 @@ DAMPERS = {
 def test_the_default_step_bears_stiff_dampers(
     name: str, backend: str, request: pytest.FixtureRequest
 ) -> None:
-    if backend == "moreau" and name != "axial":
-        reason = "the step is chosen without a look at the decay of contacts and bending"
+    if (backend, name) == ("moreau", "bending"):
+        reason = "velocities are extrapolated, which is stable for a decay of 1 in a step, not 1.8"
         request.applymarker(pytest.mark.xfail(reason=reason))
     done = simulate(pair(solver__backend=backend, **DAMPERS[name]))
     assert done.status == "done"

@@ -91,14 +91,8 @@ def test_what_the_courses_mean(done: Run) -> None:
     assert np.all(np.abs(apart / np.mean(apart) - 1.0) < 0.1)
 
 
-FIRST = ["normal_force", "tension"]
-
-
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-def test_the_first_sample_is_the_belt_at_rest(backend: str, request: pytest.FixtureRequest) -> None:
-    if backend == "moreau":
-        reason = "the first sample is taken before any force was evaluated"
-        request.applymarker(pytest.mark.xfail(reason=reason))
+def test_the_first_sample_is_the_belt_at_rest(backend: str) -> None:
     done = simulate(pair(solver__backend=backend, solver__duration=5e-3))
     tension = done.courses["tension"][0]
     assert np.mean(tension) == pytest.approx(200.0, rel=1e-6)

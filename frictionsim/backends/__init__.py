@@ -61,6 +61,7 @@ BACKENDS = {
 BELT = {
     "rkf45": "frictionsim.backends.belt_rkf45",
     "moreau": "frictionsim.backends.belt_moreau",
+    **{name: "frictionsim.backends.belt_scipy" for name, b in BACKENDS.items() if b.integrator},
 }
 
 # Takes over from each of them where the drive prescribes the velocity.

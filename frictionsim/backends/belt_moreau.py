@@ -454,6 +454,8 @@ class Stepping:
         If the step is too long for the waves in the belt.
     """
 
+    can_go_on = True
+
     def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
         self._assembly = assembly
         bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys

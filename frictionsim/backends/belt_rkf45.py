@@ -288,6 +288,7 @@ class Stepping:
     """
 
     per_impulse = 1.0  # the slots hold forces
+    can_go_on = True
 
     def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
         self._assembly = assembly

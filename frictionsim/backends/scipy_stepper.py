@@ -52,7 +52,7 @@ class ScipyStepper:
         self._method = getattr(scipy.integrate, integrator)
         # Explicit methods of SciPy take this many evaluations for a trial step.
         self._stages = getattr(self._method, "n_stages", 0) if integrator != "Radau" else 0
-        self._options = {"rtol": rtol, "atol": atol, "max_step": max_step}
+        self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
         self._max_steps, self._what = max_steps, what
         self.steps = self.rejected = self.evaluations = 0
         self.t0 = self.t = 0.0

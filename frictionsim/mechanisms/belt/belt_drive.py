@@ -136,8 +136,10 @@ class BeltDrive:
         steps, rejected, evaluations = self._stepping.counts
         return steps, rejected, evaluations
 
-    def state(self) -> Arrays:
-        """Return all that the rest of the run depends on."""
+    def state(self) -> Arrays | None:
+        """Return all that the rest of the run depends on; None where nothing could be saved."""
+        if not self._stepping.can_go_on:
+            return None
         parts = {f"stepping.{k}": v for k, v in self._stepping.arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
         return {**numbers, **exported(self._times, "times"), **self._observer.state()}

@@ -28,6 +28,8 @@ TOLERANCES = (1e-2, 1e-3, 1e-4)  # tighter ones cost, and tell nothing more
 REFERENCE_TOLERANCE = 1e-6
 PARTS = (1, 2, 4)  # of the longest stable step
 REFERENCE_PART = 16
+OF_SCIPY = ("rk45", "dop853", "radau", "bdf", "lsoda")
+SCIPY_TOLERANCES = (1e-2, 1e-3)
 SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a second
 
 
@@ -36,6 +38,7 @@ def ladders(scene: "Scene", tolerances: Iterable[float]) -> "list[Setting]":
     from frictionsim.cost.settings import Setting, short, with_tolerance
 
     found = [with_tolerance("rkf45", rtol) for rtol in _suiting(tolerances)]
+    found += [with_tolerance(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
     longest = _longest_step(scene)
     found += [_with_step(longest, part) for part in PARTS]
     friction = scene.effects.belt_friction

@@ -271,7 +271,10 @@ class BeltSolver(Solver):
 class Scene(Scenario):
     """A scenario of kind `belt_drive`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = ("rkf45", "moreau")
+    BACKENDS: ClassVar[tuple[str, ...]] = (
+        *("rkf45", "moreau"),
+        *("rk45", "dop853", "radau", "bdf", "lsoda"),
+    )
     CHANNELS: ClassVar = CHANNELS
 
     kind: Literal["belt_drive"]
