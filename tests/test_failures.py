@@ -11,7 +11,7 @@ import tomli_w
 from frictionsim import errors, recorder
 from frictionsim.cli import run_command_line
 
-from .conftest import Scenario, pulley
+from .conftest import Scenario, pulley, simulate
 
 CHATTERING = pulley(solver={"backend": "published", "duration": 3.0}, drive__force=2224.1)
 # A time constant of I/b = 1 ms in steps of 10 ms.
@@ -84,3 +84,20 @@ def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
     attributes = recorder.read(target).attributes
     assert attributes["failure"] == "blow_up"
     assert "J were put in: the motion blows up" in attributes["reason"]
+
+
+def test_the_smallest_speeds_that_there_are_turn_as_any(tmp_path: Path) -> None:
+    """The product of two of them is zero, which a search for the turn must not multiply."""
+    speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, -5e-324, 5e-324]}
+    scene = {
+        "kind": "epicyclic",
+        "mechanism": {
+            "sun_radius": 0.1,
+            "planet_radius": 0.06,
+            "crank_mass": 1.0,
+            "planet_mass": 1.0,
+        },
+        "drive": {"speed": speed},
+        "solver": {"duration": 3.0},
+    }
+    assert simulate(scene).status == "done"

@@ -118,8 +118,8 @@ def _end_of_piece(mechanism: "Mechanism", t: float, end: float) -> float:
     """Return a time up to which the velocity is smooth and of one sign."""
     drive = mechanism.drive
     b = min(end, drive.next_turn(t))
-    if drive(t) * drive(b) < 0.0:
-        direction = drive(b)
+    direction = _sign(drive(b))  # a product of two small velocities may be zero
+    if _sign(drive(t)) * direction < 0:
         _, b = sign_change(lambda x: direction * drive(x), t, b)
     return b
 
