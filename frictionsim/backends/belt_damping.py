@@ -26,6 +26,8 @@ from frictionsim.mechanisms.belt.assembly import aligned
 from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, SPIN, TINY, VX, VY
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
+    BODY_VX,
+    BODY_VY,
     FRICTION,
     INERTIA,
     LIMIT,
@@ -48,13 +50,15 @@ MOST_GUESSES = 30  # of who sticks; one or two are the rule
 # its elimination, the rates of stretch; then over bodies: t, 1 where it sticks, P/m.
 EX, EY, LEVER_BEFORE, LEVER_AFTER, DIAGONAL, BESIDE, FACTOR, CORNER, RATE = range(9)
 TX, TY, HELD, KICK = range(9, 13)
-ROWS = 13
+# ... and the velocities that the dampers gave the bodies in the last step, m/s.
+GIVEN_VX, GIVEN_VY = range(13, 15)
+ROWS = 15
 
 
 class StiffDamping(NamedTuple):
     """The coefficient of a joint, N s/m, and room for the system.
 
-    `table` is (13, width); `columns` (1 + np, width) the right-hand sides and then the solutions;
+    `table` is (15, width); `columns` (1 + np, width) the right-hand sides and then the solutions;
     `matrix` (np, np + 1) the equations of the pulleys.
     """
 
@@ -93,7 +97,25 @@ def damp_and_strike(h, before, after, chain, room, slots, pulleys, damping):
             break
     for j in range(count):
         pulleys.table[ALPHA, j] = damping.matrix[j, count]
-    return apply(h, after, chain, damping)
+    return apply(h, after, chain, room, damping)
+
+
+@kernel
+def expect_dampers(slots, damping):
+    """Add to the velocities in the middle of the step what the dampers may be expected to do."""
+    if damping is not None:
+        table, slot = damping.table, slots.table
+        for s in range(slots.first[-1]):
+            slot[BODY_VX, s] += 0.5 * table[GIVEN_VX, slots.body[s]]
+            slot[BODY_VY, s] += 0.5 * table[GIVEN_VY, slots.body[s]]
+
+
+@kernel
+def forget(damping):
+    """Expect nothing of the dampers."""
+    if damping is not None:
+        damping.table[GIVEN_VX, :] = 0.0
+        damping.table[GIVEN_VY, :] = 0.0
 
 
 @kernel
@@ -287,15 +309,19 @@ def correct(chain, slots, pulleys, damping):
 
 
 @kernel
-def apply(h, after, chain, damping):
-    """Add the impulses of the dampers to the velocities; return their heat."""
+def apply(h, after, chain, room, damping):
+    """Add the impulses of the dampers to velocities and pull; return their heat."""
     n, table, impulse = chain.bodies, damping.table, damping.columns[0]
     per_mass, per_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
     heat = 0.0
     for k in range(n):
         a = k + 1 if k < n - 1 else 0
-        after[VX, k] += per_mass * (impulse[a] * table[EX, a] - impulse[k] * table[EX, k])
-        after[VY, k] += per_mass * (impulse[a] * table[EY, a] - impulse[k] * table[EY, k])
+        table[GIVEN_VX, k] = per_mass * (impulse[a] * table[EX, a] - impulse[k] * table[EX, k])
+        table[GIVEN_VY, k] = per_mass * (impulse[a] * table[EY, a] - impulse[k] * table[EY, k])
+        after[VX, k] += table[GIVEN_VX, k]
+        after[VY, k] += table[GIVEN_VY, k]
+        room[PULL_X, k] += impulse[k] * table[EX, k] / h
+        room[PULL_Y, k] += impulse[k] * table[EY, k] / h
         after[SPIN, k] += per_inertia * (
             impulse[a] * table[LEVER_BEFORE, a] - impulse[k] * table[LEVER_AFTER, k]
         )

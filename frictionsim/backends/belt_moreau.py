@@ -1,59 +1,18 @@
-"""Midpoint steps of a fixed length with exact impulses of friction, for belt drives, compiled.
+"""Midpoint steps of a fixed length with exact impulses of friction, for belt drives.
 
-Moreau's scheme [1]_: half a step with the old velocities, the forces there, the impulses that the
-set-valued law asks for, half a step with the new velocities.
-
-    q_m = q + (h/2) v
-    v+  = v + h a(q_m, v_m) + (impulses P along t)/m
-    P   = clip(m (R omega+ - (v + h a) . t), -mu N h, mu N h)
-    q+  = q_m + (h/2) v+
-
-One evaluation of the forces a step. They depend on the velocity through dampers and torques, for
-which v_m = v + (v - v_before)/2 is the velocity at the middle to second order. The dampers of the
-contacts, each of which meets one body only, are solved for instead, and so are dampers along the
-belt if they are too stiff for v_m, together with the friction. Of second order
-where the motion is smooth, of first order at switches of friction or contact. Stick is exact: the
-slip that is left is rounding.
-
-References
-----------
-.. [1] J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
+The scheme is Moreau's; its equations and kernels are in `belt_midpoint` and `belt_damping`.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.backends.belt_damping import StiffDamping, damp_and_strike, stiff_damping
-from frictionsim.compiled import entry, kernel
+from frictionsim.backends.belt_damping import StiffDamping, stiff_damping
+from frictionsim.backends.belt_midpoint import MOST_OBLIQUE, Walk, look, walk
 from frictionsim.errors import InputError, NotFinite
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, TINY, VX, VY
-from frictionsim.mechanisms.belt.contact import (
-    ALPHA,
-    COEFFICIENT,
-    FRICTION,
-    INERTIA,
-    LIMIT,
-    NORMAL,
-    NX,
-    NY,
-    PER_R,
-    PULLEY_RADIUS,
-    RADIUS,
-    SLIP,
-    SPEED,
-    TORQUE,
-    WISH,
-    Friction,
-    deal_slots,
-    drag,
-    grip,
-    meet,
-    remember,
-    share_friction,
-)
-from frictionsim.mechanisms.belt.equations import act, drive, motion_in, prescribe, resist
+from frictionsim.mechanisms.belt.chain import TINY
+from frictionsim.mechanisms.belt.contact import Friction
 from frictionsim.mechanisms.belt.waves import contact_stiffness
 
 if TYPE_CHECKING:
@@ -63,372 +22,16 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt.parameters import BeltSolver
 
     Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
-
-# Bodies near pulleys are given their slots anew after so many steps; see the adaptive backend.
-STEPS_OF_A_DEAL = 8
 
 # The scheme is stable for omega h < 2; where a damper takes the share r h of a velocity in a step
 # and its velocity is extrapolated, for (omega + 1.1 r) h < 2 (largest eigenvalue of a step).
 LONGEST, LOST_TO_DAMPING = 2.0, 1.1
+LONGEST_DECAY = 0.65  # r h; beyond it less than that
 NEARLY = 0.92  # of it is taken by default
-MOST_OBLIQUE = 2.0  # the sum of two sin^2: there is no more
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 LONGEST_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
-
-
-class Walk(NamedTuple):
-    """An integration between two steps, in arrays that its kernels write to.
-
-    Attributes
-    ----------
-    y0, y : (n,)
-        The states at the start and the end of the last step.
-    middle, rate : (n,)
-        Room to work in.
-    counts : (4,)
-        Steps, steps since the slots were dealt, 1 if dampers along the belt are solved for now,
-        and how many steps were taken so.
-    """
-
-    y0: "Array"
-    y: "Array"
-    middle: "Array"
-    rate: "Array"
-    counts: "Indices"
-
-
-@entry
-def walk(
-    steps,
-    h,
-    walk,
-    margin,
-    friction,
-    hysteresis,
-    damping,
-    contact_damping,
-    obliquity,
-    undamped,
-    laws,
-    torques,
-    loads,
-    speeds,
-    room,
-    slots,
-    pulleys,
-):
-    """Take so many steps of length h; return whether the state is still finite.
-
-    `laws` have the dampers along the belt, `undamped` leave them to be solved for, as they are
-    where a body has more of the obliquity than there may be.
-    """
-    counts = walk.counts
-    for _ in range(steps):
-        if counts[1] == 0:
-            motion = motion_in(walk.y, room)
-            deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
-            counts[2] = oblique(room, laws.chain, obliquity)
-        t = counts[0] * h
-        if counts[2] > 0:
-            solve_step(
-                t,
-                h,
-                walk,
-                friction,
-                damping,
-                contact_damping,
-                undamped,
-                torques,
-                loads,
-                speeds,
-                room,
-                slots,
-                pulleys,
-            )
-            counts[3] += 1
-        else:
-            step(
-                t,
-                h,
-                walk,
-                friction,
-                None,
-                contact_damping,
-                laws,
-                torques,
-                loads,
-                speeds,
-                room,
-                slots,
-                pulleys,
-            )
-        keep_in_mind(slots, hysteresis)
-        counts[0] += 1
-        counts[1] = (counts[1] + 1) % STEPS_OF_A_DEAL
-    total = 0.0
-    for i in range(len(walk.y)):
-        total += abs(walk.y[i])
-    return total < np.inf
-
-
-@kernel
-def oblique(room, chain, most):
-    """Return whether the dampers of a body's joints turn it too fast for extrapolation.
-
-    A joint without much tension may point anywhere; its damper then meets the small inertia of
-    the bodies that it turns. sin^2 of the angle between joint and body is the share in that.
-    """
-    if most >= MOST_OBLIQUE:
-        return 0
-    cos, sin, pull_x, pull_y = room[COS], room[SIN], room[PULL_X], room[PULL_Y]
-    largest = 0.0
-    for k in range(chain.bodies):
-        across = pull_y[k] * cos[k] - pull_x[k] * sin[k]
-        before = across * across / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
-        across = pull_y[k + 1] * cos[k] - pull_x[k + 1] * sin[k]
-        after = pull_x[k + 1] * pull_x[k + 1] + pull_y[k + 1] * pull_y[k + 1] + TINY
-        largest = max(largest, before + across * across / after)
-    return 1 if largest > most else 0
-
-
-@kernel
-def solve_step(
-    t,
-    h,
-    walk,
-    friction,
-    damping,
-    contact_damping,
-    laws,
-    torques,
-    loads,
-    speeds,
-    room,
-    slots,
-    pulleys,
-):
-    """Take one step in which the dampers along the belt are solved for, if there are any."""
-    if damping is not None:
-        step(
-            t,
-            h,
-            walk,
-            friction,
-            damping,
-            contact_damping,
-            laws,
-            torques,
-            loads,
-            speeds,
-            room,
-            slots,
-            pulleys,
-        )
-
-
-@kernel
-def keep_in_mind(slots, hysteresis):
-    """Take over who sticks now, if static and kinetic friction differ."""
-    if hysteresis is not None:
-        remember(slots)
-
-
-@kernel
-def step(
-    t,
-    h,
-    walk,
-    friction,
-    damping,
-    contact_damping,
-    laws,
-    torques,
-    loads,
-    speeds,
-    room,
-    slots,
-    pulleys,
-):
-    """Take one step from time t."""
-    y0, y, middle, rate = walk.y0, walk.y, walk.middle, walk.rate
-    pulley, free, width = pulleys.table, pulleys.free, room.shape[1]
-    count = pulley.shape[1]
-    angles, speed = 6 * width, 6 * width + count
-    ledger = speed + len(free)
-    go_to_middle(h, y0, y, middle, 3 * width)
-    for k in range(speed, ledger):
-        middle[k] = y[k] + 0.5 * (y[k] - y0[k])
-    y0[:] = y
-    for k in range(len(free)):
-        pulley[SPEED, free[k]] = middle[speed + k]
-    prescribe(t + 0.5 * h, pulleys, speeds)
-    pulley[TORQUE, :] = 0.0
-    drive(t + 0.5 * h, pulley[TORQUE], torques)
-    resist(pulley[SPEED], pulley[TORQUE], loads)
-    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    damped = act(laws, motion_in(middle, room), room, slots, ax, ay, rate[5 * width : 6 * width])
-    damped += damp_midway(h, motion_in(y0, room), laws.chain.mass, slots, ax, ay, contact_damping)
-    for k in range(len(free)):
-        pulley[SPEED, free[k]] = y[speed + k]
-    prescribe(t + h, pulleys, speeds)
-    accelerate(h, y[3 * width : 6 * width], rate[3 * width : 6 * width])
-    rubbed, braked = strike(h, y0, y, laws.chain, room, slots, pulleys, friction, damping)
-    go_on(h, y, middle, 3 * width)
-    for k in range(len(free)):
-        y[speed + k] = pulley[ALPHA, free[k]]
-    react(h, t, slots, pulleys, speeds)
-    for j in range(count):
-        mean = 0.5 * (pulley[SPEED, j] + pulley[ALPHA, j])
-        y[angles + j] += h * mean
-        y[ledger] += h * pulley[TORQUE, j] * mean
-    y[ledger + 1] += rubbed
-    y[ledger + 2] += h * damped + braked
-
-
-@kernel
-def damp_midway(h, before, mass, slots, ax, ay, damping):
-    """Add the dampers of the contacts, at the mean of the old and the new velocity along n.
-
-    With the acceleration A along n without it and the coefficient b that mean is
-    (v + h A/2)/(1 + h b/(2 m)): stable at any b. Return the power damped, W.
-    """
-    heat = 0.0
-    if damping is not None:
-        table = slots.table
-        normal, nx, ny = table[NORMAL], table[NX], table[NY]
-        for s in range(slots.first[-1]):
-            i = slots.body[s]
-            depth = (table[RADIUS, s] - 1.0 / table[PER_R, s]) / damping.full_depth
-            depth = min(max(depth, 0.0), 1.0)
-            b = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
-            vx, vy = before[VX, i] + 0.5 * h * ax[i], before[VY, i] + 0.5 * h * ay[i]
-            rate = -(vx * nx[s] + vy * ny[s]) / (1.0 + 0.5 * h * b / mass)
-            more = max(b * rate, -normal[s])
-            heat += more * rate
-            normal[s] += more
-            ax[i] += more * nx[s] / mass
-            ay[i] += more * ny[s] / mass
-    return heat
-
-
-@entry
-def look(walk, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
-    """Evaluate the forces without friction at the state as it is."""
-    motion, rate, width = motion_in(walk.y, room), walk.rate, room.shape[1]
-    deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
-    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    act(laws, motion, room, slots, ax, ay, rate[5 * width : 6 * width])
-
-
-@kernel
-def go_to_middle(h, y0, y, middle, size):
-    """Write the positions half a step on, and the velocities there by extrapolation."""
-    velocities = y[size : 2 * size]
-    for i in range(size):
-        middle[i] = y[i] + 0.5 * h * velocities[i]
-    before, between = y0[size : 2 * size], middle[size : 2 * size]
-    for i in range(size):
-        between[i] = velocities[i] + 0.5 * (velocities[i] - before[i])
-
-
-@kernel
-def accelerate(h, velocities, accelerations):
-    """Add what the forces do to the velocities in a step."""
-    for i in range(len(velocities)):
-        velocities[i] += h * accelerations[i]
-
-
-@kernel
-def go_on(h, y, middle, size):
-    """Write the positions at the end of a step."""
-    velocities = y[size : 2 * size]
-    for i in range(size):
-        y[i] = middle[i] + 0.5 * h * velocities[i]
-
-
-@kernel
-def strike(h, y0, y, chain, room, slots, pulleys, friction, damping):
-    """Solve for the impulses and add them; write the new speeds into ALPHA.
-
-    Return the heat of friction and of stiff dampers. SPEED keeps the old speeds of free pulleys;
-    those that are prescribed have their new one there already.
-    """
-    pulley, table = pulleys.table, slots.table
-    for j in range(pulley.shape[1]):
-        pulley[ALPHA, j] = pulley[SPEED, j]
-    for j in pulleys.free:
-        pulley[ALPHA, j] += h * pulley[TORQUE, j] / pulley[INERTIA, j]
-    if friction is None:
-        return 0.0, 0.0
-    wish, limit, slip = table[WISH], table[LIMIT], table[SLIP]
-    before, after = motion_in(y0, room), motion_in(y, room)
-    along_of(before[VX], before[VY], slots, slip)
-    along_of(after[VX], after[VY], slots, wish)
-    for s in range(slots.first[-1]):
-        wish[s] = -wish[s]
-    for s in range(slots.first[-1]):
-        limit[s] = h * table[COEFFICIENT, s] * table[NORMAL, s]
-    settle(chain.mass, slots, pulleys, damping)
-    damped = damp(h, before, after, chain, room, slots, pulleys, damping)
-    drag(slots, 1.0 / chain.mass, after[VX], after[VY])
-    along_of(after[VX], after[VY], slots, wish)
-    rubbed = 0.0
-    for j in range(pulley.shape[1]):
-        mean = 0.5 * pulley[PULLEY_RADIUS, j] * (pulley[SPEED, j] + pulley[ALPHA, j])
-        rim = pulley[PULLEY_RADIUS, j] * pulley[ALPHA, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            rubbed += table[FRICTION, s] * (mean - 0.5 * (slip[s] + wish[s]))
-            slip[s] = rim - wish[s]
-    return rubbed, damped
-
-
-@kernel
-def settle(mass, slots, pulleys, damping):
-    """Solve for friction and the speeds of free pulleys, where no stiff damping couples them."""
-    if damping is None:
-        pulley = pulleys.table
-        for j in pulleys.free:
-            offer = pulley[INERTIA, j] * pulley[ALPHA, j]
-            pulley[ALPHA, j] = meet(j, pulley[SPEED, j], offer, slots, pulleys, mass)
-        share_friction(slots, pulleys, mass, pulley[ALPHA])
-
-
-@kernel
-def damp(h, before, after, chain, room, slots, pulleys, damping):
-    """Solve for friction, speeds and stiff dampers together; return the heat of the dampers."""
-    if damping is not None:
-        return damp_and_strike(h, before, after, chain, room, slots, pulleys, damping)
-    return 0.0
-
-
-@kernel
-def along_of(vx, vy, slots, along):
-    """Write the velocities along t of the bodies that have a slot."""
-    nx, ny, body = slots.table[NX], slots.table[NY], slots.body
-    for s in range(slots.first[-1]):
-        i = body[s]
-        along[s] = vy[i] * nx[s] - vx[i] * ny[s]
-
-
-@kernel
-def react(h, t, slots, pulleys, speeds):
-    """Write the mean torque that it took to keep a prescribed speed."""
-    if speeds is not None:
-        pulley = pulleys.table
-        prescribe(t, pulleys, speeds)
-        for j in speeds.which:
-            before = pulley[SPEED, j]
-            pulley[TORQUE, j] = before
-        prescribe(t + h, pulleys, speeds)
-        for j in speeds.which:
-            before, after = pulley[TORQUE, j], pulley[SPEED, j]
-            pulley[TORQUE, j] = (
-                pulley[INERTIA, j] * (after - before) + pulley[PULLEY_RADIUS, j] * grip(j, slots)
-            ) / h
-            pulley[SPEED, j], pulley[ALPHA, j] = before, after
 
 
 def longest_step(assembly: "Assembly") -> float:
@@ -436,7 +39,7 @@ def longest_step(assembly: "Assembly") -> float:
     bending, inertia = assembly.laws.bending, assembly.laws.chain.inertia
     decay = 4.0 * bending.damping / inertia if bending is not None else 0.0
     oscillating, _ = assembly.fastest
-    return LONGEST / (oscillating + LOST_TO_DAMPING * decay)
+    return min(LONGEST / (oscillating + LOST_TO_DAMPING * decay), LONGEST_DECAY / (decay + TINY))
 
 
 class Stepping:
@@ -558,4 +161,6 @@ class Stepping:
     def arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
         w = self._walk
-        return {"y0": w.y0, "y": w.y, "counts": w.counts, **self._assembly.memory()}
+        dampers = {} if self._damping is None else {"dampers": self._damping.table}
+        own = {"y0": w.y0, "y": w.y, "counts": w.counts, **dampers}
+        return {**own, **self._assembly.memory()}

@@ -205,7 +205,7 @@ def laws_of(scene: "Scene", body_length: float) -> Laws:
 def _pulleys(scene: "Scene") -> Pulleys:
     pulleys = scene.mechanism.pulleys
     prescribed = {name for name, drive in scene.drive.items() if drive.speed is not None}
-    table = np.zeros((7, len(pulleys)))
+    table = np.zeros((8, len(pulleys)))
     for j, p in enumerate(pulleys):
         table[:4, j] = *p.center, p.radius, p.inertia
     free = [j for j, p in enumerate(pulleys) if p.name not in prescribed]

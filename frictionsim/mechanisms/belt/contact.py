@@ -86,7 +86,7 @@ class Friction(NamedTuple):
 class Pulleys(NamedTuple):
     """The pulleys: `free` are the indices of those whose speed is not prescribed.
 
-    `table` is (7, np), with rows as named below.
+    `table` is (8, np), with rows as named below.
     """
 
     free: "Indices"
@@ -94,8 +94,9 @@ class Pulleys(NamedTuple):
 
 
 # Rows: where a pulley is, m, and its inertia, kg m^2; what it does now: angular velocity and
-# acceleration, rad/s and rad/s^2, and the torque on it from outside, N m.
-PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE = range(7)
+# acceleration, rad/s and rad/s^2, the torque on it from outside, N m, and what its angular velocity
+# was at the start of a fixed step.
+PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, BEFORE = range(8)
 
 
 class Slots(NamedTuple):

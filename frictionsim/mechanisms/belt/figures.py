@@ -114,4 +114,4 @@ def checks_of(
 
 
 def _relative(value: float, size: float, limit: float) -> Check:
-    return Check(float(value / size) if size > 0.0 else float(value), limit)
+    return Check(float(value / size if size > 0.0 else value) + 0.0, limit)  # no minus zero
