@@ -61,6 +61,7 @@ def published(backend: str) -> Run:
             "belt_drive",
             solver__backend=backend,
             solver__duration=0.3,
+            solver__rtol=1e-4,
             output__interval=2.5e-3,
         )
     )

@@ -33,10 +33,7 @@ def done(request: pytest.FixtureRequest) -> Run:
 # --- energies and friction -----------------------------------------------------------------------
 
 
-def test_energies_add_up(done: Run, request: pytest.FixtureRequest) -> None:
-    if "moreau trio" in request.node.name:
-        reason = "the heat of friction takes a prescribed speed at the end of the step"
-        request.applymarker(pytest.mark.xfail(reason=reason))
+def test_energies_add_up(done: Run) -> None:
     energy = {name: course for name, course in done.courses.items() if name.startswith("energy")}
     assert len(energy) == 5
     change = {name: course - course[0] for name, course in energy.items()}
@@ -250,12 +247,7 @@ DAMPERS = {
 
 @pytest.mark.parametrize("name", DAMPERS)
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_default_step_bears_stiff_dampers(
-    name: str, backend: str, request: pytest.FixtureRequest
-) -> None:
-    if (backend, name) == ("moreau", "bending"):
-        reason = "velocities are extrapolated, which is stable for a decay of 1 in a step, not 1.8"
-        request.applymarker(pytest.mark.xfail(reason=reason))
+def test_the_default_step_bears_stiff_dampers(name: str, backend: str) -> None:
     done = simulate(pair(solver__backend=backend, **DAMPERS[name]))
     assert done.status == "done"
     assert done.checks["energy"].ok

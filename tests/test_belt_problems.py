@@ -38,6 +38,7 @@ axial_damping = { coefficient = 2.0 }
 bending = { rigidity = 0.02 }
 [solver]
 duration = 0.05
+rtol = 1e-4
 [output]
 interval = 1e-3
 """
@@ -66,6 +67,7 @@ bending = { rigidity = 0.02, damping = 1e-5 }
 gravity = { g = 9.81 }
 [solver]
 duration = 0.05
+rtol = 1e-4
 [output]
 interval = 1e-3
 """

@@ -53,7 +53,7 @@ from frictionsim.mechanisms.belt.contact import (
     remember,
     share_friction,
 )
-from frictionsim.mechanisms.belt.equations import act, drive, motion_in, prescribe, resist
+from frictionsim.mechanisms.belt.equations import act, copy, load, prescribe
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -76,6 +76,8 @@ class Walk(NamedTuple):
         The states at the start and the end of the last step.
     middle, rate : (n,)
         Room to work in.
+    motion0, motion, motion_middle : (6, width)
+        The motions that y0, y and middle begin with: views of them.
     counts : (4,)
         Steps, steps since the slots were dealt, 1 if dampers along the belt are solved for now,
         and how many steps were taken so.
@@ -85,6 +87,9 @@ class Walk(NamedTuple):
     y: "Array"
     middle: "Array"
     rate: "Array"
+    motion0: "Array"
+    motion: "Array"
+    motion_middle: "Array"
     counts: "Indices"
 
 
@@ -116,8 +121,7 @@ def walk(
     counts = walk.counts
     for _ in range(steps):
         if counts[1] == 0:
-            motion = motion_in(walk.y, room)
-            deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
+            deal_slots(walk.motion, laws.chain.bodies, pulleys, margin, slots, friction)
             counts[2] = oblique(room, laws.chain, obliquity)
             if counts[2] == 0:
                 forget(damping)
@@ -251,22 +255,22 @@ def step(
     go_to_middle(h, y0, y, middle, 3 * width)
     for k in range(speed, ledger):
         middle[k] = y[k] + 0.5 * (y[k] - y0[k])
-    y0[:] = y
+    copy(y, y0)
     note_speeds(t, y[speed:ledger], pulleys, speeds)
     for k in range(len(free)):
         pulley[SPEED, free[k]] = middle[speed + k]
     prescribe(t + 0.5 * h, pulleys, speeds)
-    pulley[TORQUE, :] = 0.0
-    drive(t + 0.5 * h, pulley[TORQUE], torques)
-    resist(pulley[SPEED], pulley[TORQUE], loads)
+    load(t + 0.5 * h, pulleys, torques, loads)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    damped = act(laws, motion_in(middle, room), room, slots, ax, ay, rate[5 * width : 6 * width])
-    expect(h, motion_in(y0, room), slots, ax, ay)
+    damped = act(laws, walk.motion_middle, room, slots, ax, ay, rate[5 * width : 6 * width])
+    expect(h, walk.motion0, slots, ax, ay)
     expect_dampers(slots, damping)
     damped += damp_midway(h, laws.chain.mass, slots, ax, ay, contact_damping)
     prescribe(t + h, pulleys, speeds)
     accelerate(h, y[3 * width : 6 * width], rate[3 * width : 6 * width])
-    rubbed, braked = strike(h, y0, y, laws.chain, room, slots, pulleys, friction, damping)
+    rubbed, braked = strike(
+        h, walk.motion0, walk.motion, laws.chain, room, slots, pulleys, friction, damping
+    )
     go_on(h, y, middle, 3 * width)
     for k in range(len(free)):
         y[speed + k] = pulley[ALPHA, free[k]]
@@ -310,26 +314,29 @@ def damp_midway(h, mass, slots, ax, ay, damping):
     heat = 0.0
     if damping is not None:
         table = slots.table
-        normal, nx, ny = table[NORMAL], table[NX], table[NY]
-        vx, vy = table[BODY_VX], table[BODY_VY]
-        for s in range(slots.first[-1]):
-            i = slots.body[s]
-            depth = (table[RADIUS, s] - 1.0 / table[PER_R, s]) / damping.full_depth
-            depth = min(max(depth, 0.0), 1.0)
+        normal, nx, ny, more = table[NORMAL], table[NX], table[NY], table[WISH]
+        vx, vy, radius, per_r = table[BODY_VX], table[BODY_VY], table[RADIUS], table[PER_R]
+        per_mass, per_depth, count = 1.0 / mass, 1.0 / damping.full_depth, slots.first[-1]
+        for s in range(count):
+            more[s] = vx[s] * nx[s] + vy[s] * ny[s]
+        for s in range(count):
+            depth = min(max((radius[s] - 1.0 / per_r[s]) * per_depth, 0.0), 1.0)
             b = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
-            rate = -(vx[s] * nx[s] + vy[s] * ny[s]) / (1.0 + 0.5 * h * b / mass)
-            more = max(b * rate, -normal[s])
-            heat += more * rate
-            normal[s] += more
-            ax[i] += more * nx[s] / mass
-            ay[i] += more * ny[s] / mass
+            rate = -more[s] / (1.0 + 0.5 * h * b * per_mass)
+            more[s] = max(b * rate, -normal[s])
+            heat += more[s] * rate
+        for s in range(count):
+            i = slots.body[s]
+            normal[s] += more[s]
+            ax[i] += per_mass * more[s] * nx[s]
+            ay[i] += per_mass * more[s] * ny[s]
     return heat
 
 
 @entry
 def look(walk, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
     """Evaluate the forces without friction at the state as it is."""
-    motion, rate, width = motion_in(walk.y, room), walk.rate, room.shape[1]
+    motion, rate, width = walk.motion, walk.rate, room.shape[1]
     deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
     act(laws, motion, room, slots, ax, ay, rate[5 * width : 6 * width])
@@ -362,7 +369,7 @@ def go_on(h, y, middle, size):
 
 
 @kernel
-def strike(h, y0, y, chain, room, slots, pulleys, friction, damping):
+def strike(h, before, after, chain, room, slots, pulleys, friction, damping):
     """Solve for the impulses and add them; write the new speeds into ALPHA.
 
     Return the heat of friction and of stiff dampers. Where a speed is prescribed SPEED is the new
@@ -376,7 +383,6 @@ def strike(h, y0, y, chain, room, slots, pulleys, friction, damping):
     if friction is None:
         return 0.0, 0.0
     wish, limit, slip = table[WISH], table[LIMIT], table[SLIP]
-    before, after = motion_in(y0, room), motion_in(y, room)
     along_of(before[VX], before[VY], slots, slip)
     along_of(after[VX], after[VY], slots, wish)
     for s in range(slots.first[-1]):

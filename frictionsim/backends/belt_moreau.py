@@ -78,7 +78,10 @@ class Stepping:
         self._prepare_damping(longest)
         self.per_impulse = 1.0 / self._h
         y0, y, middle, rate = (new_state(bodies, pulleys) for _ in range(4))
-        self._walk = Walk(y0, y, middle, rate, np.zeros(4, dtype=np.int64))
+        shape = 6, assembly.room.shape[1]
+        before, motion, between = (v[: shape[0] * shape[1]].reshape(shape) for v in (y0, y, middle))
+        counts = np.zeros(4, dtype=np.int64)
+        self._walk = Walk(y0, y, middle, rate, before, motion, between, counts)
         self._walk.y0[:] = self._walk.y[:] = assembly.state
         self._inside = new_state(bodies, pulleys)
 

@@ -16,7 +16,7 @@ from frictionsim.errors import NotFinite, StepUnderflow
 from frictionsim.integrator import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.contact import ALPHA, deal_slots, remember
-from frictionsim.mechanisms.belt.equations import motion_in, rates
+from frictionsim.mechanisms.belt.equations import copy, motion_in, rates
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -181,8 +181,8 @@ def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, 
     """Take one accepted step; return RUNNING or why there is none."""
     clock, counts = stepper.clock, stepper.counts
     y0, y, k = stepper.y0, stepper.y, stepper.k
-    y0[:] = y
-    k[0][:] = stepper.rates1
+    copy(y, y0)
+    copy(stepper.rates1, k[0])
     t0 = clock[1]
     rejected_here = False
     while True:
@@ -200,12 +200,12 @@ def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, 
             break
         counts[1] += 1
         if not error < np.inf and h < 1e-3 * longest:
-            y[:] = y0
+            copy(y0, y)
             return NOT_FINITE
         rejected_here = True
         clock[2] = shrunk(h, min(error, 1e10)) if error == error else 0.2 * h
         if clock[2] < 4e-16 * limit:
-            y[:] = y0
+            copy(y0, y)
             return TOO_SHORT
     clock[0], clock[1] = t0, limit if h == left else t0 + h
     rates(clock[1], h, y, stepper.rates1, laws, torques, loads, speeds, room, slots, pulleys)
@@ -274,7 +274,7 @@ def look_inside(stepper, t, laws, torques, loads, speeds, room, slots, pulleys):
             pulleys,
         )
     else:
-        y[:] = stepper.y
+        copy(stepper.y, y)
     rates(t, h, y, stepper.stage, laws, torques, loads, speeds, room, slots, pulleys)
 
 

@@ -122,6 +122,23 @@ def resist(speed, torque, loads):
 
 
 @kernel
+def load(t, pulleys, torques, loads):
+    """Write the torques on the pulleys from outside."""
+    speed, torque = pulleys.table[SPEED], pulleys.table[TORQUE]
+    for j in range(len(torque)):
+        torque[j] = 0.0
+    drive(t, torque, torques)
+    resist(speed, torque, loads)
+
+
+@kernel
+def copy(source, target):
+    """Copy an array; a slice would be looked at for overlaps first, which takes longer."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@kernel
 def prescribe(t, pulleys, speeds):
     """Write the speeds, and their derivatives, that are prescribed."""
     if speeds is not None:
@@ -177,9 +194,7 @@ def rates(t, h, state, rate, laws, torques, loads, speeds, room, slots, pulleys)
     for k in range(len(free)):
         pulley[SPEED, free[k]] = state[speed + k]
     prescribe(t, pulleys, speeds)
-    pulley[TORQUE, :] = 0.0
-    drive(t, pulley[TORQUE], torques)
-    resist(pulley[SPEED], pulley[TORQUE], loads)
+    load(t, pulleys, torques, loads)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
     spin_up = rate[5 * width : 6 * width]
     damped = act(laws, motion_in(state, room), room, slots, ax, ay, spin_up)
