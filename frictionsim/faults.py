@@ -1,7 +1,7 @@
 """The wording of what is wrong with a scenario: where, what was wanted, what was found."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -102,7 +102,7 @@ def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
         "model_type": "a table",
         "model_attributes_type": "a table",
         "tuple_type": f"a list of {place.items} in brackets",
-        "too_short": "at least one number",
+        "too_short": f"at least {context.get('min_length', 1)} {place.items}",
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
 
 
@@ -112,13 +112,14 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
     unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
-    at_course = False
+    at_course = at_name = False
     for part in location:
         if at_course:  # the form of the course, which is no key
             here, at_course = COURSE_TAGS.get(str(part)), False
             continue
         path = (*path, part)
-        if isinstance(part, int):
+        if isinstance(part, int) or at_name:  # a place in a list, a name that is free to choose
+            at_name = False
             continue
         table, field = here, _field(here, part)
         if field is None:
@@ -126,8 +127,10 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
             continue
         extra = field.json_schema_extra
         unit = extra["unit"] if isinstance(extra, dict) else unit
-        items = "names" if _has_text(field.annotation) else "numbers"
         models = list(_models(field.annotation))
+        items = "numbers" if not _has_text(field.annotation) else "names"
+        items = "tables" if models else items
+        at_name = get_origin(field.annotation) is dict
         at_course = len(models) > 1
         here = models[0] if models else None
     return _Place(path, table, "" if unit == "1" else str(unit), items)

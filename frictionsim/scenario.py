@@ -83,7 +83,7 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
     except ValidationError as error:
         from frictionsim.faults import fault_text
 
-        raise ScenarioFaults([fault_text(e, model) for e in error.errors()]) from None
+        raise ScenarioFaults([fault_text(e, model) for e in _own_faults(error)]) from None
     beyond = [
         (path, f"{value:.3g} is beyond any use; numbers go up to {LARGEST_NUMBER:g}")
         for path, value in _numbers(scene.model_dump(by_alias=True))
@@ -107,6 +107,18 @@ def revive(path: Path, text: str) -> Scenario:
     except ScenarioFaults as found:
         faults = "; ".join(f"{'.'.join(map(_key_text, key))}: {said}" for key, said in found.faults)
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
+
+
+def _own_faults(error: ValidationError) -> list[Any]:
+    """Return the errors without those of lists that are short only for what is wrong in them."""
+    errors = error.errors()
+    places = [e["loc"] for e in errors]
+    return [
+        e
+        for e in errors
+        if e["type"] != "too_short"
+        or not any(len(p) > len(e["loc"]) and p[: len(e["loc"])] == e["loc"] for p in places)
+    ]
 
 
 def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
