@@ -39,8 +39,8 @@ def test_energies_add_up(done: Run) -> None:
     change = {name: course - course[0] for name, course in energy.items()}
     residual = change.pop("energy_input") - sum(change.values())
     largest = max(np.max(np.abs(course)) for course in change.values())
-    # Contacts open and close, and bodies stick, within a step, which no backend locates: 1.1e-3 in
-    # the steps that moreau takes by itself, a fifth of that in half of them.
+    # Contacts open and close, and bodies stick, within a step, which no backend locates: 1e-3 in
+    # the steps that moreau takes by itself, half of that in half of them.
     assert np.max(np.abs(residual)) <= 2e-3 * largest
     assert done.checks["energy"].ok
     heat = energy["energy_friction"]

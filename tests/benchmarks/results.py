@@ -1,0 +1,77 @@
+"""Makes all tables and pictures of `results/` anew, but hard.json.
+
+Run it as `python -m tests.benchmarks.results`, or with the names of some of its parts behind;
+it takes a quarter of an hour, one process at a time.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+from tests.benchmarks.results_common import RESULTS, command, provenance, say
+from tests.benchmarks.results_laws import laws
+from tests.benchmarks.results_mesh import mesh
+from tests.benchmarks.results_paper import paper
+
+PICTURES = ("pulley_return", "marble_machine", "epicyclic")
+FEW = ("--max-wall", "10", "--repeats", "2")
+COSTS: dict[str, tuple[str, ...]] = {
+    "pulley": (),
+    "pulley_return": (),
+    "marble_machine": (),
+    "epicyclic": (),
+    "belt_verification": (*FEW, "--set", "solver.duration=0.6", "--set", "output.interval=1e-3"),
+    "belt_drive": (*FEW, "--set", "solver.duration=0.3", "--set", "output.interval=1e-3"),
+}
+
+
+def pictures() -> None:
+    """Draw what the project's README shows."""
+    for name in PICTURES:
+        command("solve", f"scenarios/{name}.toml", "--quiet")
+        command("plot", f"results/{name}.h5")
+    target = "results/pulley_return_published.h5"
+    scenario = "scenarios/pulley_return.toml"
+    command("solve", scenario, "--backend", "published", "-o", target, "--quiet")
+    command("plot", target)
+
+
+def cost() -> None:
+    """Write what accuracy costs in each of the scenes: lines, CSV and diagram."""
+    for name, options in COSTS.items():
+        arguments = ("cost", f"scenarios/{name}.toml", *options)
+        path = f"results/{name}_cost"
+        text = command(*arguments, "--csv", f"{path}.csv", "--plot", f"{path}.png")
+        head = [*provenance(), f"command: frictionsim {' '.join(arguments)}", ""]
+        (RESULTS / f"{name}_cost.txt").write_text("\n".join(head) + text, encoding="utf-8")
+        _put_provenance(RESULTS / f"{name}_cost.csv")
+        say(text)
+
+
+def _put_provenance(path: Path) -> None:
+    table = path.read_text(encoding="utf-8")
+    head = "".join(f"# {line}\n" for line in provenance())
+    path.write_text(head + table, encoding="utf-8")
+
+
+PARTS: dict[str, Callable[[], None]] = {
+    "pictures": pictures,
+    "cost": cost,
+    "laws": laws,
+    "mesh": mesh,
+    "paper": paper,
+}
+
+
+def main(names: list[str]) -> None:
+    """Make the parts that are named, or all."""
+    start = perf_counter()
+    for name in names or PARTS:
+        say(f"{name}, after {perf_counter() - start:.0f} s")
+        PARTS[name]()
+    say(f"done after {perf_counter() - start:.0f} s")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,136 @@
+"""What the parts of `results.py` share: runs within a budget, tables with their provenance."""
+
+import csv
+import platform
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.metadata import version
+from math import isnan
+from os import cpu_count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.cost.study import Budget
+from frictionsim.plots.sheet import save
+from frictionsim.run import Run, run
+from frictionsim.scenario import apply_override, validate
+
+ROOT = Path(__file__).parents[2]
+SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
+LIBRARIES = ("numpy", "scipy", "numba")
+UNLIMITED = 3600.0  # s, of wall time
+INSTANT = ("solver.duration=1e-5", "output.interval=1e-5")
+WIDTH = 8.0  # inches
+MOST_BYTES = 200_000
+AUDIT_FAILED = 3  # exit code
+
+
+class Table(NamedTuple):
+    """A table: lines above it, its heading with units, its rows, lines below it."""
+
+    title: str
+    above: Sequence[str]
+    heading: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    below: Sequence[str]
+
+
+def provenance() -> list[str]:
+    """Return what the numbers depend on besides the sources: machine and versions."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    return [
+        f"machine: {_processor()}, {cpu_count()} cores, {platform.system()} {platform.machine()}",
+        f"versions: Python {platform.python_version()}, {libraries}",
+    ]
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or "unknown processor"
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else "unknown processor"
+
+
+def say(text: str) -> None:
+    """Print progress."""
+    print(text, flush=True)
+
+
+def solve(
+    base: str, *overrides: str, without: Iterable[str] = (), max_wall: float = UNLIMITED
+) -> Run:
+    """Run a shipped scenario with keys set and effects left out, within a budget of wall time."""
+    data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
+    for effect in without:
+        del data["effects"][effect]
+    for override in overrides:
+        apply_override(data, override)
+    return run(validate(data, SCENARIOS), Budget(lambda t: None, max_wall))
+
+
+def figure_of(result: Run, name: str) -> float:
+    """Return a figure of a run; nan where there is none."""
+    found = result.quantities.get(name)
+    return float("nan") if found is None or found.value is None else found.value
+
+
+def spans(courses: Mapping[str, Any], which: Any) -> tuple[float, float]:
+    """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
+
+    The pulleys stand side by side, so that one of the spans is above the x axis.
+    """
+    free = courses["pulley_index"][which] < 0
+    tension, above = courses["tension"][which], courses["y"][which] > 0.0
+    found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
+    return max(found), min(found)
+
+
+def command(*arguments: str) -> str:
+    """Run `frictionsim` from the root of the project; return what it prints.
+
+    A result whose self-audit failed is as good to compare as any.
+    """
+    say(f"  frictionsim {' '.join(arguments)}")
+    line = [sys.executable, "-m", "frictionsim", *arguments]
+    done = subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    if done.returncode not in (0, AUDIT_FAILED):
+        done.check_returncode()
+    return done.stdout
+
+
+def write(table: Table, name: str) -> None:
+    """Write a table as Markdown and as CSV."""
+    cells = [[_text(value) for value in row] for row in table.rows]
+    lines = [f"# {table.title}", "", *(f"- {line}" for line in provenance()), ""]
+    lines += [*(f"{line}\n" for line in table.above), _row(table.heading)]
+    lines += [_row(["---"] * len(table.heading)), *map(_row, cells)]
+    lines += [f"\n{line}" for line in table.below]
+    (RESULTS / f"{name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with (RESULTS / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+        file.writelines(f"# {line}\n" for line in provenance())
+        csv.writer(file).writerows([table.heading, *table.rows])
+    say("\n".join(table.below))
+
+
+def _row(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    return "" if isnan(value) else f"{value:.4g}"
+
+
+def save_picture(figure: Any, name: str) -> None:
+    """Write a picture of the folder, which stays small."""
+    path = RESULTS / f"{name}.png"
+    save(figure, path)
+    if path.stat().st_size >= MOST_BYTES:
+        raise ValueError(f"{path.name}: {path.stat().st_size} bytes are too many")

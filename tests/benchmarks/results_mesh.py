@@ -1,0 +1,191 @@
+"""How fine a belt has to be divided: spans, slip and speeds over the number of bodies."""
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from frictionsim.plots.sheet import line, put_key
+from frictionsim.run import Run
+from tests.benchmarks.results_common import (
+    INSTANT,
+    WIDTH,
+    Table,
+    save_picture,
+    say,
+    solve,
+    spans,
+    write,
+)
+
+CHANNELS = 'output.channels=["pulley_speed", "pulley_angle", "pulley_index", "tension", "y"]'
+HEADING = (
+    *("scene", "bending", "bodies", "tight span [N]", "slack span [N]", "slip [%]"),
+    *(
+        "driven speed [rad/s]",
+        "scatter [rad/s]",
+        "crossings [Hz]",
+        "rms at crossings [rad/s]",
+        "wall time [s]",
+    ),
+)
+BODIES, DRIVEN, SCATTER, CROSSINGS, POLYGON, TIME = 2, 6, 7, 8, 9, 10
+COMPARED = {3: "tension of the tight span", 4: "tension of the slack span"}
+COMPARED |= {5: "slip", DRIVEN: "driven speed"}
+INTERVAL = 1e-3  # s
+LITTLE = 1e-3  # scatter over speed
+BAND = 0.1  # about the frequency of crossings, of it
+
+
+class Scene(NamedTuple):
+    """A scenario, its meshes, how long it runs, and which pulley's speed scatters."""
+
+    base: str
+    bodies: tuple[int, ...]
+    duration: float
+    free: int
+
+
+DRIVE = Scene("belt_drive", (60, 90, 150, 300, 600), 3.0, 0)
+VERIFICATION = Scene("belt_verification", (30, 60, 120, 240), 2.1, 1)
+MARKERS = ("o", "s", "^", "D")
+FAMILIES = ((DRIVE, True), (DRIVE, False), (VERIFICATION, True), (VERIFICATION, False))
+
+
+def mesh(scale: float = 1.0) -> None:
+    """Measure, write the table and draw; runs are `scale` times as long."""
+    families = [
+        [_measure(scene, bends, count, scale) for count in scene.bodies]
+        for scene, bends in FAMILIES
+    ]
+    rows = [row for family in families for row in family]
+    above = [
+        "Fixed steps (`moreau`, as long as they are stable); means over the second half of 3 s"
+        " (`belt_drive`) and of 2.1 s (`belt_verification`). Slip from the angles turned; scatter"
+        " is the standard deviation of the speed of the pulley whose speed is not given: of the"
+        " driver and of the driven pulley. Bodies run on to a pulley at the frequency of crossings;"
+        " what the polygon excites is the scatter within a tenth of that frequency.",
+        "60 bodies are about the fewest for `belt_drive`: below 45 its pulleys are too small for"
+        " the turn from body to body, and the scenario is refused.",
+    ]
+    below = [_errors(family) for family in families] + [_polygon(family) for family in families]
+    write(Table("What the number of bodies costs", above, HEADING, rows, below), "belt_mesh")
+    save_picture(_draw(families), "belt_mesh")
+
+
+def _measure(scene: Scene, bends: bool, count: int, scale: float) -> tuple[Any, ...]:
+    say(f"  {scene.base}, {count} bodies, {'with' if bends else 'without'} bending")
+    settings = ("solver.backend=moreau", f"mechanism.belt.bodies={count}", CHANNELS)
+    without = () if bends else ("bending",)
+    solve(scene.base, *settings, *INSTANT, without=without)
+    duration = f"solver.duration={scene.duration * scale}"
+    found = solve(scene.base, *settings, duration, f"output.interval={INTERVAL}", without=without)
+    if found.status != "done":
+        blank = [float("nan")] * (len(HEADING) - 4)
+        return (scene.base, _word(bends), count, found.reason, *blank)
+    late = found.time >= 0.5 * found.time[-1]
+    speed = found.courses["pulley_speed"][late]
+    turned = np.ptp(found.courses["pulley_angle"][late], axis=0)
+    crossings = _crossings(found, count, float(np.mean(speed[:, 0])))
+    return (
+        *(scene.base, _word(bends), count, *spans(found.courses, late)),
+        100.0 * float(1.0 - turned[1] / turned[0]),
+        float(np.mean(speed[:, 1])),
+        float(np.std(speed[:, scene.free])),
+        crossings,
+        _rms_about(crossings, speed[:, scene.free], INTERVAL),
+        found.counts.wall_seconds,
+    )
+
+
+def _rms_about(frequency: float, values: Any, interval: float) -> float:
+    """Return the root mean square of what is within a band about a frequency."""
+    window = np.hanning(len(values))
+    power = np.abs(np.fft.rfft(window * (values - np.mean(values)))) ** 2
+    near = np.abs(np.fft.rfftfreq(len(values), interval) - frequency) <= BAND * frequency
+    return float(np.sqrt(2.0 * np.sum(power[near]) / (len(values) * np.sum(window**2))))
+
+
+def _word(bends: bool) -> str:
+    return "with" if bends else "without"
+
+
+def _crossings(found: Run, count: int, speed: float) -> float:
+    """Return how many bodies run on to a pulley in a second."""
+    pulleys = found.scene.mechanism.pulleys
+    radius = pulleys[0].radius
+    length = 2.0 * pi * radius + 2.0 * (pulleys[1].center[0] - pulleys[0].center[0])
+    return abs(speed) * radius * count / length
+
+
+def _errors(family: list[tuple[Any, ...]]) -> str:
+    """Return in words what the coarser meshes are off by."""
+    finest = family[-1]
+    parts = []
+    for row in family[:-1]:
+        off = ", ".join(
+            f"{name} {100.0 * abs(row[i] / finest[i] - 1.0):.2g} %" for i, name in COMPARED.items()
+        )
+        parts.append(f"{row[BODIES]} bodies: {off}")
+    return f"{_name(finest)}, off the finest of its kind by - {'; '.join(parts)}."
+
+
+def _polygon(family: list[tuple[Any, ...]]) -> str:
+    """Return in words how the excitation by the polygon fades."""
+    shares = [
+        f"{_share(row, SCATTER)} and {_share(row, POLYGON)}"
+        f" at {row[BODIES]} ({row[CROSSINGS]:.0f} Hz)"
+        for row in family
+    ]
+    return (
+        f"{_name(family[-1])}, scatter of the speed in all and about the crossings, over the driven"
+        f" speed: {', '.join(shares)}; about the crossings {_end(family)}."
+    )
+
+
+def _share(row: tuple[Any, ...], column: int) -> str:
+    return f"{100.0 * row[column] / abs(row[DRIVEN]):.2g} %"
+
+
+def _end(family: list[tuple[Any, ...]]) -> str:
+    """Return in words from which mesh on the polygon excites next to nothing."""
+    over = [row[BODIES] for row in family if row[POLYGON] > LITTLE * abs(row[DRIVEN])]
+    fine = [row[BODIES] for row in family if row[BODIES] > max(over, default=0)]
+    share = f"{100.0 * LITTLE:g} %"
+    return f"below {share} from {fine[0]} bodies on" if fine else f"above {share} to the last"
+
+
+def _name(row: tuple[Any, ...]) -> str:
+    return f"{row[0]} {row[1]} bending"
+
+
+def _draw(families: list[list[tuple[Any, ...]]]) -> Figure:
+    figure = Figure(figsize=(WIDTH, 9.5), layout="constrained")
+    figure.suptitle("Belts of more and more bodies", fontsize="medium")
+    panels = figure.subplots(4, 2, sharex=True)
+    for panel, column in zip(panels.flat, (*COMPARED, SCATTER, POLYGON, TIME), strict=False):
+        handles = [_draw_family(panel, rows, column, i) for i, rows in enumerate(families)]
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_xticks(sorted({row[BODIES] for rows in families for row in rows}))
+        panel.tick_params(axis="x", labelrotation=60, labelsize="small")
+        panel.xaxis.set_major_formatter(ScalarFormatter())
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.grid(linewidth=0.3)
+        name = COMPARED.get(column)
+        panel.set_ylabel(f"{name},\noff the finest, %" if name else HEADING[column])
+    panels[-1][1].remove()
+    panels[-1][0].set_xlabel("bodies of the belt")
+    put_key(figure, handles, columns=2)
+    return figure
+
+
+def _draw_family(panel: Any, rows: list[tuple[Any, ...]], column: int, number: int) -> Any:
+    bodies = [row[BODIES] for row in rows]
+    values = np.array([row[column] for row in rows], dtype=float)
+    if column in COMPARED:
+        bodies, values = bodies[:-1], 100.0 * np.abs(values[:-1] / values[-1] - 1.0)
+    style = line(number) | {"marker": MARKERS[number]}
+    return panel.plot(bodies, values, **style, label=_name(rows[0]))[0]
