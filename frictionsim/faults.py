@@ -102,8 +102,12 @@ def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
         "model_type": "a table",
         "model_attributes_type": "a table",
         "tuple_type": f"a list of {place.items} in brackets",
-        "too_short": f"at least {context.get('min_length', 1)} {place.items}",
+        "too_short": _at_least(context.get("min_length", 1), place.items),
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
+
+
+def _at_least(count: int, items: str) -> str:
+    return f"at least {count} {items}" if count > 1 else f"at least one {items.removesuffix('s')}"
 
 
 def _place(model: type[BaseModel], location: KeyPath) -> _Place:

@@ -18,6 +18,7 @@ from frictionsim.cost.study import Budget
 from frictionsim.plots.sheet import save
 from frictionsim.run import Run, run
 from frictionsim.scenario import apply_override, validate
+from frictionsim.series import failures
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
@@ -26,7 +27,6 @@ UNLIMITED = 3600.0  # s, of wall time
 INSTANT = ("solver.duration=1e-5", "output.interval=1e-5")
 WIDTH = 8.0  # inches
 MOST_BYTES = 200_000
-AUDIT_FAILED = 3  # exit code
 
 
 class Table(NamedTuple):
@@ -80,6 +80,12 @@ def figure_of(result: Run, name: str) -> float:
     return float("nan") if found is None or found.value is None else found.value
 
 
+def remark_on(found: Run) -> str:
+    """Return why a run failed, or what its self-audit found; nothing if all is well."""
+    failed = failures(found.checks)
+    return found.reason or (f"self-audit failed: {failed}" if failed else "")
+
+
 def spans(courses: Mapping[str, Any], which: Any) -> tuple[float, float]:
     """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
 
@@ -91,15 +97,18 @@ def spans(courses: Mapping[str, Any], which: Any) -> tuple[float, float]:
     return max(found), min(found)
 
 
-def command(*arguments: str) -> str:
+def command(*arguments: str, codes: Sequence[int] = (0,)) -> str:
     """Run `frictionsim` from the root of the project; return what it prints.
 
-    A result whose self-audit failed is as good to compare as any.
+    Raises
+    ------
+    CalledProcessError
+        If its exit code is none of those that are expected.
     """
     say(f"  frictionsim {' '.join(arguments)}")
     line = [sys.executable, "-m", "frictionsim", *arguments]
     done = subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    if done.returncode not in (0, AUDIT_FAILED):
+    if done.returncode not in codes:
         done.check_returncode()
     return done.stdout
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from frictionsim.plots.sheet import BLACK, line, put_key
 from frictionsim.run import Run
@@ -15,6 +15,7 @@ from tests.benchmarks.results_common import (
     WIDTH,
     Table,
     figure_of,
+    remark_on,
     save_picture,
     say,
     solve,
@@ -114,7 +115,7 @@ def _measure(case: Case, max_wall: float) -> Row:
     counts = found.counts
     relative = _relative_speed(found) if done else float("nan")
     work = counts.wall_seconds, counts.steps, counts.rejected
-    return Row(case, slip, share, relative, driven, *work, found.reason)
+    return Row(case, slip, share, relative, driven, *work, remark_on(found))
 
 
 def _relative_speed(found: Run) -> float:
@@ -183,7 +184,9 @@ def _decades(rows: list[Row], duration: float) -> str:
 
 def _draw(rows: list[Row]) -> Figure:
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
-    figure.suptitle("Exact stick and smoothed friction, first 20 ms of belt_drive.toml")
+    figure.suptitle(
+        "Exact stick and smoothed friction, first 20 ms of belt_drive.toml", fontsize="medium"
+    )
     panels = figure.subplots(4, 2, sharey="row", sharex="col")
     quantities = ("slip", "share", "relative_speed", "wall")
     labels = ("slip, %", "share that sticks", "median relative\nspeed, m/s", "wall time, s")
@@ -199,7 +202,8 @@ def _draw(rows: list[Row]) -> Figure:
             pair[0].set_title("below the edge: exact stick", fontsize="small")
         if quantity == "slip":
             pair[0].yaxis.set_major_formatter(ScalarFormatter())
-            pair[0].yaxis.set_minor_formatter(ScalarFormatter())
+            pair[0].yaxis.set_minor_formatter(NullFormatter())
+            pair[0].set_yticks((10, 20, 40))
     panels[-1][0].set_xlabel("relative tolerance")
     panels[-1][1].set_xlabel("transition speed, m/s")
     put_key(figure, handles, columns=3)
