@@ -298,7 +298,9 @@ class Stepping:
         self._longest = min(stable, settings.max_step or np.inf)
         self._margin = assembly.laws.chain.length
         tolerance, self._patience = settings.rtol + settings.atol, PATIENCE
-        if assembly.fastest_bending * self._longest > LONGEST_BENDING:
+        if assembly.laws.regularised is not None:  # what is stiff there is the law, not a wave
+            self._patience = 1.0
+        elif assembly.fastest_bending * self._longest > LONGEST_BENDING:
             tolerance, self._patience = TIGHTER * tolerance, 1.0
 
         def vector() -> "Array":
