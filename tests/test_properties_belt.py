@@ -94,11 +94,18 @@ def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: 
         assert np.array_equal(course, part.courses[name]), name
 
 
+def _is_its_own_image(done: Run) -> bool:
+    """Return whether the belt lies at rest as its mirror image does: not if it is off a corner."""
+    x, y = done.courses["x"][0], done.courses["y"][0]
+    apart = np.hypot(x[:, None] - x, y[:, None] + y)
+    return bool((apart.min(axis=0) < 1e-9).all())
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
-@some(5)
+@some(8)
 @given(data=belts())
 def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
-    """With both pulleys on a line the belt is its own mirror image but for its numbering."""
+    """With both pulleys on a line most belts are their own mirror images but for the numbering."""
     for pulley in data["mechanism"]["pulleys"]:
         pulley["center"][1] = 0.0
     one = simulated(data, backend)
@@ -107,6 +114,8 @@ def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> N
     data = {**data, "drive": {**data["drive"], "driver": {"torque": mirrored}}}
     other = simulated(data, backend)
     if one is None or other is None or {one.status, other.status} != {"done"} or one.remarks:
+        return
+    if not _is_its_own_image(one):
         return
     speeds, mirror = one.courses["pulley_speed"], other.courses["pulley_speed"]
     # The layout of the bodies is symmetric to the rounding of the rest position; contacts that

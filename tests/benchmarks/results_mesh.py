@@ -69,8 +69,8 @@ def mesh(scale: float = 1.0) -> None:
         " is the standard deviation of the speed of the pulley whose speed is not given: of the"
         " driver and of the driven pulley. Bodies run on to a pulley at the frequency of crossings;"
         " what the polygon excites is the scatter within a tenth of that frequency.",
-        "Beyond 25.13 rad/s the resistance of `belt_drive` stays 15 N m, that of the drive torque:"
-        " next to nothing holds a coarse mesh at its speed, that the polygon drives beyond.",
+        "Beyond 25.13 rad/s the resistance of `belt_drive` stays 15 N m, what the drive gives, too:"
+        " next to nothing determines the speed of a coarse mesh that is excited beyond it.",
         "60 bodies are about the fewest for `belt_drive`: below 45 its pulleys are too small for"
         " the turn from body to body, and the scenario is refused.",
     ]

@@ -110,13 +110,14 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
     """Draw speed of the drive and speed of one body against its pulley, by either law."""
     figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     figure.suptitle(
-        "Exact stick and the published law, whose slip depends on the tolerance", fontsize="medium"
+        "Exact stick and the published law, as far as they come in 2 s", fontsize="medium"
     )
     speed, relative = figure.subplots(2, 1, sharex=True)
     number = middle_of_first_span(runs[EXACT].result.courses["pulley_index"][0])
     handles = []
     for i, (label, (result, _)) in enumerate(runs.items()):
         time = result.courses["time"]
+        label = f"{label}, to {time[-1]:.3g} s"
         handles += speed.plot(time, result.courses["pulley_speed"][:, 0], **line(i), label=label)
         relative.plot(time, _of_body(result, number), **line(i) | {"linewidth": 0.8})
     speed.set_ylabel("speed of the driver,\nrad/s")
@@ -129,7 +130,7 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
     relative.set_xlabel("time, s")
     for panel in (speed, relative):
         grid(panel)
-    put_key(figure, handles)
+    put_key(figure, handles, columns=2)
     return figure
 
 
