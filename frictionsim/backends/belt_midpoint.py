@@ -26,7 +26,7 @@ import numpy as np
 
 from frictionsim.backends.belt_damping import damp_and_strike, expect_dampers, forget
 from frictionsim.compiled import entry, kernel
-from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, TINY, VX, VY
+from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, VX, VY
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
     BEFORE,
@@ -61,8 +61,9 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
 
-# Bodies near pulleys are given their slots anew after so many steps; see the adaptive backend.
-STEPS_OF_A_DEAL = 8
+# Bodies near pulleys are given their slots anew after so many steps, in which none gets through the
+# margin, a body's length, unless it is faster than a sixteenth of the waves along the belt.
+STEPS_OF_A_DEAL = 16
 
 MOST_OBLIQUE = 2.0  # the sum of two sin^2: there is no more
 
@@ -178,14 +179,15 @@ def oblique(room, chain, most):
     if most >= MOST_OBLIQUE:
         return 0
     cos, sin, pull_x, pull_y = room[COS], room[SIN], room[PULL_X], room[PULL_Y]
-    largest = 0.0
+    count = 0.0
     for k in range(chain.bodies):
-        across = pull_y[k] * cos[k] - pull_x[k] * sin[k]
-        before = across * across / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
-        across = pull_y[k + 1] * cos[k] - pull_x[k + 1] * sin[k]
-        after = pull_x[k + 1] * pull_x[k + 1] + pull_y[k + 1] * pull_y[k + 1] + TINY
-        largest = max(largest, before + across * across / after)
-    return 1 if largest > most else 0
+        x0, y0, x1, y1 = pull_x[k], pull_y[k], pull_x[k + 1], pull_y[k + 1]
+        before, after = y0 * cos[k] - x0 * sin[k], y1 * cos[k] - x1 * sin[k]
+        size0, size1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
+        # before^2/size0 + after^2/size1 > most, without the divisions
+        share = before * before * size1 + after * after * size0
+        count += 1.0 if share > most * size0 * size1 else 0.0
+    return 1 if count > 0.0 else 0
 
 
 @kernel

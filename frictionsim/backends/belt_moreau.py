@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # and its velocity is extrapolated, for (omega + 1.1 r) h < 2 (largest eigenvalue of a step).
 LONGEST, LOST_TO_DAMPING = 2.0, 1.1
 LONGEST_DECAY = 0.65  # r h; beyond it less than that
-NEARLY = 0.92  # of it is taken by default
+NEARLY = 0.935  # of it is taken by default
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 LONGEST_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
