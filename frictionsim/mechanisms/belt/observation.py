@@ -94,11 +94,16 @@ class Observer:
         self._see_energy()
 
     def _see_energy(self) -> None:
+        """Compare what the belt has with what it was given; heats, which only take, are left out."""
         samples = self._samples
-        energies = {n: v[-1] - v[0] for n, v in samples.items() if n.startswith("energy")}
-        put_in = energies.pop("energy_input")
+
+        def gained(name: str) -> float:
+            return float(samples[name][-1] - samples[name][0])
+
+        put_in = gained("energy_input")
+        has = gained("energy_kinetic") + gained("energy_potential")
         stored = abs(samples["energy_potential"][0]) + abs(put_in)
-        self.created = (sum(energies.values()) - put_in) / stored if stored > 0.0 else 0.0
+        self.created = (has - put_in) / stored if stored > 0.0 else 0.0
 
     def state(self) -> dict[str, "Array"]:
         """Return the samples so far."""
