@@ -94,7 +94,7 @@ class Observer:
         self._see_energy()
 
     def _see_energy(self) -> None:
-        """Compare what the belt has with what it was given; heats, which only take, are left out."""
+        """Compare what the belt has with what it was given; heats only take, and are left out."""
         samples = self._samples
 
         def gained(name: str) -> float:
