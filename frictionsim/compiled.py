@@ -3,7 +3,7 @@
 Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
 effects that a scene calls for, and kept on the disk for later runs. numba looks at the time stamp
 of one file only to tell whether a kernel is still the same, but kernels call kernels of other
-files: the folder of the cache therefore carries a digest of the whole package's source.
+files: the folder of the cache therefore carries a digest of the source of all of them.
 """
 
 import os
@@ -22,11 +22,21 @@ REORDERING = {"reassoc", "contract", "arcp", "nsz", "afn"}
 
 
 @cache
+def kernel_sources() -> tuple[Path, ...]:
+    """Return the files whose code goes into kernels: this one, and those that compile with it.
+
+    The integrator does not: it is plain Python for one coordinate, and compiled for belts.
+    """
+    package = Path(__file__).parent
+    others = [p for p in sorted(package.rglob("*.py")) if b"frictionsim.compiled" in p.read_bytes()]
+    return Path(__file__), package / "integrator.py", *others
+
+
+@cache
 def cache_folder() -> Path:
     """Return the folder of this build's compiled kernels; it need not exist."""
     digest = sha256()
-    package = Path(__file__).parent
-    for path in sorted(package.rglob("*.py")):
+    for path in kernel_sources():
         digest.update(path.read_bytes())
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(home) / "frictionsim" / f"kernels-{digest.hexdigest()[:16]}"

@@ -4,12 +4,14 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionsim.backends import belt_moreau, belt_rkf45
+from frictionsim.compiled import kernel_sources
 from frictionsim.mechanisms.belt.assembly import assemble
 from tests.conftest import ROOT, Scenario, simulate
 from tests.test_belt_problems import pair, scene_of, trio
@@ -83,3 +85,11 @@ def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
     assert once.quantities == again.quantities
     assert once.checks == again.checks
     assert once.counts[:4] == again.counts[:4]
+
+
+def test_the_cache_is_told_apart_by_every_file_with_kernels() -> None:
+    modules = [m for name, m in sys.modules.items() if name.startswith("frictionsim")]
+    kernels = [v for m in modules for v in vars(m).values() if hasattr(v, "py_func")]
+    files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
+    assert len(files) > 5
+    assert files <= set(kernel_sources())
