@@ -24,7 +24,7 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from frictionsim.parameters import Scenario
     from frictionsim.run import Run
@@ -88,9 +88,9 @@ def _complain(message: str) -> None:
     print(f"frictionsim: {message}", file=sys.stderr)
 
 
-def _warn(scene: "Scenario") -> None:
-    for remark in scene.remarks():
-        _complain(f"warning: {remark}")
+def _warn(warnings: "Iterable[str]", source: str = "") -> None:
+    for warning in warnings:
+        _complain(f"warning: {source}{warning}")
 
 
 def _print_json(data: dict[str, Any]) -> None:
@@ -145,7 +145,6 @@ def solve(
     if max_steps is not None:
         overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
     scene = load(scenario, overrides, backend)
-    _warn(scene)
     return _simulate(
         _Job(
             scene,
@@ -205,6 +204,8 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
         raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
     target = job.target
     check_target(target)
+    known = job.scene.warnings()
+    _warn(known)  # before the time to compute is spent
     duration = job.scene.solver.duration
     with watch(duration, not (quiet or as_json), job.max_wall) as poll:
         result = run(job.scene, poll, _keeper(target), job.checkpoint)
@@ -217,10 +218,7 @@ def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
             from frictionsim.cost.estimate import estimate
 
             errors = estimate(result, poll)
-    for remark in result.remarks:
-        _complain(f"warning: {remark}")
-    for name in result.missing_channels:
-        _complain(f"warning: output.channels: this scene has no course '{name}'; it is left out")
+    _warn(warning for warning in result.warnings if warning not in known)
     if as_json:
         from frictionsim.summary import run_json
 
@@ -294,7 +292,7 @@ def check(
         else:
             effects = ", ".join(scene.effect_names) or "none"
             print(f"{path}: ok; effects {effects}; backend {scene.solver.backend}")
-            _warn(scene)
+            _warn(scene.warnings(), f"{path}: ")
     return code
 
 

@@ -109,7 +109,7 @@ class Scenario(Params):
         effects = getattr(self, "effects", ())
         return tuple(name for name, effect in effects if effect is not None)
 
-    def remarks(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """Return what is odd about the scene, though it can be simulated."""
         if self.interval > self.solver.duration:
             return [

@@ -6,7 +6,7 @@ A result file, format version 1, holds
                          overrides, defaults and CSV courses filled in), kind, backend, title,
                          status (done, failed, interrupted), reason (empty if all is well),
                          failure (the kind of it: not_finite, blow_up, step_underflow, event_storm,
-                         budget, left_pulleys; empty if it has not failed)
+                         budget, left_pulleys; empty if it has not failed), warnings (one a line)
     /time                (n,) s, the dimension scale of every course
     /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...; of a kind of
                          many parts (n, k), a column for each member of an axis: body, pulley, ...
@@ -118,6 +118,7 @@ def _image(run: "Run") -> bytes:
     # A core file without backing store never touches the disk; its name is only a label.
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
         _describe(file, run.scene, run.status, run.reason, run.failure)
+        file.attrs["warnings"] = "\n".join(run.warnings)
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
         for name, values in run.courses.items():

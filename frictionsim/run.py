@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from frictionsim.parameters import Scenario
-    from frictionsim.series import Array
+    from frictionsim.series import Array, Observed
     from frictionsim.simulation import Simulation
 
 
@@ -58,8 +58,8 @@ class Run(NamedTuple):
         Why it is not done; empty if it is.
     exit_code : int
         Of the run itself, before any audit.
-    remarks : tuple of str
-        What a user should know before trusting the figures.
+    warnings : tuple of str
+        What a user should know before trusting the figures: of the scene, then of the run.
     failure : str
         The kind of a failure, such as `event_storm`; empty if it has not failed.
     checkpoint : dict of arrays or None
@@ -79,14 +79,9 @@ class Run(NamedTuple):
     status: str
     reason: str
     exit_code: int
-    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     failure: str = ""
     checkpoint: "dict[str, Any] | None" = None
-
-    @property
-    def missing_channels(self) -> list[str]:
-        """The channels of `output.channels` that the scene has no course for."""
-        return [name for name in self.scene.output.channels or () if name not in self.courses]
 
 
 class _Outcome(NamedTuple):
@@ -197,7 +192,16 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, star
         status=outcome.status,
         reason=outcome.reason,
         exit_code=outcome.exit_code,
-        remarks=seen.remarks,
+        warnings=_warnings(scene, simulation, seen),
         failure=outcome.failure,
         checkpoint=simulation.state() if outcome.can_go_on else None,
     )
+
+
+def _warnings(scene: "Scenario", simulation: "Simulation", seen: "Observed") -> tuple[str, ...]:
+    """Return what is odd about a scene and its run, each once."""
+    absent = [name for name in scene.output.channels or () if name not in seen.courses]
+    missing = (
+        f"output.channels: this scene has no course '{name}'; it is left out" for name in absent
+    )
+    return tuple(dict.fromkeys([*scene.warnings(), *missing, *seen.warnings]))

@@ -72,7 +72,7 @@ class Observed(NamedTuple):
         The audit.
     unsound : bool
         Samples that are not finite were cut off the end.
-    remarks : tuple of str
+    warnings : tuple of str
         What a user should know before trusting the figures.
     """
 
@@ -82,4 +82,4 @@ class Observed(NamedTuple):
     quantities: "Quantities"
     checks: dict[str, Check]
     unsound: bool
-    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -47,6 +47,7 @@ def _run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
             name: {"value": finite(check.value), "limit": check.limit, "ok": check.ok}
             for name, check in run.checks.items()
         },
+        "warnings": list(run.warnings),
         "output": output,
     }
 

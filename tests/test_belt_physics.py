@@ -200,4 +200,4 @@ def test_the_creep_law_depends_on_the_step_and_the_regularised_does_not() -> Non
 
 def test_a_creep_law_is_told_of_in_a_remark() -> None:
     scene = scene_of(of_law(law="creep", maximum_creep=1e-4))
-    assert any("depends on the steps of the solver" in remark for remark in scene.remarks())
+    assert any("depends on the steps of the solver" in remark for remark in scene.warnings())

@@ -135,7 +135,14 @@ def test_json_is_one_object_with_the_documented_keys(
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 0
     found = json_of(capsys)
     documented = {"scenario", "kind", "backend", "status", "quantities", "solver", "effects"}
-    assert found.keys() == documented | {"audit", "output", "reason", "failure", "events"}
+    assert found.keys() == documented | {
+        "audit",
+        "output",
+        "reason",
+        "failure",
+        "events",
+        "warnings",
+    }
     assert [
         found[key] for key in ("scenario", "kind", "backend", "status", "reason", "output")
     ] == [*[PULLEY, "pulley", "events", "done", "", "a.h5"]]

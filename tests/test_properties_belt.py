@@ -65,7 +65,7 @@ def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> N
         return
     assert (done.status, done.failure) in {("done", ""), ("failed", "left_pulleys")}
     assert all(np.isfinite(course).all() for course in done.courses.values())
-    if done.status == "done" and not done.remarks:  # a slack belt claps; its checks may fail
+    if done.status == "done" and not done.warnings:  # a slack belt claps; its checks may fail
         assert {name for name, check in done.checks.items() if not check.ok} == set()
     size, normal = np.abs(done.courses["friction_force"]), done.courses["normal_force"]
     mu = data["effects"]["belt_friction"]["mu_s"]
@@ -113,7 +113,7 @@ def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> N
     mirrored = {**torque, "value": [-value for value in torque["value"]]}
     data = {**data, "drive": {**data["drive"], "driver": {"torque": mirrored}}}
     other = simulated(data, backend)
-    if one is None or other is None or {one.status, other.status} != {"done"} or one.remarks:
+    if one is None or other is None or {one.status, other.status} != {"done"} or one.warnings:
         return
     if not _is_its_own_image(one):
         return

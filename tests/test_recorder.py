@@ -63,6 +63,7 @@ def test_the_root_says_what_was_run_and_how_it_ended(done: Run, result: Path) ->
         "status": "done",
         "reason": "",
         "failure": "",
+        "warnings": "",
     }
 
 

@@ -93,13 +93,13 @@ class Scene(Scenario):
     drive: Drive
     effects: Effects = Effects()
 
-    def remarks(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """Return what is odd about the scene: also a shaft as thick as its pulley."""
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
         if journal is None or journal.shaft_radius < arm:
-            return super().remarks()
+            return super().warnings()
         thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
-        return [thick, *super().remarks()]
+        return [thick, *super().warnings()]
 
 
 def simulation(scene: Scene) -> "Simulation":

@@ -240,10 +240,10 @@ class Observer:
             quantities=figures_of(self._scene, self._assembly, time[:sound], seen),
             checks=checks_of(self._assembly, self._scene.solver, seen),
             unsound=sound < len(time),
-            remarks=self._remarks(time[:sound], samples.get("_span_tension")),
+            warnings=self._warnings(time[:sound], samples.get("_span_tension")),
         )
 
-    def _remarks(self, time: "Array", tension: "Array | None") -> tuple[str, ...]:
+    def _warnings(self, time: "Array", tension: "Array | None") -> tuple[str, ...]:
         """Say which spans went slack, and when first."""
         if tension is None or not time.size:
             return ()

@@ -323,9 +323,9 @@ class Scene(Scenario):
             )
         return self
 
-    def remarks(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """Return what is odd about the scene: also a creep that depends on the step."""
-        found = super().remarks()
+        found = super().warnings()
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep":
             found.append(
