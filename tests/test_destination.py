@@ -211,6 +211,16 @@ def test_a_part_in_place_goes_on_in_place(here: Path) -> None:
     assert files(here) == {"a.h5", "whole.h5"}
 
 
+def test_a_part_stays_a_part_though_the_whole_is_gone(here: Path) -> None:
+    assert solve("-o", "a.h5") == 0
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    Path("a.h5").unlink()
+    assert run_command_line(["resume", "a.partial.h5", "-q", *NO_TIME]) == 5
+    assert files(here) == {"a.partial.h5"}
+    assert run_command_line(["resume", "a.partial.h5", "-q"]) == 0
+    assert files(here) == {"a.h5"}
+
+
 def test_a_part_that_goes_on_into_another_file_stays(here: Path) -> None:
     assert solve("-o", "a.h5") == 0
     old = Path("a.h5").read_bytes()
