@@ -1,9 +1,11 @@
 """The belts of `scenarios/hard`: what must come out of each, by both backends with exact stick."""
 
-from math import exp, pi
+from collections.abc import Callable
+from math import exp, pi, sqrt
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from frictionsim.run import Run, run
 from frictionsim.scenario import load
@@ -12,6 +14,7 @@ from .conftest import SCENARIOS
 
 HARD = SCENARIOS / "hard"
 BACKENDS = ("moreau", "rkf45")
+Mask = NDArray[np.bool_]
 
 
 def outcome(name: str, backend: str, *overrides: str) -> Run:
@@ -27,6 +30,19 @@ def figure(of: Run, name: str) -> float:
     value = of.quantities[name].value
     assert value is not None
     return value
+
+
+def spans(of: Run, which: Mask) -> tuple[float, float]:
+    """Return the mean tensions of the upper and of the lower span of two equal pulleys.
+
+    They stand side by side; a joint is in a span if neither body beside it touches a pulley.
+    """
+    courses = of.courses
+    free = courses["pulley_index"][which] < 0.0
+    free &= np.roll(free, 1, axis=1)
+    above = courses["y"][which] > 0.0
+    tension = courses["tension"][which]
+    return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
 def test_every_hard_belt_has_a_test() -> None:
@@ -56,12 +72,51 @@ def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_an_overloaded_belt_has_the_capstan_s_ratio(backend: str) -> None:
-    done = outcome("belt_overload", backend)
-    ratio = figure(done, "tension_tight") / figure(done, "tension_slack")
-    # Bending takes 4 % of exp(mu pi) at 150 bodies, the polygon 1 % of it.
-    assert 0.94 * exp(0.3 * pi) < ratio < exp(0.3 * pi)
-    assert abs(figure(done, "drive_speed")) > 100.0 * abs(figure(done, "driven_speed"))
+def test_an_overloaded_belt_has_the_ratio_of_a_capstan_that_bends(backend: str) -> None:
+    ratios = []
+    for bodies in (150, 300):
+        done = outcome("belt_overload", backend, f"mechanism.belt.bodies={bodies}")
+        slips = done.time > 0.2
+        assert not (done.courses["sticking"] * (done.courses["pulley_index"] == 0.0))[slips].any()
+        turned = np.ptp(done.courses["pulley_angle"][slips], axis=0)
+        assert turned[0] > 100.0 * turned[1]
+        upper, lower = spans(done, slips)
+        ratios.append(lower / upper)
+        expected = bending_capstan(upper + lower)
+        assert expected == pytest.approx(2.491, abs=1e-3)  # what the scenario promises
+    # Off by 1.26 and 0.33 %: of second order in the length of a body. Without bending it is 2.566.
+    assert ratios == pytest.approx([expected, expected], rel=0.015)
+    assert ratios[1] == pytest.approx(expected, rel=0.004)
+    assert ratios[1] + (ratios[1] - ratios[0]) / 3.0 == pytest.approx(expected, rel=1e-3)
+
+
+def bending_capstan(both: float) -> float:
+    """Return T1/T2 of an elastica that slips round half a pulley, from T1 + T2.
+
+    Bent to 1/R it has EI/(2 R^2) less tension than the span. It touches over less than pi, by
+    sqrt(EI/T)/R at each end, and presses there with a single force sqrt(EI T)/R, which has
+    friction, too. (T1 + T2 matters little: 2.489 at 1110 N, 2.491 here.)
+    """
+    rigidity, radius, mu = 0.026, 0.027, 0.3
+    bent = rigidity / (2.0 * radius**2)
+
+    def excess(tight: float) -> float:
+        slack = both - tight
+        first = tight - bent - mu * sqrt(rigidity * tight) / radius
+        last = slack - bent + mu * sqrt(rigidity * slack) / radius
+        open_ = (sqrt(rigidity / tight) + sqrt(rigidity / slack)) / radius
+        return first - last * exp(mu * (pi - open_))
+
+    tight = bisected(excess, 0.5 * both, 0.9 * both)
+    return tight / (both - tight)
+
+
+def bisected(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return a root of a function that is negative at `low` and positive at `high`."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -94,12 +149,34 @@ def test_twelve_bodies_close_their_energy(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_six_hundred_bodies_have_the_tensions_of_150(backend: str) -> None:
-    fine = outcome("belt_fine", backend)
-    coarse = outcome("belt_fine", "moreau", "mechanism.belt.bodies=150")
-    for name in ("tension_tight", "tension_slack"):
-        # The polygon of 150 bodies shakes the start of a belt by some per cent.
-        assert figure(fine, name) == pytest.approx(figure(coarse, name), rel=0.02)
+def test_six_hundred_bodies_have_no_corners_and_150_have(backend: str) -> None:
+    fine = Steady(outcome("belt_fine", backend))
+    coarse = Steady(outcome("belt_fine", "moreau", "mechanism.belt.bodies=150"))
+    # The torque over the radius; what is left is the length of the bodies squared.
+    assert fine.tight - fine.slack == pytest.approx(15.0 / 0.027, rel=1e-3)
+    # The spans of the drive of belt_drive.toml, which turns at a quarter of the speed: 856.6 and
+    # 301.4 N over the second half of 3 s.
+    assert [fine.tight, fine.slack] == pytest.approx([856.6, 301.4], rel=2e-3)
+    assert coarse.tight < 0.985 * fine.tight
+    assert coarse.slack < 0.965 * fine.slack
+    assert fine.arc < fine.tight
+    assert coarse.arc > 1.15 * coarse.tight
+    assert 0.8 < fine.creep < 1.0
+    assert coarse.creep > 1.3
+
+
+class Steady:
+    """What the end of `belt_fine` has, from its courses: two spans, the driver's arc, the slip."""
+
+    def __init__(self, done: Run) -> None:
+        courses, late = done.courses, done.time >= 0.06
+        self.slack, self.tight = spans(done, late)
+        driver = courses["pulley_index"][late] == 0.0
+        inside = driver & np.roll(driver, 1, axis=1) & (courses["sticking"][late] > 0.0)
+        self.arc = float(np.mean(courses["tension"][late][inside]))
+        turned = np.ptp(courses["pulley_angle"][late], axis=0)
+        # Slip over (T1 - T2)/EA, which an ideal string has.
+        self.creep = (1.0 - turned[1] / turned[0]) / ((self.tight - self.slack) / 1.52e5)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
