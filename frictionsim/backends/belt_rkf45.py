@@ -15,8 +15,15 @@ from frictionsim.compiled import entry, kernel
 from frictionsim.errors import NotFinite, StepUnderflow
 from frictionsim.integrator import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.contact import ALPHA, deal_slots, remember
-from frictionsim.mechanisms.belt.equations import copy, motion_in, rates
+from frictionsim.mechanisms.belt.contact import (
+    ALPHA,
+    FRICTION,
+    SLIP,
+    STUCK,
+    deal_slots,
+    remember,
+)
+from frictionsim.mechanisms.belt.equations import copy, motion_in, prescribe, rates
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -91,8 +98,9 @@ class Stepper(NamedTuple):
 @entry
 def begin(stepper, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
     """Find who is near a pulley, and evaluate the rates at the start."""
-    deal(stepper, margin, friction, laws, room, slots, pulleys)
     clock = stepper.clock
+    prescribe(clock[1], pulleys, speeds)  # who has slip depends on it
+    deal(stepper, margin, friction, laws, room, slots, pulleys)
     rates(
         clock[1],
         clock[2],
@@ -319,6 +327,7 @@ class Stepping:
             counts=np.zeros(5, dtype=np.int64),
         )
         self._stepper.y[:] = self._stepper.y0[:] = assembly.state
+        self._contacts: Array | None = None  # as the last step left them, while a sample is seen
 
     @property
     def t(self) -> float:
@@ -344,6 +353,7 @@ class Stepping:
         SolverError
         """
         a, stepper = self._assembly, self._stepper
+        self._end_look()
         trouble = advance(
             stepper,
             limit,
@@ -374,12 +384,21 @@ class Stepping:
         """
         a = self._assembly
         alpha = a.pulleys.table[ALPHA].copy()
+        if self._contacts is None:
+            self._contacts = a.slots.table[[SLIP, FRICTION, STUCK]]
         look_inside(self._stepper, t, *a.parts)
         a.pulleys.table[ALPHA] = alpha
         return self._stepper.inside
 
+    def _end_look(self) -> None:
+        """Have the contacts slip and stick as the last step left them, whatever was looked at."""
+        if self._contacts is not None:
+            self._assembly.slots.table[[SLIP, FRICTION, STUCK]] = self._contacts
+            self._contacts = None
+
     def arrays(self) -> dict[str, "Array"]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
+        self._end_look()
         s, a = self._stepper, self._assembly
         return {
             "y": s.y,

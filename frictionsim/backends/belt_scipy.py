@@ -13,8 +13,8 @@ from frictionsim import backends
 from frictionsim.backends.scipy_stepper import ScipyStepper
 from frictionsim.compiled import entry
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.contact import deal_slots, remember
-from frictionsim.mechanisms.belt.equations import motion_in, rates
+from frictionsim.mechanisms.belt.contact import SPEED, deal_slots, remember
+from frictionsim.mechanisms.belt.equations import motion_in, prescribe, rates
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -33,6 +33,10 @@ def fresh_rates(
     t, state, rate, margin, friction, laws, torques, loads, speeds, room, slots, pulleys
 ):
     """Write the rates of a state, wherever its bodies are: steps may be long."""
+    first = 6 * room.shape[1] + pulleys.table.shape[1]
+    for k in range(len(pulleys.free)):
+        pulleys.table[SPEED, pulleys.free[k]] = state[first + k]
+    prescribe(t, pulleys, speeds)
     deal_slots(motion_in(state, room), laws.chain.bodies, pulleys, margin, slots, friction)
     rates(t, 0.0, state, rate, laws, torques, loads, speeds, room, slots, pulleys)
 

@@ -14,6 +14,7 @@ from frictionsim.mechanisms.belt.chain import (
 )
 from frictionsim.mechanisms.belt.contact import (
     PULLEY_RADIUS,
+    ROWS,
     VECTOR,
     Contact,
     ContactDamping,
@@ -218,8 +219,8 @@ def _slots(bodies: int, pulleys: int) -> Slots:
     return Slots(
         np.zeros(pulleys + 1, dtype=np.int64),
         np.zeros(slots, dtype=np.uint64),  # an index that is never negative needs no look
-        aligned(17, slots),
-        np.zeros(bodies),
+        aligned(ROWS, slots),
+        np.zeros((2, bodies)),
     )
 
 

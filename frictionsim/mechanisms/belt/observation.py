@@ -6,8 +6,9 @@ import numpy as np
 
 from frictionsim.mechanisms.belt.chain import ANGLE, PULL_X, PULL_Y, SPIN, VX, VY, X, Y
 from frictionsim.mechanisms.belt.contact import (
+    BACKWARD_LIMIT,
+    FORWARD_LIMIT,
     FRICTION,
-    LIMIT,
     NORMAL,
     RADIUS,
     SLIP,
@@ -220,8 +221,11 @@ class Observer:
         if a.friction is None:
             return np.zeros(2)
         table = slots.table[:, : slots.first[-1]]
-        limit = table[LIMIT] * self.per_impulse if a.laws.exact else table[STATIC] * table[NORMAL]
-        size = np.abs(table[FRICTION]) * self.per_impulse
+        friction = table[FRICTION] * self.per_impulse
+        size, limit = np.abs(friction), table[STATIC] * table[NORMAL]
+        if a.laws.exact:
+            limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+            limit = np.where(friction > 0.0, *limits) * self.per_impulse
         return np.array([np.max(size - limit, initial=0.0), np.max(limit, initial=0.0)])
 
     def observe(self) -> Observed:
