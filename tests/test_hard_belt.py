@@ -1,5 +1,6 @@
 """The belts of `scenarios/hard`: what must come out of each, by both backends with exact stick."""
 
+import itertools
 from collections.abc import Callable
 from math import exp, pi, sqrt
 
@@ -171,10 +172,23 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> No
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_loose_belt_rests_in_place(backend: str) -> None:
+def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
     done = outcome("belt_loose", backend)
     assert figure(done, "pretension") == pytest.approx(0.5, rel=1e-6)
-    assert abs(figure(done, "drive_speed")) < 1.0
+    c, share = done.courses, sliding_share(done, 0)
+    assert not share[done.time < 0.025].any()
+    late = done.time > 0.033
+    assert (share[late] == 1.0).all()
+    on = c["pulley_index"] == 0.0
+    friction = (c["friction_force"] * on).sum(axis=1)
+    pressed = (c["normal_force"] * on).sum(axis=1)
+    assert np.abs(friction[late]) == pytest.approx(0.15 * pressed[late], rel=1e-9)
+    # What the torque, 0.2 N m/s, has in excess of that friction is what the driver gains.
+    t = done.time[late]
+    impulse = -0.1 * (t[-1] ** 2 - t[0] ** 2) + 0.027 * 0.15 * np.trapezoid(pressed[late], t)
+    gained = np.ptp(c["pulley_speed"][late, 0])
+    assert 2.4e-4 * gained == pytest.approx(-impulse, rel=1e-3)
+    assert np.trapezoid(mean_slip(done, 0), done.time) == pytest.approx(-1.92e-3, rel=0.01)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -226,14 +240,35 @@ def test_a_stiff_contact_has_the_tensions_of_the_soft_one(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_squealing_friction_stays_within_its_law(backend: str) -> None:
+def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
     done = outcome("belt_squeal", backend)
-    size = np.abs(done.courses["friction_force"])
-    normal, sticking = done.courses["normal_force"], done.courses["sticking"] > 0.0
-    assert (size <= 0.6 * normal * (1.0 + 1e-9)).all()
-    share = figure(done, "stick_fraction")
-    assert 0.2 < share < 0.9
-    assert sticking.any()
+    c, share = done.courses, sliding_share(done, 0)
+    # A cycle begins where all of the arc slides and has ended where at most a fifth does.
+    state = np.where(share == 1.0, 1, np.where(share <= 0.2, -1, 0))
+    (at,) = np.nonzero(state)
+    (turns,) = np.nonzero(np.diff(state[at]))
+    starts = at[turns + 1][state[at[turns + 1]] == 1]
+    ends = at[turns + 1][state[at[turns + 1]] == -1]
+    starts, ends = starts[: len(ends)], ends[: len(starts)]
+    assert (starts < ends).all()
+    assert 13 <= len(starts) <= 19
+    # Held by the other pulley at both ends the belt swings back in half a period of its first mode;
+    # 0.1 ms are from sample to sample.
+    half_period = (1.2 - pi * 0.027) / sqrt(1.52e5 / 0.096)
+    slips = done.time[ends] - done.time[starts]
+    assert np.median(slips) == pytest.approx(half_period, abs=1.5e-4)
+    # In stick the rim draws the spans out and in, each of them and half of either arc.
+    friction = -(c["friction_force"] * (c["pulley_index"] == 0.0)).sum(axis=1)
+    gained = friction[starts[1:] - 5] - friction[ends[:-1] + 5]
+    lasted = done.time[starts[1:] - 5] - done.time[ends[:-1] + 5]
+    stiffness = 2.0 * 1.52e5 / (0.515 + 0.5 * pi * 0.027)
+    assert np.median(gained / lasted) == pytest.approx(stiffness * 2.0 * 0.027, rel=0.1)
+    # It lets go between what sliding and what sticking friction could hold as a whole.
+    kinetic, static = (1110.0 * np.tanh(0.5 * pi * mu) for mu in (0.3, 0.6))
+    largest = np.array([friction[a:b].max() for a, b in itertools.pairwise(ends)])
+    assert ((kinetic < largest) & (largest < static)).all()
+    limit = np.where(c["pulley_index"] == 0.0, 0.6, 1.2) * c["normal_force"]
+    assert (np.abs(c["friction_force"]) <= limit * (1.0 + 1e-9)).all()
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
