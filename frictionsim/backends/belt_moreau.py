@@ -12,7 +12,7 @@ from frictionsim.backends.belt_midpoint import MOST_OBLIQUE, Walk, look, walk
 from frictionsim.errors import InputError, NotFinite
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.chain import TINY
-from frictionsim.mechanisms.belt.contact import Friction
+from frictionsim.mechanisms.belt.contact import ALPHA, BEFORE, SPEED, Friction
 from frictionsim.mechanisms.belt.waves import contact_stiffness
 
 if TYPE_CHECKING:
@@ -86,6 +86,9 @@ class Stepping:
         self._walk = Walk(y0, y, middle, rate, before, motion, between, counts)
         self._walk.y0[:] = self._walk.y[:] = assembly.state
         self._inside = new_state(bodies, pulleys)
+        # Speeds that are given stand in no state.
+        table = assembly.pulleys
+        self._given = np.setdiff1d(np.arange(table.table.shape[1]), table.free)
 
     def _prepare_damping(self, longest: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
@@ -169,6 +172,10 @@ class Stepping:
         share = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
         w = self._walk
         self._inside[:] = w.y0 + share * (w.y - w.y0)
+        if w.counts[0]:  # before the first step there is no speed but that of the start
+            table = self._assembly.pulleys.table
+            start, end = table[BEFORE, self._given], table[ALPHA, self._given]
+            table[SPEED, self._given] = start + share * (end - start)
         return self._inside
 
     def arrays(self) -> dict[str, Any]:
