@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 LONGEST, LOST_TO_DAMPING = 2.0, 1.1
 LONGEST_DECAY = 0.65  # r h; beyond it less than that
 NEARLY = 0.935  # of it is taken by default
+# Seconds, as of the adaptive method; with dampers along the belt a step is compiled in two forms.
+COMPILES_IN, COMPILES_WITH_DAMPERS_IN = 12.0, 33.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 LONGEST_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
@@ -109,6 +111,11 @@ class Stepping:
         self._obliquity = -1.0 if stiff else max(spare, 0.0) / turning
 
     @property
+    def compiles_in(self) -> float:
+        """What the compilation of its kernels is expected to take, s."""
+        return COMPILES_IN if self._damping is None else COMPILES_WITH_DAMPERS_IN
+
+    @property
     def t(self) -> float:
         """The end of the last step, s."""
         return float(self._walk.counts[0] * self._h)
@@ -122,6 +129,9 @@ class Stepping:
     def begin(self) -> None:
         """Evaluate the start."""
         look(self._walk, self._margin, self._friction, self._laws, *self._assembly.parts[1:])
+
+    def prepare(self) -> None:
+        """Have the kernels of a step compiled, by taking none."""
         self._go(0)
 
     def advance(self, limit: float, sample: float, most: int) -> None:

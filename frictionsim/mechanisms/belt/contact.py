@@ -180,7 +180,7 @@ def begin_contacts(motion, slots, pulleys):
                 dx, dy = motion[X, i] - slot[CENTRE_X, s], motion[Y, i] - slot[CENTRE_Y, s]
                 along = (motion[VY, i] * dx - motion[VX, i] * dy) / np.sqrt(dx * dx + dy * dy)
                 slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
-                slot[MODE, s] = np.sign(slip)
+                slot[SLIP, s], slot[MODE, s] = slip, np.sign(slip)
                 slot[STUCK, s] = 1.0 if slip == 0.0 else 0.0
 
 
