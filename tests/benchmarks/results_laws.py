@@ -154,7 +154,7 @@ def _with_tolerance(rows: list[Row]) -> str:
         f" speed of {speeds} m/s where exact stick has {reference.relative_speed:.1e} m/s with"
         f" {100.0 * reference.share:.3g} % of the touching bodies at rest on their pulley. Whether"
         ' the "only slip occurs" and the 1.5 % of slip of Kubas 2014 came about like this is not'
-        f" shown: these runs end at {LONG:g} s, and that of 2 s in belt_paper.md gives other figures."
+        f" shown: these runs end at {LONG:g} s; that of 2 s in belt_paper.md gives other figures."
     )
 
 
