@@ -89,9 +89,11 @@ def remark_on(found: Run) -> str:
 def spans(courses: Mapping[str, Any], which: Any) -> tuple[float, float]:
     """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
 
-    The pulleys stand side by side, so that one of the spans is above the x axis.
+    The pulleys stand side by side, so that one of the spans is above the x axis. A joint is in a
+    span if neither body beside it touches a pulley.
     """
     free = courses["pulley_index"][which] < 0
+    free &= np.roll(free, 1, axis=1)
     tension, above = courses["tension"][which], courses["y"][which] > 0.0
     found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
     return max(found), min(found)

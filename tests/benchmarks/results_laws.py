@@ -1,7 +1,5 @@
 """Exact stick against friction that is smoothed over a speed, or creeps, as published."""
 
-from itertools import pairwise
-from math import log10
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,7 +53,7 @@ class Case(NamedTuple):
 
     @property
     def overrides(self) -> tuple[str, ...]:
-        found = (f"solver.rtol={self.rtol:g}",)
+        found = ("solver.backend=rkf45", f"solver.rtol={self.rtol:g}")
         if self.law != SMOOTHED:
             return found
         friction = "effects.belt_friction"
@@ -92,7 +90,7 @@ def laws(max_wall: float = MAX_WALL) -> None:
         " a pulley has no such threshold. The error is against exact stick at the tightest"
         " tolerance.",
     ]
-    below = [_artefact(rows), *(_decades(rows, duration) for duration in (SHORT, LONG))]
+    below = [_with_tolerance(rows), *(_decades(rows, duration) for duration in (SHORT, LONG))]
     table = [_cells(row, _reference(rows, row.case.duration)) for row in rows]
     write(Table("Exact stick and smoothed friction", above, HEADING, table, below), "belt_laws")
     save_picture(_draw([row for row in rows if row.case.duration == SHORT]), "belt_laws")
@@ -143,21 +141,20 @@ def _cells(row: Row, reference: Row) -> tuple[Any, ...]:
     )
 
 
-def _artefact(rows: list[Row]) -> str:
-    """Return in words what the tolerance does to the published law."""
+def _with_tolerance(rows: list[Row]) -> str:
+    """Return in words what the tolerance does to the published law; no word on why."""
     short = [row for row in rows if row.case.duration == SHORT]
     published = [row for row in short if row.case.law == PUBLISHED]
     reference = _reference(rows, SHORT)
     slips = _list(f"{row.slip:.3g} %" for row in published)
     speeds = _list(f"{row.relative_speed:.1e}" for row in published)
-    falls = all(b.relative_speed < 0.5 * a.relative_speed for a, b in pairwise(published))
-    answer = "Yes, the relative speed falls with it" if falls else "No"
     return (
-        f'Is "only slip occurs" (Kubas 2014) an artefact of the tolerance? {answer}. At rtol'
-        f" {_list(f'{row.case.rtol:g}' for row in published)} the published law slips by {slips}"
-        f" where exact stick has {reference.slip:.3g} %, at a median relative speed of {speeds} m/s"
-        f" where exact stick has {reference.relative_speed:.1e} m/s with"
-        f" {100.0 * reference.share:.3g} % of the touching bodies at rest on their pulley."
+        f"Of {SHORT:g} s, at rtol {_list(f'{row.case.rtol:g}' for row in published)} the published"
+        f" law slips by {slips} where exact stick has {reference.slip:.3g} %, at a median relative"
+        f" speed of {speeds} m/s where exact stick has {reference.relative_speed:.1e} m/s with"
+        f" {100.0 * reference.share:.3g} % of the touching bodies at rest on their pulley. Whether"
+        ' the "only slip occurs" and the 1.5 % of slip of Kubas 2014 came about like this is not'
+        f" shown: these runs end at {LONG:g} s; that of 2 s in belt_paper.md gives other figures."
     )
 
 
@@ -174,11 +171,9 @@ def _decades(rows: list[Row], duration: float) -> str:
     best = min((r for r in others if r.slip == r.slip), key=lambda row: _error(row, reference))
     return (
         f"Of {duration:g} s, exact stick takes {exact.wall:.2g} s of wall time at rtol"
-        f" {exact.case.rtol:g} for an error of the slip of {_error(exact, reference):.1e}; the"
-        f" least error of the other laws is {_error(best, reference):.1e} ({best.case.name},"
-        f" rtol {best.case.rtol:g}) and takes {best.wall:.3g} s:"
-        f" {log10(best.wall / exact.wall):.1f} decades of time more, for an error larger by"
-        f" {log10(_error(best, reference) / max(_error(exact, reference), 1e-16)):.0f} decades."
+        f" {exact.case.rtol:g}; of the other laws {best.case.name} at rtol {best.case.rtol:g} comes"
+        f" nearest to its slip, to {_error(best, reference):.1e}, in {best.wall:.3g} s,"
+        f" {best.wall / exact.wall:.2g} times as long."
     )
 
 
