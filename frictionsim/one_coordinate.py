@@ -8,6 +8,7 @@ import numpy as np
 from frictionsim import backends
 from frictionsim.audit import audit
 from frictionsim.backends.base import Recording, SampleTimes
+from frictionsim.event_samples import Samples, samples_of
 from frictionsim.mechanisms.base import Mechanism, Series
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import STICK, Observed, Transition
@@ -15,6 +16,10 @@ from frictionsim.state import Arrays, exported, restore, taken
 
 if TYPE_CHECKING:
     from frictionsim.parameters import Scenario
+
+
+# Channels that /events has under names of its own.
+OF_EVENTS = ("angle", "mode")
 
 
 class OneCoordinate:
@@ -29,6 +34,7 @@ class OneCoordinate:
 
     def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scene.solver, mechanism
+        self._at_events = scene.output.at_events
         # Smoothed friction creeps where it should stick and has no limits that it must keep.
         backend = backends.BACKENDS[scene.solver.backend]
         smoothed = backend.regularised and not mechanism.prescribed
@@ -88,11 +94,15 @@ class OneCoordinate:
 
     def series(self) -> Series:
         """Return the samples before the first that is not finite."""
-        mechanism, recording = self._mechanism, self._recording
-        columns = np.array(recording.rows).reshape(-1, self._width).T.copy()
-        unsound = np.flatnonzero(~np.isfinite(columns).all(axis=0))
-        if unsound.size:
-            columns = columns[:, : unsound[0]]
+        samples = self._samples()
+        return self._series_of(samples.rows, samples.transitions)
+
+    def _samples(self) -> Samples:
+        return samples_of(self._recording, self._width, self._at_events)
+
+    def _series_of(self, rows: Any, transitions: list[Transition]) -> Series:
+        """Return rows as the arrays that figures and channels are made of."""
+        mechanism, columns = self._mechanism, rows.T.copy()
         time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
         acceleration, friction, mode = others
         return Series(
@@ -108,20 +118,36 @@ class OneCoordinate:
                 name: np.asarray(energy(position, velocity))
                 for name, energy in mechanism.stores.items()
             },
-            transitions=recording.transitions,
+            transitions=transitions,
         )
 
     def observe(self) -> Observed:
         """Return the samples that are finite, and what follows from them."""
-        mechanism, series = self._mechanism, self.series()
+        mechanism, samples = self._mechanism, self._samples()
+        series = self._series_of(samples.rows, samples.transitions)
         return Observed(
             time=series.time,
             courses=_courses(mechanism, series),
             transitions=series.transitions,
             quantities=_figures(mechanism, series),
             checks=audit(series, self._set_valued, self._settings.rtol, self._settings.atol),
-            unsound=series.time.size * self._width < len(self._recording.rows),
+            unsound=samples.unsound,
+            sides={
+                f"{name}_{side}": course
+                for side, rows in (("before", samples.before), ("after", samples.after))
+                for name, course in self._side(rows, samples.transitions).items()
+            },
         )
+
+    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
+        """Return the channels that may jump, on one side of the events."""
+        series = self._series_of(rows, transitions)
+        channels = self._mechanism.channels(series)
+        return {
+            name: np.broadcast_to(values, series.time.shape)
+            for name, values in channels.items()
+            if name not in OF_EVENTS
+        }
 
 
 def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:

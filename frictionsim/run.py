@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from time import perf_counter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import BudgetSpent, Interrupted, NotFinite, SolverError
@@ -56,6 +57,8 @@ class Run(NamedTuple):
         `done`, `failed` or `interrupted`.
     reason : str
         Why it is not done; empty if it is.
+    sides : dict of (m,)
+        The recorded courses right before and right after each transition.
     exit_code : int
         Of the run itself, before any audit.
     warnings : tuple of str
@@ -82,6 +85,7 @@ class Run(NamedTuple):
     warnings: tuple[str, ...] = ()
     failure: str = ""
     checkpoint: "dict[str, Any] | None" = None
+    sides: "Mapping[str, Array]" = MappingProxyType({})
 
 
 class _Outcome(NamedTuple):
@@ -170,7 +174,7 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, star
     """Return a run with what its simulation shows."""
     wall_seconds = perf_counter() - started
     seen = simulation.observe()
-    if seen.unsound:
+    if seen.unsound and outcome.failure != NotFinite.failure:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Outcome("failed", reason, NotFinite.exit_code, NotFinite.failure)
     wanted = scene.output.channels
@@ -195,6 +199,11 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, star
         warnings=_warnings(scene, simulation, seen),
         failure=outcome.failure,
         checkpoint=simulation.state() if outcome.can_go_on else None,
+        sides={
+            name: values
+            for name, values in seen.sides.items()
+            if wanted is None or name.rpartition("_")[0] in wanted
+        },
     )
 
 
