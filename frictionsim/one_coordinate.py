@@ -123,14 +123,16 @@ class OneCoordinate:
 
     def observe(self) -> Observed:
         """Return the samples that are finite, and what follows from them."""
-        mechanism, samples = self._mechanism, self._samples()
+        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
         series = self._series_of(samples.rows, samples.transitions)
+        moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
+        largest = float(np.max(np.abs(moment), initial=0.0))
         return Observed(
             time=series.time,
             courses=_courses(mechanism, series),
             transitions=series.transitions,
             quantities=_figures(mechanism, series),
-            checks=audit(series, self._set_valued, self._settings.rtol, self._settings.atol),
+            checks=audit(series, self._set_valued, settings.rtol, settings.atol, largest),
             unsound=samples.unsound,
             sides={
                 f"{name}_{side}": course
@@ -161,11 +163,13 @@ def _figures(mechanism: Mechanism, series: Series) -> Quantities:
     """Return the summary's quantities: the mechanism's own, then those of any motion.
 
     breakaway_time is when a contact first goes over from stick to slip; None if it never does.
+    A run that failed may have gone on after its last sample, of which no figure speaks.
     """
     found = mechanism.figures(series)
     if mechanism.contact is not None:
-        slips = (e.time for e in series.transitions if e.mode_from == STICK)
-        rests = [e.time for e in series.transitions if e.mode_to == STICK]
+        seen = [e for e in series.transitions if e.time <= np.max(series.time, initial=-np.inf)]
+        slips = (e.time for e in seen if e.mode_from == STICK)
+        rests = [e.time for e in seen if e.mode_to == STICK]
         found["breakaway_time"] = Quantity(next(slips, None), "s")
         found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
     if series.time.size:
