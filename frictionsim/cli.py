@@ -3,13 +3,12 @@
 import sys
 from pathlib import Path
 from signal import SIGINT
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated
 
 import typer
 
 from frictionsim import __version__
 from frictionsim.errors import (
-    EXIT_AUDIT_FAILED,
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
     EXIT_DIFFERENT,
@@ -22,18 +21,13 @@ from frictionsim.errors import (
     OutputError,
     ScenarioError,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from frictionsim.parameters import Scenario
-    from frictionsim.run import Run
+from frictionsim.messages import complain, print_json, warn
 
 app = typer.Typer(
     name="frictionsim",
     help="Simulate mechanisms in which dry friction decides.",
     epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 an audit failed,"
-    " 4 result not written, 130/143 interrupted.",
+    " 4 result not written, 5 a budget is spent, 130/143 interrupted.",
     add_completion=False,
     rich_markup_mode=None,  # plain help starts in half the time
     pretty_exceptions_enable=False,
@@ -49,6 +43,9 @@ MaxWall = Annotated[
     float | None,
     typer.Option(metavar="SECONDS", help="Stop after so much time; the run can be resumed."),
 ]
+NoClobber = Annotated[
+    bool, typer.Option("--no-clobber", help="Leave a file that is there: exit 4, before the run.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]
 
@@ -58,45 +55,30 @@ def run_command_line(arguments: list[str]) -> int:
     try:
         code = app(arguments, standalone_mode=False, prog_name="frictionsim")
     except FrictionsimError as error:
-        _complain(str(error))
+        complain(str(error))
         return error.exit_code
     except typer.TyperException as error:
-        _complain(f"{error.format_message().rstrip('.')}; see --help")
+        complain(f"{error.format_message().rstrip('.')}; see --help")
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
     except SystemExit as leave:  # the reader of a pipe has left
         return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
     except MemoryError:
-        _complain("out of memory; ask for fewer samples with a larger output.interval")
+        complain("out of memory; ask for fewer samples with a larger output.interval")
         return EXIT_SOLVER_FAILED
     except OSError as error:
-        _complain(f"cannot print the output: {error.strerror}")
+        complain(f"cannot print the output: {error.strerror}")
         return EXIT_NOT_WRITTEN
     except Exception as error:
         if "--debug" in arguments:
             raise
-        _complain(
+        complain(
             f"a defect of this program: {type(error).__name__}: {error}\n"
             "please report it with the scenario; --debug before the command shows where it is"
         )
         return EXIT_DEFECT
     return code if isinstance(code, int) else EXIT_DONE
-
-
-def _complain(message: str) -> None:
-    print(f"frictionsim: {message}", file=sys.stderr)
-
-
-def _warn(warnings: "Iterable[str]", source: str = "") -> None:
-    for warning in warnings:
-        _complain(f"warning: {source}{warning}")
-
-
-def _print_json(data: dict[str, Any]) -> None:
-    from json import dumps
-
-    print(dumps(data, indent=2, allow_nan=False))
 
 
 def _show_version(wanted: bool) -> None:
@@ -136,6 +118,7 @@ def solve(
     estimate_error: Annotated[
         bool, typer.Option("--estimate-error", help="Solve again, more exactly, and compare.")
     ] = False,
+    no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
@@ -145,17 +128,19 @@ def solve(
     if max_steps is not None:
         overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
     scene = load(scenario, overrides, backend)
-    return _simulate(
-        _Job(
-            scene,
-            str(scenario),
-            output or _default_target(scenario),
-            max_wall,
-            estimate_error=estimate_error,
-        ),
-        as_json=as_json,
-        quiet=quiet,
+
+    from frictionsim.destination import Destination
+    from frictionsim.job import Job, simulate
+
+    job = Job(
+        scene,
+        str(scenario),
+        Destination(output or _default_target(scenario)),
+        max_wall,
+        estimate_error=estimate_error,
+        no_clobber=no_clobber,
     )
+    return simulate(job, as_json=as_json, quiet=quiet)
 
 
 @app.command()
@@ -165,88 +150,33 @@ def resume(
         Path | None, typer.Option("-o", "--output", help="Result file. [in place of RESULT]")
     ] = None,
     max_wall: MaxWall = None,
+    no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Go on with an interrupted run, to the bits that it would have had."""
+    """Go on with an interrupted run, to the bits that it would have had.
+
+    NAME.partial.h5 is replaced by NAME.h5 once the run is done.
+    """
     from frictionsim import recorder
+    from frictionsim.destination import Destination, whole_name
+    from frictionsim.job import Job, simulate
     from frictionsim.scenario import revive
 
     checkpoint = recorder.read_checkpoint(result)
     scene = revive(result, checkpoint.scenario)
-    job = _Job(scene, str(result), output or result, max_wall, checkpoint.state)
+    job = Job(
+        scene,
+        str(result),
+        Destination(output or whole_name(result), resumed=result),
+        max_wall,
+        checkpoint.state,
+        no_clobber=no_clobber,
+    )
     try:
-        return _simulate(job, as_json=as_json, quiet=quiet)
+        return simulate(job, as_json=as_json, quiet=quiet)
     except InputError as error:
         raise InputError(f"{result}: cannot resume this run: {error}") from None
-
-
-class _Job(NamedTuple):
-    """A scene to simulate, from its start or from a checkpoint, and where to."""
-
-    scene: "Scenario"
-    source: str
-    target: Path
-    max_wall: float | None
-    checkpoint: dict[str, Any] | None = None
-    estimate_error: bool = False
-
-
-def _simulate(job: _Job, as_json: bool, quiet: bool) -> int:
-    """Run a job, write its result, print its summary and return its exit code."""
-    from frictionsim import recorder
-    from frictionsim.run import run
-    from frictionsim.series import failures
-    from frictionsim.targets import check_target
-    from frictionsim.watch import watch
-
-    if job.max_wall is not None and not job.max_wall > 0.0:
-        raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
-    target = job.target
-    check_target(target)
-    known = job.scene.warnings()
-    _warn(known)  # before the time to compute is spent
-    duration = job.scene.solver.duration
-    with watch(duration, not (quiet or as_json), job.max_wall) as poll:
-        result = run(job.scene, poll, _keeper(target), job.checkpoint)
-        failed = failures(result.checks)
-        if result.status == "done" and failed:
-            result = result._replace(reason=f"self-audit failed: {failed}")
-        recorder.write(result, target)  # in here: a first signal does not come in between
-        errors = None
-        if job.estimate_error and result.status == "done":
-            from frictionsim.cost.estimate import estimate
-
-            errors = estimate(result, poll)
-    _warn(warning for warning in result.warnings if warning not in known)
-    if as_json:
-        from frictionsim.summary import run_json
-
-        _print_json(run_json(result, job.source, str(target), errors))
-    elif not quiet:
-        from frictionsim.tables import print_run
-
-        print_run(result, str(target), errors)
-    if errors is not None and not errors.errors:
-        _complain(f"warning: {errors.method}")
-    return _verdict(result, target) or (errors.exit_code if errors else EXIT_DONE)
-
-
-def _keeper(target: Path) -> "Callable[[Run], None]":
-    """Return what writes a checkpoint; where that is not possible, the run is worth more."""
-    from frictionsim import recorder
-
-    said: set[str] = set()
-
-    def keep(part: "Run") -> None:
-        try:
-            recorder.write(part, target)
-        except OutputError as error:
-            if str(error) not in said:
-                _complain(f"warning: no checkpoint: {error}")
-            said.add(str(error))
-
-    return keep
 
 
 def _default_target(scenario: Path) -> Path:
@@ -258,20 +188,6 @@ def _default_target(scenario: Path) -> Path:
             f"cannot make the folder '{folder}' here ({error.strerror}); name a file with -o"
         ) from None
     return folder / f"{scenario.stem}.h5"
-
-
-def _verdict(result: "Run", target: Path) -> int:
-    """Say what went wrong, and return the exit code of a run."""
-    if result.status != "done":
-        _complain(f"run {result.status}: {result.reason}")
-        _complain(f"the samples up to there are in {target}, marked '{result.status}'")
-        if result.checkpoint is not None:
-            _complain(f"'frictionsim resume {target}' goes on from there")
-        return result.exit_code
-    if result.reason:
-        _complain(f"{result.reason}; do not trust {target}")
-        return EXIT_AUDIT_FAILED
-    return EXIT_DONE
 
 
 @app.command()
@@ -287,12 +203,12 @@ def check(
         try:
             scene = load(path, overrides)
         except ScenarioError as error:
-            _complain(str(error))
+            complain(str(error))
             code = error.exit_code
         else:
             effects = ", ".join(scene.effect_names) or "none"
             print(f"{path}: ok; effects {effects}; backend {scene.solver.backend}")
-            _warn(scene.warnings(), f"{path}: ")
+            warn(scene.warnings(), f"{path}: ")
     return code
 
 
@@ -307,7 +223,7 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
     if as_json:
         from frictionsim.quantities import quantities_json
 
-        _print_json(
+        print_json(
             {
                 "scenario": str(scenario),
                 "kind": scene.kind,
@@ -359,6 +275,7 @@ def cost(
     plot: Annotated[
         Path | None, typer.Option(help="Draw error against work: .png, .pdf or .svg.")
     ] = None,
+    no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
     """Solve with every backend at a ladder of settings: what accuracy costs."""
@@ -369,15 +286,17 @@ def cost(
     from frictionsim.cost import command
     from frictionsim.cost.report import print_study, study_json
 
-    options = command.Options(backends, tolerances, max_wall, repeats, output, csv, plot)
+    options = command.Options(
+        backends, tolerances, max_wall, repeats, output, csv, plot, no_clobber
+    )
     found = command.study_scene(scene, options)
     if as_json:
-        _print_json(study_json(found, str(scenario)))
+        print_json(study_json(found, str(scenario)))
     else:
         print_study(found)
     command.write_files(found, options)
     if found.status != "done":
-        _complain(f"study {found.status} {found.reason} of a run; what was measured is shown")
+        complain(f"study {found.status} {found.reason} of a run; what was measured is shown")
     return found.exit_code
 
 
@@ -402,8 +321,8 @@ def plot(
     from frictionsim.plots import ALL, plot_all
     from frictionsim.plots import plot as draw
 
-    target = output or result.with_suffix(".png")
     found = recorder.read(result)
+    target = output or result.with_suffix(".png")
     if view != ALL:
         draw(found, target, view, body)
         print(target)
@@ -412,4 +331,4 @@ def plot(
     for picture in pictures:
         print(picture)
     for reason in reasons:
-        _complain(f"left out: {reason}")
+        complain(f"left out: {reason}")

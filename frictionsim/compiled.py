@@ -8,14 +8,16 @@ files: the folder of the cache therefore carries a digest of the source of all o
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from tempfile import gettempdir
+from time import perf_counter
 from typing import Any
 
 import numba
+from numba.core import event
 
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
 REORDERING = {"reassoc", "contract", "arcp", "nsz", "afn"}
@@ -68,19 +70,48 @@ def entry(function: Callable[..., Any]) -> Any:
     return numba.njit(function, cache=True, fastmath=REORDERING, error_model="numpy")
 
 
+class Compilation(event.Listener):
+    """Notices when a kernel is compiled that is not on the disk.
+
+    Attributes
+    ----------
+    seconds : float
+        How long it took; 0 where every kernel was there.
+    """
+
+    def __init__(self, first: Callable[[], Any]) -> None:
+        self.seconds = 0.0
+        self.noticed = False
+        self._first = first
+
+    def on_start(self, event: Any) -> None:
+        """Call `first`, once."""
+        if not self.noticed:
+            self.noticed = True
+            self._first()
+
+    def on_end(self, event: Any) -> None:
+        """Do nothing: there may be more."""
+
+
 @contextmanager
-def announced(variant: str, say: Callable[[str], None] | None) -> Iterator[None]:
-    """Say that kernels are compiled, if those of this variant have not been yet.
+def compilation(expected: float, poll: Any) -> Iterator[Compilation]:
+    """Have a block, in which kernels are called first, tell when it compiles, and how long.
 
     Parameters
     ----------
-    variant : str
-        What they are compiled anew for.
-    say : callable or None
+    expected : float
+        Seconds that it should take.
+    poll : object
+        Its method `compiling`, if it has one, is entered with them when something is compiled.
     """
-    mark = FOLDER / f"{variant}.compiled"
-    if say is not None and not mark.exists():
-        say("compiling kernels, once")
-    yield
-    with suppress(OSError):
-        mark.touch()
+    with ExitStack() as stack:
+        compiling = getattr(poll, "compiling", None)
+        found = Compilation(
+            lambda: compiling and stack.enter_context(compiling(expected)),
+        )
+        started = perf_counter()
+        with event.install_listener("numba:compile", found):
+            yield found
+        if found.noticed:
+            found.seconds = perf_counter() - started

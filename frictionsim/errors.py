@@ -8,6 +8,7 @@ EXIT_DIFFERENT = 1
 EXIT_BAD_INPUT = 2
 EXIT_AUDIT_FAILED = 3
 EXIT_NOT_WRITTEN = 4
+EXIT_BUDGET_SPENT = 5
 EXIT_DEFECT = 70  # the program itself is wrong: sysexits.h, EX_SOFTWARE
 EXIT_SIGNAL = 128  # plus the number of the signal, as a shell has it: 130, 143
 
@@ -70,6 +71,7 @@ class EventStorm(SolverError):
 class BudgetSpent(SolverError):
     """The steps or the seconds that a run may take are spent; with more it can go on."""
 
+    exit_code = EXIT_BUDGET_SPENT
     failure = "budget"
 
 

@@ -43,6 +43,10 @@ class OneCoordinate:
         self.channel_info = mechanism.channel_info
         self.axes: Mapping[str, tuple[str, ...]] = {}
 
+    def prepare(self, poll: Callable[[float], Any]) -> float:
+        """Return 0 s: nothing has to be compiled."""
+        return 0.0
+
     def solve(self, poll: Callable[[float], Any]) -> None:
         """Have the backend of the scene step to the end."""
         self._solution.run(poll)

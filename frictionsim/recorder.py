@@ -20,7 +20,8 @@ A result file, format version 1, holds
     /events/angle        (m,) rad, where the contact went over; not of a kind of many parts
 
     /checkpoint          where the run can go on: the state of its solver, in arrays of float64 or
-                         bytes whose names and meaning are the solver's own; attribute `digest`,
+                         bytes whose names and meaning are the solver's own, and the seconds that
+                         it has taken, clock.solving and clock.compiling; attribute `digest`,
                          SHA-256 of them, of the scenario and of the version, which a resumption
                          compares. Only where status is interrupted or failure is budget
 
@@ -273,6 +274,24 @@ def read(path: Path) -> Result:
         return _read(file)
 
 
+def may_be_done(path: Path) -> bool:
+    """Return whether a file holds a result that is done, or something that cannot be told.
+
+    An empty file holds nothing.
+    """
+    try:
+        empty = path.stat().st_size == 0
+    except OSError:  # nothing can be there
+        return False
+    try:
+        if empty or is_broken(path):
+            return not empty
+        with h5py.File(path, "r") as file:
+            return _text(file.attrs["status"]) not in ("interrupted", "failed")
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError):
+        return True
+
+
 class Checkpoint(NamedTuple):
     """What a run can go on from: its scenario as TOML, and the state of its solver."""
 
@@ -329,12 +348,17 @@ def _opened(path: Path) -> Iterator[Any]:
                 raise InputError(f"{path}: this is a table of `frictionsim cost`, not of a run")
             yield file
     except OSError as error:
-        reason = "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
-        raise InputError(f"{path}: cannot read this result: {reason}") from error
+        raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from error
     except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
         raise InputError(
             f"{path}: cannot read this result: it is HDF5, but not of frictionsim"
         ) from error
+
+
+def _why_not_open(path: Path) -> str:
+    if path.is_dir():
+        return "this is a folder; give the name of a result file"
+    return "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
 
 
 def _attributes(file: Any) -> dict[str, str]:

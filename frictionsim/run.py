@@ -8,6 +8,7 @@ from frictionsim.errors import BudgetSpent, Interrupted, NotFinite, SolverError
 from frictionsim.mechanisms import module_of
 from frictionsim.quantities import Quantities
 from frictionsim.series import Channel, Check, Transition
+from frictionsim.state import exported, restore
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,13 +25,17 @@ OUT_OF_RANGE = (
 
 
 class Counts(NamedTuple):
-    """What a run took."""
+    """What a run took, in all its parts if it was interrupted.
+
+    `wall_seconds` is the solving alone; `compile_seconds` is 0 where all kernels were there.
+    """
 
     steps: int
     rejected: int
     rhs_evaluations: int
     states: int
     wall_seconds: float
+    compile_seconds: float = 0.0
 
 
 class Run(NamedTuple):
@@ -84,6 +89,22 @@ class Run(NamedTuple):
     checkpoint: "dict[str, Any] | None" = None
 
 
+class _Clock:
+    """The seconds of solving and of compilation; of the parts before an interruption, too."""
+
+    SAVED = ("solving", "compiling")
+
+    def __init__(self) -> None:
+        self.solving = self.compiling = 0.0
+        self._since = 0.0
+
+    def start(self) -> None:
+        self._since = perf_counter()
+
+    def stop(self) -> None:
+        self.solving += perf_counter() - self._since
+
+
 class _Outcome(NamedTuple):
     """How a run ended."""
 
@@ -123,12 +144,14 @@ def run(
         If the checkpoint is of another scene.
     """
     simulation: Simulation = module_of(scene.kind).simulation(scene)
+    clock = _Clock()
     if checkpoint is not None:
         simulation.restore(checkpoint)
-    started = perf_counter()
+        restore(clock, "clock", checkpoint)
+    watcher = poll
     if keep is not None and scene.output.checkpoint is not None:
-        poll = _keeping(scene, simulation, poll, keep, scene.output.checkpoint)
-    return _run_of(scene, simulation, _solve(simulation, poll), started)
+        poll = _keeping(scene, simulation, poll, keep, scene.output.checkpoint, clock)
+    return _run_of(scene, simulation, _solve(simulation, watcher, poll, clock), clock)
 
 
 def _keeping(
@@ -137,25 +160,38 @@ def _keeping(
     poll: "Callable[[float], Any]",
     keep: "Callable[[Run], Any]",
     seconds: float,
+    clock: _Clock,
 ) -> "Callable[[float], Any]":
     """Return a poll that also has the run so far kept every so many seconds."""
-    started = last = perf_counter()
+    last = perf_counter()
 
     def poll_and_keep(t: float) -> None:
         nonlocal last
         poll(t)
         if perf_counter() - last >= seconds:
+            clock.stop()  # to write is not to solve
             reason = f"checkpoint at t = {t:.9g} s"
             outcome = _Outcome("interrupted", reason, can_go_on=True)
-            keep(_run_of(scene, simulation, outcome, started))
+            keep(_run_of(scene, simulation, outcome, clock))
             last = perf_counter()
+            clock.start()
 
     return poll_and_keep
 
 
-def _solve(simulation: "Simulation", poll: "Callable[[float], Any]") -> _Outcome:
+def _solve(
+    simulation: "Simulation",
+    watcher: "Callable[[float], Any]",
+    poll: "Callable[[float], Any]",
+    clock: _Clock,
+) -> _Outcome:
     try:
-        simulation.solve(poll)
+        clock.compiling += simulation.prepare(watcher)
+        clock.start()
+        try:
+            simulation.solve(poll)
+        finally:
+            clock.stop()
     except Interrupted as stop:
         return _Outcome("interrupted", str(stop), stop.exit_code, can_go_on=True)
     except SolverError as error:
@@ -166,9 +202,8 @@ def _solve(simulation: "Simulation", poll: "Callable[[float], Any]") -> _Outcome
     return _Outcome()
 
 
-def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, started: float) -> Run:
+def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, clock: _Clock) -> Run:
     """Return a run with what its simulation shows."""
-    wall_seconds = perf_counter() - started
     seen = simulation.observe()
     if seen.unsound:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
@@ -188,14 +223,20 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, star
         transitions=seen.transitions,
         quantities=seen.quantities,
         checks=seen.checks,
-        counts=Counts(*simulation.counts(), simulation.states, wall_seconds),
+        counts=Counts(*simulation.counts(), simulation.states, clock.solving, clock.compiling),
         status=outcome.status,
         reason=outcome.reason,
         exit_code=outcome.exit_code,
         warnings=_warnings(scene, simulation, seen),
         failure=outcome.failure,
-        checkpoint=simulation.state() if outcome.can_go_on else None,
+        checkpoint=_checkpoint(simulation, clock) if outcome.can_go_on else None,
     )
+
+
+def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":
+    """Return what a run goes on from; None where it cannot."""
+    state = simulation.state()
+    return None if state is None else {**state, **exported(clock, "clock")}
 
 
 def _warnings(scene: "Scenario", simulation: "Simulation", seen: "Observed") -> tuple[str, ...]:

@@ -35,6 +35,17 @@ class Simulation(Protocol):
     @property
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
+    def prepare(self, poll: Callable[[float], Any]) -> float:
+        """Make ready to step, before `solve` and after any `restore`; no step is taken here.
+
+        Return the seconds that it took to compile, 0 if nothing was. A method `compiling` of poll,
+        if it has one, is a context manager that is given the seconds to expect and entered then.
+
+        Raises
+        ------
+        SolverError, ArithmeticError
+        """
+
     def solve(self, poll: Callable[[float], Any]) -> None:
         """Step to the end, from the start or from what was restored.
 

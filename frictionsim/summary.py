@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def run_json(
-    run: "Run", scenario: str, output: str, estimate: "Estimate | None" = None
+    run: "Run", scenario: str, output: str | None, estimate: "Estimate | None" = None
 ) -> dict[str, Any]:
     """Return the JSON object of a run.
 
@@ -19,7 +19,7 @@ def run_json(
     ----------
     run : Run
     scenario, output : str
-        Paths of the scenario and of the result file.
+        Paths of the scenario and of the result file, None if none was written.
     estimate : Estimate, optional
         Gives each quantity its `error`, and the object `error_estimate`, how it was found.
     """
@@ -31,7 +31,7 @@ def run_json(
     return found
 
 
-def _run_json(run: "Run", scenario: str, output: str) -> dict[str, Any]:
+def _run_json(run: "Run", scenario: str, output: str | None) -> dict[str, Any]:
     return {
         "scenario": scenario,
         "kind": run.scene.kind,

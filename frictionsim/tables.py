@@ -22,7 +22,7 @@ MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 MOST_EVENTS = 20
 
 
-def print_run(run: "Run", output: str, estimate: "Estimate | None" = None) -> None:
+def print_run(run: "Run", output: str | None, estimate: "Estimate | None" = None) -> None:
     """Print the summary of a run on stdout, with the errors of its figures if they are known."""
     console = _console()
     title = run.scene.title or run.scene.kind
@@ -39,12 +39,14 @@ def print_run(run: "Run", output: str, estimate: "Estimate | None" = None) -> No
         _print_table(_transitions_table(run.transitions))
     _print_table(_audit_table(run.checks))
     counts = run.counts
+    compiled = counts.compile_seconds
+    solved = f"solved in {counts.wall_seconds:.3g} s"
+    solved += f", after {compiled:.3g} s of compilation" if compiled else ""
     console.print(
-        f"{counts.states} states, {counts.steps} steps and {counts.rejected} rejected, solved in"
-        f" {counts.wall_seconds:.3g} s; {counts.rhs_evaluations} right-hand sides with those of"
-        f" {run.time.size} samples"
+        f"{counts.states} states, {counts.steps} steps and {counts.rejected} rejected, {solved};"
+        f" {counts.rhs_evaluations} right-hand sides with those of {run.time.size} samples"
     )
-    console.print(f"result: {output}")
+    console.print(f"result: {output or 'none'}")
 
 
 def print_quantities(
@@ -110,14 +112,13 @@ class ProgressBar:
         self._duration = duration
         self._progress.start()
 
-    def show(self, t: float, seconds: float) -> None:
-        """Show that the simulation is at t after so many seconds."""
-        pace = ""
-        if t > 0.0:
-            factor = seconds / t
-            left = factor * (self._duration - t)
-            pace = f", {factor:.3g} s for each simulated, {left:.0f} s left"
-        self._progress.update(self._task, completed=t, pace=pace)
+    def show(self, t: float, pace: float | None) -> None:
+        """Show that the simulation is at t, at a pace of so many seconds for each simulated."""
+        text = ""
+        if pace is not None:
+            left = pace * (self._duration - t)
+            text = f", {pace:.3g} s for each simulated, {left:.0f} s left"
+        self._progress.update(self._task, completed=t, pace=text)
 
     def close(self) -> None:
         """Take the bar off the terminal."""

@@ -25,6 +25,19 @@ def check_target(path: Path) -> None:
         raise _not_written(path, reason)
 
 
+def refuse_to_clobber(path: Path) -> None:
+    """See that there is no file yet.
+
+    Raises
+    ------
+    OutputError
+    """
+    if os.path.lexists(path):
+        raise OutputError(
+            f"{path}: cannot write here: there is a file, which --no-clobber protects; name another"
+        )
+
+
 def _why_no_target(path: Path) -> str:
     """Return why a result must not be put at a path; empty if it may."""
     folder = path.parent

@@ -317,14 +317,14 @@ def friction_of_slip(belt: Belt, c: Contact, h: float | None) -> float:
 
 
 def friction_set_valued(belt: Belt, c: Contact, alpha: float, free: Array, mu: Array) -> float:
-    """T(alpha) = clip(m (R alpha - a + s/tau), -mu N, mu N),  a = F . t/m + v . dt/dt.
+    """T(alpha) = clip(m (R alpha - a + s/tau), -mu_1 N, mu_0 N),  a = F . t/m + v . dt/dt.
 
     ``free`` is the force F on the link without friction. Where nothing clips, ds/dt = -s/tau.
     """
     a = float(free[c.i] @ c.t) / belt.m + c.turning
     wanted = belt.m * (float(belt.radii[c.j]) * alpha - a + c.slip / belt.tau)
-    limit = float(mu[c.i]) * c.N
-    return min(max(wanted, -limit), limit)
+    forward, backward = mu[:, c.i] * c.N
+    return float(min(max(wanted, -backward), forward))
 
 
 def bisect(g: Callable[[float], float], low: float, high: float) -> float:
@@ -349,7 +349,7 @@ def solve_alpha(
         total = sum(friction_set_valued(belt, c, alpha, free, mu) for c in touching)
         return inertia * alpha - M + R * total
 
-    reach = R * sum(float(mu[c.i]) * c.N for c in touching)
+    reach = R * sum(float(np.max(mu[:, c.i])) * c.N for c in touching)
     if reach == 0.0:
         return M / inertia
     return bisect(g, (M - 1.01 * reach) / inertia, (M + 1.01 * reach) / inertia)
@@ -406,10 +406,11 @@ def accelerations(
     """Newton's equations of the links and the pulleys.
 
     m a = joints + gravity + N rhat + T t,   (m l^2/12) aphi = joints,   I alpha = M - R sum T.
-    ``mu``: one number per link (or one for all), set-valued law; ``h``: the step, creep law.
+    ``mu``: for T > 0 and T < 0 one number per link (or one for all), set-valued law;
+    ``h``: the step, creep law.
     """
     P, V = np.column_stack([x, y]), np.column_stack([vx, vy])
-    limits = None if mu is None else np.broadcast_to(np.asarray(mu, dtype=float), (belt.n,))
+    limits = None if mu is None else np.broadcast_to(np.asarray(mu, dtype=float), (2, belt.n))
     free = np.tile(belt.m * np.asarray(belt.gravity, dtype=float), (belt.n, 1))
     moment = np.zeros(belt.n)
     tension, joint_loss = add_stretching(belt, P, phi, V, w, free, moment)

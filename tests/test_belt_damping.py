@@ -11,8 +11,9 @@ from frictionsim.mechanisms.belt.assembly import Assembly, assemble
 from frictionsim.mechanisms.belt.chain import stretch
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
+    BACKWARD_LIMIT,
+    FORWARD_LIMIT,
     FRICTION,
-    LIMIT,
     NX,
     NY,
     PULLEY_RADIUS,
@@ -94,7 +95,8 @@ def strike(share_stuck: float, seed: int) -> Strike:
     filled = table[RADIUS, :count] > 0.0
     table[STUCK, :count] = (random.random(n) < share_stuck)[body] & filled
     # Beyond what holds them, and too little to stop them: the guess who sticks is right.
-    table[LIMIT, :count] = np.where(table[STUCK, :count] > 0.0, 1e9, 1e-9 * filled)
+    for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
+        table[limit, :count] = np.where(table[STUCK, :count] > 0.0, 1e9, 1e-9 * filled)
     belt = reference(scene, a.laws.chain.length)
     return Strike(a, belt, before, after, speeds, stiff_damping(COEFFICIENT, width, 2))
 

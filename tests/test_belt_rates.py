@@ -51,16 +51,26 @@ def disturbed(assembly: Assembly, seed: int) -> Array:
     return state
 
 
-def coefficients(scene: Scene, body_length: float, near: Array, held: Array) -> Array:
-    """Return mu of each body: of the pulley it is near, of the patch, at rest where it is held."""
+def coefficients(
+    scene: Scene, body_length: float, near: Array, held: Array, slip: Array
+) -> tuple[Array, Array]:
+    """Return mu of each body for T > 0 and for T < 0: of the pulley it is near, of the patch.
+
+    At rest where it is held; sliding, only the friction that brakes its slip.
+    """
     law, patch = scene.effects.belt_friction, scene.effects.patch
-    mu = np.zeros(len(near))
+    forward, backward = np.zeros(len(near)), np.zeros(len(near))
     for i, j in enumerate(near):
         at = law.pulleys.get(scene.mechanism.names[j], law)
         if patch is not None and patch.start <= (i + 0.5) * body_length < patch.end:
             at = patch
-        mu[i] = at.mu_s if held[i] else at.mu_k
-    return mu
+        if held[i] or at.mu_s == at.mu_k:
+            forward[i] = backward[i] = at.mu_s
+        elif slip[i] > 0.0:
+            forward[i] = at.mu_k
+        else:
+            backward[i] = at.mu_k
+    return forward, backward
 
 
 class Both:
@@ -79,7 +89,8 @@ class Both:
     def _deal(self, seed: int) -> None:
         """Have every third body stick before, and others somewhat later."""
         a = self.assembly
-        n = a.laws.chain.bodies
+        n, table = a.laws.chain.bodies, a.pulleys.table
+        table[SPEED] = self._kinematics()[7]
         deal_slots(
             motion_in(self.state, a.room), n, a.pulleys, a.laws.chain.length, a.slots, a.friction
         )
@@ -92,17 +103,24 @@ class Both:
     def _reference(self) -> Accelerations:
         a, length = self.assembly, self.assembly.laws.chain.length
         belt = reference(self.scene, length, a.laws.exact.tau if a.laws.exact else 1e-5)
-        parts = kinematics(self.state, a)
-        for j, name in enumerate(self.scene.mechanism.names):
-            if name in self.scene.drive and self.scene.drive[name].speed is not None:
-                parts[7][j] = course_of(self.scene.drive[name].speed)(self.t)
+        parts = self._kinematics()
         away = np.hypot(
             parts[0][:, None] - belt.centres[:, 0], parts[1][:, None] - belt.centres[:, 1]
         )
         near = np.argmin(away - belt.radii, axis=1)
         law = self.scene.effects.belt_friction
-        mu = coefficients(self.scene, length, near, self.held) if law else np.zeros(belt.n)
+        x, y = parts[0] - belt.centres[near, 0], parts[1] - belt.centres[near, 1]
+        slip = belt.radii[near] * parts[7][near] - (parts[4] * x - parts[3] * y) / np.hypot(x, y)
+        mu = coefficients(self.scene, length, near, self.held, slip) if law else 0.0
         return accelerations(belt, self.t, *parts, mu=mu, h=STEP)
+
+    def _kinematics(self) -> list[Array]:
+        """Return the motion at the state, with the speeds that are prescribed."""
+        parts = kinematics(self.state, self.assembly)
+        for j, name in enumerate(self.scene.mechanism.names):
+            if name in self.scene.drive and self.scene.drive[name].speed is not None:
+                parts[7][j] = course_of(self.scene.drive[name].speed)(self.t)
+        return parts
 
     def of_bodies(self, row: int) -> Array:
         """Return what the slots hold in a row for the bodies that touch a pulley, else 0."""

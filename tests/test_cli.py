@@ -2,23 +2,25 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 import tomli_w
 
-from frictionsim import __version__, recorder, watch
+from frictionsim import __version__, errors, recorder, watch
 from frictionsim.cli import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.quantities import Quantity, quantities_json
 from frictionsim.series import Check
+from frictionsim.tables import ProgressBar
 from frictionsim.targets import check_target
 from tests.conftest import ROOT, SCENARIOS, pulley
 
@@ -28,6 +30,7 @@ CHATTERING = [
     *["--backend", "published", "--set", "solver.duration=12"],
     *["--set", f"drive.force={{sine={{mean={LOAD}, amplitude=500, frequency_hz=0.2}}}}"],
 ]
+FOLDER = ".: cannot read this result: this is a folder; give the name of a result file"
 Cli = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
@@ -63,6 +66,17 @@ def test_help_and_version_answer_on_stdout(cli: Cli) -> None:
         assert done.stderr == ""
 
 
+def test_help_has_every_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["--help"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    codes = {name: code for name, code in vars(errors).items() if name.startswith("EXIT_")}
+    for name in ("EXIT_DEFECT", "EXIT_SIGNAL"):  # of what nobody plans for; signals have 130, 143
+        del codes[name]
+    assert sorted(set(codes.values())) == [0, 1, 2, 3, 4, 5]
+    assert all(re.search(rf"\b{code} [a-z]", told) for code in codes.values())
+    assert "5 a budget is spent, 130/143 interrupted" in told
+
+
 @pytest.mark.parametrize("command", ["solve", "resume", "check", "static", "compare"])
 def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line([command, "--help"]) == 0
@@ -83,6 +97,9 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["compare", PULLEY, PULLEY, "--rtol", "-1"], "'--rtol'"),
         (["compare", PULLEY, PULLEY, "--rtol", "nan"], "'--rtol'"),
         (["compare", "none.h5", "none.h5"], "there is no such file"),
+        (["compare", ".", "none.h5"], FOLDER),
+        (["plot", "."], FOLDER),
+        (["resume", "."], FOLDER),
     ],
 )
 def test_bad_usage_exits_2_with_a_message_on_stderr(
@@ -153,9 +170,14 @@ def test_json_is_one_object_with_the_documented_keys(
         assert quantity.keys() == {"value", "unit"}
         assert quantity["value"] is None or isinstance(quantity["value"], float)
     counts = found["solver"]
-    assert counts.keys() == {"steps", "rejected", "rhs_evaluations", "wall_seconds", "states"}
-    assert all(isinstance(counts[key], int) for key in counts.keys() - {"wall_seconds"})
+    assert counts.keys() == {
+        *("steps", "rejected", "rhs_evaluations", "states"),
+        *("wall_seconds", "compile_seconds"),
+    }
+    seconds = {"wall_seconds", "compile_seconds"}
+    assert all(isinstance(counts[key], int) for key in counts.keys() - seconds)
     assert counts["wall_seconds"] > 0.0
+    assert counts["compile_seconds"] == 0.0
     assert found["effects"] == ["shaft_friction", "air_drag"]
     assert found["audit"].keys() == {"energy", "friction", "power", "drift"}
     for check in found["audit"].values():
@@ -190,6 +212,93 @@ def test_check_goes_through_all_files_and_writes_none(
     ]
     assert run_command_line(["check", PULLEY, PULLEY]) == 0
     assert os.listdir() == ["bad.toml"]
+
+
+def test_warnings_are_the_same_in_json_file_and_on_stderr(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of the scene first; of a resumed run, too, and for those who want it quiet."""
+    data = pulley(output={"interval": 9.0, "channels": ["angle", "energy_friction"]})
+    del data["effects"]["shaft_friction"]
+    Path("s.toml").write_text(tomli_w.dumps(data))
+    warnings = [
+        "output.interval = 9.0 s is longer than the run: only its two ends are sampled",
+        "output.channels: this scene has no course 'energy_friction'; it is left out",
+    ]
+    stderr = [f"frictionsim: warning: {warning}" for warning in warnings]
+
+    def check(*arguments: str, code: int = 0) -> None:
+        assert run_command_line([*arguments, "--json"]) == code
+        said = capsys.readouterr()
+        assert json.loads(said.out)["warnings"] == warnings
+        assert said.err.splitlines()[:2] == stderr
+        assert recorder.read(Path("a.h5")).attributes["warnings"].splitlines() == warnings
+
+    check("solve", "s.toml", "-o", "a.h5")
+    Path("a.h5").unlink()
+    check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5)
+    check("resume", "a.h5")
+    assert run_command_line(["solve", "s.toml", "-o", "a.h5", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "\n".join([*stderr, ""]))
+
+
+def test_check_names_the_file_of_each_warning(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = pulley(output={"interval": 9.0})
+    for name in ("a.toml", "b.toml"):
+        Path(name).write_text(tomli_w.dumps(odd))
+    assert run_command_line(["check", "a.toml", PULLEY, "b.toml"]) == 0
+    warning = "output.interval = 9.0 s is longer than the run: only its two ends are sampled"
+    assert capsys.readouterr().err.splitlines() == [
+        f"frictionsim: warning: {name}: {warning}" for name in ("a.toml", "b.toml")
+    ]
+
+
+class Bar:
+    """A progress bar that notes what it is to show."""
+
+    shown: ClassVar[list[tuple[float, float | None]]] = []
+
+    def __init__(self, duration: float) -> None:
+        self.shown.clear()
+
+    def show(self, t: float, pace: float | None) -> None:
+        self.shown.append((t, pace))
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("begin", [0.0, 6.0])
+def test_the_pace_is_that_of_this_process(begin: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is resumed at 6 s has not come there in no time; nor is compilation pace."""
+    clock = 100.0
+    monkeypatch.setattr(watch, "monotonic", lambda: clock)
+    monkeypatch.setattr(watch, "CALLS_BETWEEN_LOOKS", 1)
+    monkeypatch.setattr("frictionsim.tables.ProgressBar", Bar)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with watch.watch(10.0, with_progress=True) as poll:
+        clock += 30.0  # to compile
+        poll(begin)
+        for step in range(1, 4):
+            clock += 5.0
+            poll(begin + step)
+        poll(0.0)  # a second run, to estimate the error of the first
+        clock += 7.0
+        poll(0.5)
+    assert Bar.shown == [
+        *[(begin, None), (begin + 1.0, 5.0), (begin + 2.0, 5.0), (begin + 3.0, 5.0)],
+        *[(0.0, None), (0.5, 14.0)],
+    ]
+
+
+def test_the_bar_tells_the_time_left_at_its_pace(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar(10.0)
+    bar.show(6.5, 4.0)
+    bar.close()
+    text = str(bar._progress.tasks[0].fields["pace"])
+    assert text == ", 4 s for each simulated, 14 s left"
 
 
 def test_static_prints_forces_and_writes_nothing(
@@ -272,13 +381,16 @@ def test_a_file_named_results_is_no_place_for_the_default(
 
 
 @pytest.mark.parametrize(
-    ("options", "reason"),
-    [(CHATTERING, "event storm at t = "), (["--set", "solver.max_steps=10"], "10 steps are spent")],
+    ("options", "reason", "code"),
+    [
+        (CHATTERING, "event storm at t = ", 1),
+        (["--set", "solver.max_steps=10"], "10 steps are spent", 5),
+    ],
 )
-def test_a_solver_failure_exits_1_and_keeps_the_samples(
-    options: list[str], reason: str, here: Path, capsys: pytest.CaptureFixture[str]
+def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
+    options: list[str], reason: str, code: int, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_command_line(["solve", PULLEY, *options, "-o", "a.h5", "--json"]) == 1
+    assert run_command_line(["solve", PULLEY, *options, "-o", "a.h5", "--json"]) == code
     said = capsys.readouterr()
     assert said.err.startswith(f"frictionsim: run failed: {reason}")
     assert "the samples up to there are in a.h5, marked 'failed'" in said.err

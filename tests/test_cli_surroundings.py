@@ -95,7 +95,7 @@ def test_out_of_memory_is_no_defect(
     def run(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("frictionsim.run.run", run)
+    monkeypatch.setattr("frictionsim.job.run", run)
     assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 1
     assert "out of memory; ask for fewer samples" in capsys.readouterr().err
     assert not (here / "a.h5").exists()

@@ -53,7 +53,10 @@ def test_a_failure_is_told_by_its_name(
     scene, where, advice = FAILURES[name]
     (tmp_path / "s.toml").write_text(tomli_w.dumps(scene))
     target = tmp_path / "a.h5"
-    assert run_command_line(["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]) == 1
+    code = 5 if name == "budget" else 1
+    assert (
+        run_command_line(["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]) == code
+    )
     said = capsys.readouterr()
     summary = json.loads(said.out)
     assert (summary["status"], summary["failure"]) == ("failed", name)

@@ -1,7 +1,7 @@
 """The scenes of `scenarios/hard`: what must come out of each, by every backend that does it."""
 
 import json
-from math import asin, pi
+from math import asin, cos, pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -80,6 +80,30 @@ def test_a_hard_scene_gives_the_reference(name: str, backend: str) -> None:
     # ... and the stops of a motion are late by as much each.
     last = [done.courses["angle"][-1], done.courses["angular_velocity"][-1]]
     assert last == pytest.approx(case["final"], abs=10.0 * angle)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
+    done = outcome("motor_runs_back", backend)
+    # The moment of five marbles from the bottom, less the friction that still holds them, is what
+    # the pinion has to give: a k T = M_L - r_s |reaction| squared, a quadratic in T.
+    weight, load = (0.128 + 5 * 0.007) * 9.81, 0.007 * 9.81 * 0.0573425
+    load *= sin(radians(72.0)) / sin(radians(18.0))
+    radius = 0.003 * 0.5 / sqrt(1.25)
+    tooth = 1.0 / (0.017993 * cos(radians(20.0)))  # N on the tooth for each N m on the pinion
+    down = -tooth * sin(radians(102.60069032243837 + 90.0 + 20.0))
+    a = 4.0**2 - (radius * tooth) ** 2
+    b = 4.0 * load + radius**2 * weight * down
+    c = load**2 - (radius * weight) ** 2
+    torque = (b - sqrt(b * b - a * c)) / a
+    expected = 0.5 + 0.5 * (0.003 - torque) / (0.003 - 0.0008)
+    assert f"after {expected:.11f} s" in (HARD / "motor_runs_back.toml").read_text()
+    start, *transfers = done.transitions
+    # Both methods find a breakaway from rest to the roundings of the moments.
+    assert start.time == pytest.approx(expected, abs=1e-11)
+    assert not np.any(done.courses["angle"][done.time < expected])
+    assert (done.courses["angular_velocity"][done.time > expected + 1e-6] < 0.0).all()
+    assert [event.contact for event in transfers] == ["transfer"] * 24
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -69,6 +69,10 @@ def assert_target_is_sound(target: Path, whole: bytes, before: bytes | None) -> 
         return "absent"
     content = target.read_bytes()
     if content == before:
+        part = target.with_name("a.partial.h5")
+        if part.exists():
+            assert run_command_line(["resume", str(part), "-q"]) == 0
+            assert (target.read_bytes(), os.listdir(target.parent)) == (whole, [target.name])
         return "old"
     if content == whole:
         return "done"

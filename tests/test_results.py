@@ -1,9 +1,27 @@
 """The files of results/ are those that its README names, and say what they were made with."""
 
 import re
+from math import exp
 from pathlib import Path
 
 import pytest
+
+from frictionsim.run import run
+from frictionsim.scenario import load
+
+from .conftest import SCENARIOS
+from .problems import (
+    BREAKAWAY,
+    CORD_RADIUS,
+    DRAG,
+    INERTIA,
+    LOAD,
+    P_END,
+    P_START,
+    R_K,
+    T_RAMP,
+    SlipOnRamp,
+)
 
 RESULTS = Path(__file__).parents[1] / "results"
 LISTED = re.findall(r"`(\w+\.(?:png|txt|csv|md|json))`", (RESULTS / "README.md").read_text())
@@ -35,3 +53,41 @@ def test_a_table_names_machine_and_versions(name: str) -> None:
     assert re.search(
         r"^\W*versions: Python \S+, numpy \S+, scipy \S+, numba \S", text, re.MULTILINE
     )
+
+
+def fig10_rows() -> list[tuple[float, ...]]:
+    """Return time, angle, velocity, acceleration and difference of the table of fig. 10."""
+    text = (RESULTS / "README.md").read_text(encoding="utf-8")
+    table = text.split("| time, s |")[1].split("\n\n")[0]
+    rows = [row.strip("|").split("|") for row in table.splitlines()[2:]]
+    assert rows[0][0].strip() == f"{BREAKAWAY:.9f}"
+    return [tuple(map(float, row)) for row in rows[1:]]
+
+
+def closed_form(time: float) -> tuple[float, float, float]:
+    """Return angle, velocity and acceleration on the ramp, and at the force that stays after it."""
+    slip = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
+    steady = ((P_END - LOAD) * CORD_RADIUS - R_K * (P_END + LOAD)) / DRAG
+    angle, velocity = slip(min(time, T_RAMP))
+    rest, rate = max(time - T_RAMP, 0.0), DRAG / INERTIA
+    gap = velocity - steady
+    if time >= T_RAMP:
+        angle += steady * rest + gap * (1.0 - exp(-rate * rest)) / rate
+        velocity = steady + gap * exp(-rate * rest)
+    return angle, velocity, rate * (steady - velocity)
+
+
+@pytest.mark.parametrize("backend", ["events", "published"])
+def test_fig_10_has_the_numbers_of_its_table(backend: str) -> None:
+    done = run(load(SCENARIOS / "pulley.toml", ["solver.duration=10"], backend), lambda t: None)
+    rows = fig10_rows()
+    assert [row[0] for row in rows] == [0.8, 1.0, 2.0, 5.0, 10.0]
+    for time, *printed, largest in rows:
+        exact = closed_form(time)
+        assert printed == pytest.approx(exact, abs=6e-10)  # nine decimals
+        at = abs(done.time - time).argmin()
+        names = ("angle", "angular_velocity", "angular_acceleration")
+        found = [done.courses[name][at] for name in names]
+        worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
+        # The table is of `events`; the same steps on another processor differ in roundings.
+        assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)

@@ -1,5 +1,6 @@
 """Checkpoints: a run that is interrupted, kept and resumed ends with the bits of a whole one."""
 
+import itertools
 import json
 import random
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import tomli_w
 from frictionsim import recorder
 from frictionsim.cli import run_command_line
 from frictionsim.errors import BudgetSpent, InputError
+from frictionsim.one_coordinate import OneCoordinate
 from frictionsim.run import Run, run
 from frictionsim.scenario import load, revive, validate
 
@@ -136,6 +138,45 @@ def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
         np.testing.assert_array_equal(course, whole.courses[name], err_msg=name)
 
 
+def test_the_seconds_are_those_of_all_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of solving and of compilation, apart; what it takes to write a checkpoint is neither."""
+    ticks = itertools.count()
+    monkeypatch.setattr("frictionsim.run.perf_counter", lambda: float(next(ticks)))
+    monkeypatch.setattr(OneCoordinate, "prepare", lambda self, poll: 2.5)
+    path = tmp_path / "a.h5"
+    result = run(validate(pulley(), SCENARIOS), stopping(5))
+    for part in range(1, 4):
+        # Each part looks at the clock twice, as it begins and ends.
+        seconds = result.counts.wall_seconds, result.counts.compile_seconds
+        assert seconds == (1.0 * part, 2.5 * part)
+        recorder.write(result, path)
+        result = resumed(path, stopping(5))
+
+
+def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = 0.0
+
+    def poll(t: float) -> None:
+        nonlocal clock
+        clock += 1.0
+
+    def keep(part: Run) -> None:
+        nonlocal clock
+        kept.append(part.counts.wall_seconds)
+        clock += 100.0
+
+    kept: list[float] = []
+    monkeypatch.setattr("frictionsim.run.perf_counter", lambda: clock)
+    data = pulley(output__checkpoint=10.0)
+    calls = calls_of(data)
+    clock = 0.0
+    result = run(validate(data, SCENARIOS), poll, keep)
+    assert result.counts.wall_seconds == calls
+    assert kept == [10.0 * number for number in range(1, calls // 10 + 1)]
+
+
 def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
     """Each is a whole file, from which the run can go on to the same bytes."""
     data = pulley(drive__force=SINE, output__checkpoint=1e-3, output__interval=0.01)
@@ -164,7 +205,7 @@ def test_the_command_goes_on_in_place(
     pulley_toml = str(SCENARIOS / "pulley.toml")
     assert run_command_line(["solve", pulley_toml, "-q", "-o", "whole.h5"]) == 0
     # As every look at the clock finds the time spent, the resumed run needs another budget.
-    assert run_command_line(["solve", pulley_toml, "-q", "-o", "a.h5", "--max-wall", "1e-9"]) == 1
+    assert run_command_line(["solve", pulley_toml, "-q", "-o", "a.h5", "--max-wall", "1e-9"]) == 5
     said = capsys.readouterr().err
     assert "run failed: 1e-09 s of --max-wall are spent at t = 0 s of 3 s; resume the run" in said
     assert "'frictionsim resume a.h5' goes on from there" in said
@@ -180,9 +221,9 @@ def test_max_steps_is_a_budget_that_the_file_names(
 ) -> None:
     target = str(tmp_path / "a.h5")
     pulley_toml = str(SCENARIOS / "pulley.toml")
-    assert run_command_line(["solve", pulley_toml, "-q", "-o", target, "--max-steps", "10"]) == 1
+    assert run_command_line(["solve", pulley_toml, "-q", "-o", target, "--max-steps", "10"]) == 5
     assert "10 steps are spent at t = " in capsys.readouterr().err
-    assert run_command_line(["resume", target, "-q", "-o", str(tmp_path / "b.h5")]) == 1
+    assert run_command_line(["resume", target, "-q", "-o", str(tmp_path / "b.h5")]) == 5
     assert run_command_line(["solve", pulley_toml, "-o", target, "--max-steps", "0"]) == 2
     assert run_command_line(["solve", pulley_toml, "-o", target, "--max-wall", "nan"]) == 2
     assert "--max-wall: expected a number above 0 s, got nan" in capsys.readouterr().err

@@ -26,11 +26,12 @@ from frictionsim.mechanisms.belt.assembly import aligned
 from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, SPIN, TINY, VX, VY
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
+    BACKWARD_LIMIT,
     BODY_VX,
     BODY_VY,
+    FORWARD_LIMIT,
     FRICTION,
     INERTIA,
-    LIMIT,
     NX,
     NY,
     PULLEY_RADIUS,
@@ -148,7 +149,13 @@ def guess(slots, pulleys):
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[ALPHA, j]
         for s in range(slots.first[j], slots.first[j + 1]):
-            slot[FRICTION, s] = np.copysign(slot[LIMIT, s], rim + slot[WISH, s])
+            slot[FRICTION, s] = limit_towards(slot, s, rim + slot[WISH, s])
+
+
+@kernel
+def limit_towards(slot, s, direction):
+    """Return the limit of the friction in a slot that has the sign of a direction."""
+    return slot[FORWARD_LIMIT, s] if direction > 0.0 else -slot[BACKWARD_LIMIT, s]
 
 
 @kernel
@@ -294,10 +301,10 @@ def correct(chain, slots, pulleys, damping):
             pulled = pull_along(slots.body[s], n, table, damping.columns[0])
             if slot[STUCK, s] > 0.0:
                 needed = mass * (rim + slot[WISH, s]) - pulled
-                if abs(needed) < slot[LIMIT, s] or needed == 0.0:
+                if -slot[BACKWARD_LIMIT, s] <= needed <= slot[FORWARD_LIMIT, s]:
                     slot[FRICTION, s] = needed
                 else:
-                    slot[FRICTION, s] = np.copysign(slot[LIMIT, s], needed)
+                    slot[FRICTION, s] = limit_towards(slot, s, needed)
                     slot[STUCK, s] = 0.0
                     changed = True
             else:

@@ -26,16 +26,14 @@ import numpy as np
 
 from frictionsim.backends.belt_damping import damp_and_strike, expect_dampers, forget
 from frictionsim.compiled import entry, kernel
-from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, VX, VY
+from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, VX, VY, heat_of_shocks
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
     BEFORE,
     BODY_VX,
     BODY_VY,
-    COEFFICIENT,
     FRICTION,
     INERTIA,
-    LIMIT,
     NORMAL,
     NX,
     NY,
@@ -49,6 +47,7 @@ from frictionsim.mechanisms.belt.contact import (
     deal_slots,
     drag,
     grip,
+    limit_friction,
     meet,
     remember,
     share_friction,
@@ -160,6 +159,7 @@ def walk(
                 slots,
                 pulleys,
             )
+            add_heat_of_shocks(h, walk, hysteresis, laws, room, pulleys)
         keep_in_mind(slots, hysteresis)
         counts[0] += 1
         counts[1] = (counts[1] + 1) % STEPS_OF_A_DEAL
@@ -223,6 +223,26 @@ def solve_step(
             slots,
             pulleys,
         )
+
+
+@kernel
+def add_heat_of_shocks(h, walk, hysteresis, laws, room, pulleys):
+    """Add to the energies what dampers take of bodies that take hold or break loose.
+
+    Without a static coefficient of its own friction has no jumps worth the time.
+    """
+    if hysteresis is not None:
+        rates = walk.rate[: 6 * room.shape[1]].reshape((6, room.shape[1]))
+        heat = heat_of_shocks(
+            laws.chain,
+            walk.motion0,
+            walk.motion_middle,
+            walk.motion,
+            room,
+            rates,
+            laws.axial_damping,
+        )
+        walk.y[6 * room.shape[1] + pulleys.table.shape[1] + len(pulleys.free) + 2] += h * heat
 
 
 @kernel
@@ -337,8 +357,9 @@ def damp_midway(h, mass, slots, ax, ay, damping):
 
 @entry
 def look(walk, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
-    """Evaluate the forces without friction at the state as it is."""
+    """Evaluate the forces without friction at the start."""
     motion, rate, width = walk.motion, walk.rate, room.shape[1]
+    prescribe(0.0, pulleys, speeds)
     deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
     act(laws, motion, room, slots, ax, ay, rate[5 * width : 6 * width])
@@ -384,13 +405,12 @@ def strike(h, before, after, chain, room, slots, pulleys, friction, damping):
         pulley[ALPHA, j] = pulley[BEFORE, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
     if friction is None:
         return 0.0, 0.0
-    wish, limit, slip = table[WISH], table[LIMIT], table[SLIP]
+    wish, slip = table[WISH], table[SLIP]
     along_of(before[VX], before[VY], slots, slip)
     along_of(after[VX], after[VY], slots, wish)
     for s in range(slots.first[-1]):
         wish[s] = -wish[s]
-    for s in range(slots.first[-1]):
-        limit[s] = h * table[COEFFICIENT, s] * table[NORMAL, s]
+    limit_friction(slots, h)
     settle(chain.mass, slots, pulleys, damping)
     damped = damp(h, before, after, chain, room, slots, pulleys, damping)
     drag(slots, 1.0 / chain.mass, after[VX], after[VY])

@@ -12,7 +12,7 @@ from frictionsim.backends.belt_midpoint import MOST_OBLIQUE, Walk, look, walk
 from frictionsim.errors import InputError, NotFinite
 from frictionsim.mechanisms.belt.assembly import new_state
 from frictionsim.mechanisms.belt.chain import TINY
-from frictionsim.mechanisms.belt.contact import Friction
+from frictionsim.mechanisms.belt.contact import ALPHA, BEFORE, SPEED, Friction
 from frictionsim.mechanisms.belt.waves import contact_stiffness
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 LONGEST, LOST_TO_DAMPING = 2.0, 1.1
 LONGEST_DECAY = 0.65  # r h; beyond it less than that
 NEARLY = 0.935  # of it is taken by default
+# Seconds, as of the adaptive method; with dampers along the belt a step is compiled in two forms.
+COMPILES_IN, COMPILES_WITH_DAMPERS_IN = 12.0, 33.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 LONGEST_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
@@ -84,6 +86,9 @@ class Stepping:
         self._walk = Walk(y0, y, middle, rate, before, motion, between, counts)
         self._walk.y0[:] = self._walk.y[:] = assembly.state
         self._inside = new_state(bodies, pulleys)
+        # Speeds that are given stand in no state.
+        table = assembly.pulleys
+        self._given = np.setdiff1d(np.arange(table.table.shape[1]), table.free)
 
     def _prepare_damping(self, longest: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
@@ -106,6 +111,11 @@ class Stepping:
         self._obliquity = -1.0 if stiff else max(spare, 0.0) / turning
 
     @property
+    def compiles_in(self) -> float:
+        """What the compilation of its kernels is expected to take, s."""
+        return COMPILES_IN if self._damping is None else COMPILES_WITH_DAMPERS_IN
+
+    @property
     def t(self) -> float:
         """The end of the last step, s."""
         return float(self._walk.counts[0] * self._h)
@@ -119,6 +129,9 @@ class Stepping:
     def begin(self) -> None:
         """Evaluate the start."""
         look(self._walk, self._margin, self._friction, self._laws, *self._assembly.parts[1:])
+
+    def prepare(self) -> None:
+        """Have the kernels of a step compiled, by taking none."""
         self._go(0)
 
     def advance(self, limit: float, sample: float, most: int) -> None:
@@ -159,6 +172,10 @@ class Stepping:
         share = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
         w = self._walk
         self._inside[:] = w.y0 + share * (w.y - w.y0)
+        if w.counts[0]:  # before the first step there is no speed but that of the start
+            table = self._assembly.pulleys.table
+            start, end = table[BEFORE, self._given], table[ALPHA, self._given]
+            table[SPEED, self._given] = start + share * (end - start)
         return self._inside
 
     def arrays(self) -> dict[str, Any]:

@@ -15,8 +15,15 @@ from frictionsim.compiled import entry, kernel
 from frictionsim.errors import NotFinite, StepUnderflow
 from frictionsim.integrator import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.contact import ALPHA, deal_slots, remember
-from frictionsim.mechanisms.belt.equations import copy, motion_in, rates
+from frictionsim.mechanisms.belt.contact import (
+    ALPHA,
+    FRICTION,
+    SLIP,
+    STUCK,
+    deal_slots,
+    remember,
+)
+from frictionsim.mechanisms.belt.equations import copy, motion_in, prescribe, rates
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -38,6 +45,10 @@ shrunk, grown = kernel(integrator.shrunk), kernel(integrator.grown)
 STEPS_OF_A_DEAL = 8
 
 FIRST_STEP = 0.01  # of the longest
+
+# Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
+# effects. Only for whoever waits.
+COMPILES_IN = 20.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
 
@@ -91,8 +102,9 @@ class Stepper(NamedTuple):
 @entry
 def begin(stepper, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
     """Find who is near a pulley, and evaluate the rates at the start."""
-    deal(stepper, margin, friction, laws, room, slots, pulleys)
     clock = stepper.clock
+    prescribe(clock[1], pulleys, speeds)  # who has slip depends on it
+    deal(stepper, margin, friction, laws, room, slots, pulleys)
     rates(
         clock[1],
         clock[2],
@@ -289,6 +301,7 @@ class Stepping:
 
     per_impulse = 1.0  # the slots hold forces
     can_go_on = True
+    compiles_in = COMPILES_IN
 
     def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
         self._assembly = assembly
@@ -319,6 +332,7 @@ class Stepping:
             counts=np.zeros(5, dtype=np.int64),
         )
         self._stepper.y[:] = self._stepper.y0[:] = assembly.state
+        self._contacts: Array | None = None  # as the last step left them, while a sample is seen
 
     @property
     def t(self) -> float:
@@ -336,6 +350,11 @@ class Stepping:
         a = self._assembly
         begin(self._stepper, self._margin, a.friction, *a.parts)
 
+    def prepare(self) -> None:
+        """Have the other kernels compiled, by no step and a look that changes nothing."""
+        self.advance(self.t, self.t, 0)
+        self.look(self.t)
+
     def advance(self, limit: float, sample: float, most: int) -> None:
         """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.
 
@@ -344,6 +363,7 @@ class Stepping:
         SolverError
         """
         a, stepper = self._assembly, self._stepper
+        self._end_look()
         trouble = advance(
             stepper,
             limit,
@@ -374,12 +394,21 @@ class Stepping:
         """
         a = self._assembly
         alpha = a.pulleys.table[ALPHA].copy()
+        if self._contacts is None:
+            self._contacts = a.slots.table[[SLIP, FRICTION, STUCK]]
         look_inside(self._stepper, t, *a.parts)
         a.pulleys.table[ALPHA] = alpha
         return self._stepper.inside
 
+    def _end_look(self) -> None:
+        """Have the contacts slip and stick as the last step left them, whatever was looked at."""
+        if self._contacts is not None:
+            self._assembly.slots.table[[SLIP, FRICTION, STUCK]] = self._contacts
+            self._contacts = None
+
     def arrays(self) -> dict[str, "Array"]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
+        self._end_look()
         s, a = self._stepper, self._assembly
         return {
             "y": s.y,

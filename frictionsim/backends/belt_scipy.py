@@ -13,8 +13,8 @@ from frictionsim import backends
 from frictionsim.backends.scipy_stepper import ScipyStepper
 from frictionsim.compiled import entry
 from frictionsim.mechanisms.belt.assembly import new_state
-from frictionsim.mechanisms.belt.contact import deal_slots, remember
-from frictionsim.mechanisms.belt.equations import motion_in, rates
+from frictionsim.mechanisms.belt.contact import SPEED, deal_slots, remember
+from frictionsim.mechanisms.belt.equations import motion_in, prescribe, rates
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
+COMPILES_IN = 10.0  # s, as of the adaptive method
 LARGE = 1e30  # the tolerance of an energy: none
 LEAST_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
 
@@ -33,6 +34,10 @@ def fresh_rates(
     t, state, rate, margin, friction, laws, torques, loads, speeds, room, slots, pulleys
 ):
     """Write the rates of a state, wherever its bodies are: steps may be long."""
+    first = 6 * room.shape[1] + pulleys.table.shape[1]
+    for k in range(len(pulleys.free)):
+        pulleys.table[SPEED, pulleys.free[k]] = state[first + k]
+    prescribe(t, pulleys, speeds)
     deal_slots(motion_in(state, room), laws.chain.bodies, pulleys, margin, slots, friction)
     rates(t, 0.0, state, rate, laws, torques, loads, speeds, room, slots, pulleys)
 
@@ -74,6 +79,7 @@ class Stepping:
 
     per_impulse = 1.0  # the slots hold forces
     can_go_on = False  # what a method remembers of its steps is its own
+    compiles_in = COMPILES_IN
 
     def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
         self._assembly = assembly
@@ -93,6 +99,12 @@ class Stepping:
         """Evaluate the start."""
         self._stepper.begin(lambda t, y, dy: None, 0.0, self._assembly.state.tolist())
         self._stepper.evaluate(0.0, self._assembly.state)
+
+    def prepare(self) -> None:
+        """Have the one kernel compiled that the start does not call, on a copy."""
+        if self._assembly.hysteresis is not None:
+            slots = self._assembly.slots
+            remember(slots._replace(table=slots.table.copy()))
 
     def advance(self, limit: float, sample: float, most: int) -> None:
         """Take one step, that ends at a limit, s, at the latest.

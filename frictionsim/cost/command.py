@@ -11,7 +11,7 @@ from frictionsim.cost.settings import Setting
 from frictionsim.cost.study import Study, study
 from frictionsim.errors import InputError, OutputError, unknown
 from frictionsim.mechanisms import module_of
-from frictionsim.targets import check_target
+from frictionsim.targets import check_target, refuse_to_clobber
 from frictionsim.watch import watch
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ class Options(NamedTuple):
     output: Path | None
     csv: Path | None
     plot: Path | None
+    no_clobber: bool = False
 
 
 def study_scene(scene: "Scenario", options: Options) -> Study:
@@ -136,6 +137,10 @@ def _backends(text: str | None, scene: "Scenario") -> tuple[str, ...]:
 
 def _check_targets(options: Options) -> None:
     """See that the files can be written, before the time to measure is spent."""
+    if options.no_clobber:
+        for target in (options.output, options.csv, options.plot):
+            if target is not None:
+                refuse_to_clobber(target)
     if options.output is not None:
         check_target(options.output)
     if options.plot is not None and options.plot.suffix.lower() not in (".png", ".pdf", ".svg"):

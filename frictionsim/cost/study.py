@@ -112,7 +112,8 @@ class Budget:
     def __init__(self, poll: Poll, max_wall: float) -> None:
         self._poll, self._max_wall = poll, max_wall
         self._end = perf_counter() + max_wall
-        self.say = getattr(poll, "say", None)  # that kernels are compiled
+        if hasattr(poll, "compiling"):
+            self.compiling = poll.compiling
         self._calls = 0
 
     def __call__(self, t: float) -> None:

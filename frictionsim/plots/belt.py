@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.averages import last_part, time_mean
 from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt.spans import span_tensions
 from frictionsim.plots.belt_line import (
     BeltLine,
     has_friction,
@@ -36,7 +38,6 @@ if TYPE_CHECKING:
     from frictionsim.recorder import Result
 
 TENSION_HEIGHT = 4.0  # inches
-LAST_SHARE = 0.2  # of the run, whose mean is drawn
 MOST_SAMPLES = 200  # in that mean
 TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of pulleys, by turns
 NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
@@ -74,15 +75,16 @@ def tension(result: "Result") -> "Figure":
     figure = blank(result, TENSION_HEIGHT)
     panel = figure.subplots()
     handles = [
-        *panel.plot(belt.place, at_end, **line(0), label="at the last sample"),
+        *panel.plot(belt.place, at_end, **line(0), label="last sample"),
         *panel.plot(
             belt.place,
             belt.mean(result, _last(result)),
             **line(1),
-            label="mean over the last fifth of the run",
+            label="mean over the last fifth",
         ),
     ]
     grid(panel)
+    handles += _draw_spans(panel, result, belt)
     handles += _shade_arcs(panel, result, belt)
     panel.set_ylabel("tension, N")
     name = verbatim(pulleys_of(result)[0].name)
@@ -93,10 +95,34 @@ def tension(result: "Result") -> "Figure":
 
 def _last(result: "Result") -> Any:
     """Return the samples of the last fifth, or some of them spread over it."""
-    time = result.courses["time"]
-    first = np.searchsorted(time, time[-1] - LAST_SHARE * np.ptp(time))
-    samples = np.arange(first, len(time))
+    samples = np.flatnonzero(last_part(result.courses["time"]))
     return samples[:: -(-len(samples) // MOST_SAMPLES)]
+
+
+def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
+    """Draw the mean tension of each span where it is at the end: the numbers of the summary."""
+    touched = result.courses["pulley_index"][-1][belt.order]
+    means, style = mean_spans(result), line(2)
+    drawn = [
+        panel.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
+        for value, first, stop in runs(touched)
+        if value < 0 and first > 0 and touched[first - 1] != touched[stop % len(touched)]
+    ]
+    if len(touched) and touched[0] < 0 <= touched[-1]:
+        stop = int(np.argmax(touched >= 0))
+        drawn += panel.plot(belt.place[[0, stop]], [means[int(touched[-1])]] * 2, **style)
+    for one in drawn[:1]:
+        one.set_label("mean of a span, as in the summary")
+    return drawn[:1]
+
+
+def mean_spans(result: "Result") -> Any:
+    """Return the mean tension of each span over the last fifth of a run, N."""
+    last = np.flatnonzero(last_part(result.courses["time"]))
+    tension, touched = result.courses["tension"], result.courses["pulley_index"]
+    count = len(pulleys_of(result))
+    spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])
+    return time_mean(result.courses["time"][last], spans)
 
 
 def _shade_arcs(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:

@@ -13,6 +13,7 @@ from tests.benchmarks.results_common import RESULTS, command, provenance, say
 from tests.benchmarks.results_laws import laws
 from tests.benchmarks.results_mesh import mesh
 from tests.benchmarks.results_paper import paper
+from tests.benchmarks.results_pulley import pulley
 
 PICTURES = ("pulley_return", "marble_machine", "epicyclic")
 FEW = ("--max-wall", "10", "--repeats", "2")
@@ -57,6 +58,7 @@ def _put_provenance(path: Path) -> None:
 
 PARTS: dict[str, Callable[[], None]] = {
     "pictures": pictures,
+    "pulley": pulley,
     "cost": cost,
     "laws": laws,
     "mesh": mesh,

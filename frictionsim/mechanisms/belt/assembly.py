@@ -14,6 +14,7 @@ from frictionsim.mechanisms.belt.chain import (
 )
 from frictionsim.mechanisms.belt.contact import (
     PULLEY_RADIUS,
+    ROWS,
     VECTOR,
     Contact,
     ContactDamping,
@@ -218,8 +219,8 @@ def _slots(bodies: int, pulleys: int) -> Slots:
     return Slots(
         np.zeros(pulleys + 1, dtype=np.int64),
         np.zeros(slots, dtype=np.uint64),  # an index that is never negative needs no look
-        aligned(17, slots),
-        np.zeros(bodies),
+        aligned(ROWS, slots),
+        np.zeros((2, bodies)),
     )
 
 
@@ -247,10 +248,18 @@ def _coefficients(scene: "Scene", body_length: float) -> Friction | None:
         own = law.pulleys.get(name, law)
         static[j], kinetic[j] = own.mu_s, own.mu_k
     if patch is not None:
-        centres = (np.arange(bodies) + 0.5) * body_length
-        inside = (centres >= patch.start) & (centres < patch.end)
+        inside = patch_bodies(scene, body_length)
         static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
     return Friction(static, kinetic)
+
+
+def patch_bodies(scene: "Scene", body_length: float) -> "npt.NDArray[np.bool_]":
+    """Return which bodies are in the patch, (n,); none without one."""
+    patch = scene.effects.patch
+    centres = (np.arange(scene.mechanism.belt.bodies) + 0.5) * body_length
+    if patch is None:
+        return np.zeros(len(centres), dtype=bool)
+    return (centres >= patch.start) & (centres < patch.end)
 
 
 def _driven(scene: "Scene", key: str, of_speed: bool) -> tuple["Indices", list[Any]]:

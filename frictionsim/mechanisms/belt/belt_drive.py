@@ -54,6 +54,21 @@ class BeltDrive:
             6 * len(bodies) + pulleys.table.shape[1] + len(pulleys.free) + self._observer.ledger
         )
 
+    def prepare(self, poll: Callable[[float], Any]) -> float:
+        """Evaluate the start, and have all kernels of the run compiled; return how long that took.
+
+        Raises
+        ------
+        SolverError
+        """
+        stepping = self._stepping
+        with compiled.compilation(stepping.compiles_in, poll) as found:
+            if not self._begun:
+                stepping.begin()
+            stepping.prepare()
+        self._begun = True
+        return found.seconds
+
     def solve(self, poll: Callable[[float], Any]) -> None:
         """Step to the end, from the start or from what was restored.
 
@@ -62,10 +77,6 @@ class BeltDrive:
         SolverError, Interrupted
         """
         stepping, times, end = self._stepping, self._times, self._scene.solver.duration
-        with compiled.announced(self._variant(), getattr(poll, "say", None)):
-            if not self._begun:
-                stepping.begin()
-        self._begun = True
         while True:
             while times.next <= stepping.t * (1.0 + CLOSE):
                 t = times.next
@@ -79,14 +90,6 @@ class BeltDrive:
             limit = min((kink for kink in self._kinks if kink > stepping.t), default=end)
             stepping.advance(min(limit, end), times.next, STEPS_BETWEEN_LOOKS)
             self._see_belt(stepping.t)
-
-    def _variant(self) -> str:
-        """Return what the kernels are compiled anew for: the backend and the effects."""
-        a = self._assembly
-        optional = (*a.laws, a.torques, a.loads, a.speeds, a.friction, a.hysteresis)
-        sines = (getattr(part, "sines", None) for part in (a.torques, a.speeds))
-        there = "".join("01"[part is not None] for part in (*optional, *sines))
-        return f"{self._scene.solver.backend}-{there}"
 
     def _see_budget(self, t: float) -> None:
         """Stop where the steps are spent."""

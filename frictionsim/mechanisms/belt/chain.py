@@ -158,6 +158,45 @@ def damp_axially(chain, motion, room, damping):
 
 
 @kernel
+def stretch_rate(chain, motion, room, rate):
+    """Write the rate at which every joint stretches, times its pull, W, for the pull in `room`."""
+    n, half = chain.bodies, 0.5 * chain.length
+    cos, sin, vx, vy, spin = room[COS], room[SIN], motion[VX], motion[VY], motion[SPIN]
+    right_vx, right_vy = room[RIGHT_VX], room[RIGHT_VY]
+    for k in range(n):
+        right_vx[k + 1] = vx[k] - half * sin[k] * spin[k]
+    for k in range(n):
+        right_vy[k + 1] = vy[k] + half * cos[k] * spin[k]
+    right_vx[0], right_vy[0] = right_vx[n], right_vy[n]
+    pull_x, pull_y = room[PULL_X], room[PULL_Y]
+    for k in range(n):
+        rate[k] = pull_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k])
+    for k in range(n):
+        rate[k] += pull_y[k] * (vy[k] - half * cos[k] * spin[k] - right_vy[k])
+
+
+@kernel
+def heat_of_shocks(chain, before, middle, after, room, rates, damping):
+    """Return what dampers along the belt take beyond their heat at the velocities `middle`, W.
+
+    Their force is that of `middle`, extrapolated; what it takes goes by the mean of the velocities
+    before and after. The two differ where a body takes hold or breaks loose within the step.
+    """
+    heat = 0.0
+    if damping is not None:
+        pull_x, pull_y = room[PULL_X], room[PULL_Y]
+        rate, rate0, rate1 = rates[X], rates[Y], rates[ANGLE]
+        stretch_rate(chain, middle, room, rate)
+        stretch_rate(chain, before, room, rate0)
+        stretch_rate(chain, after, room, rate1)
+        for k in range(chain.bodies):
+            missed = rate[k] * (0.5 * (rate0[k] + rate1[k]) - rate[k])
+            heat += missed / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
+        heat *= damping.coefficient
+    return heat
+
+
+@kernel
 def accelerate(chain, room, ax, ay, spin_up):
     """Write the accelerations of the bodies under the pull of their joints."""
     n = chain.bodies

@@ -15,7 +15,12 @@ Exact stick. A body that sticks has s' = -s/tau, which takes the force T = m (R 
 g = s/tau - a, where a is its acceleration along t without friction. Sliding, the force is at its
 limit. What each pulley does is then one scalar equation for its angular acceleration alpha,
 
-    I alpha = M - R sum clip(m (R alpha + g_i), -mu_i N_i, mu_i N_i),
+    I alpha = M - R sum clip(m (R alpha + g_i), -mu_i- N_i, mu_i+ N_i),
+
+with a limit for each direction of the force. A body that has no slip is held by the static
+coefficient, in either direction, and a tie sticks. One that slides is braked by the kinetic
+coefficient and never driven; where its slip comes to zero, the static coefficient decides whether
+it sticks. Where both coefficients are equal no memory of who slides is needed.
 
 whose left side rises with alpha and whose right side falls. Both are piecewise linear: Newton's
 method from the last alpha ends in two or three sweeps. With velocities in the place of
@@ -102,58 +107,81 @@ PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, BEFORE = range
 class Slots(NamedTuple):
     """The bodies near pulleys; the slots of pulley j are first[j] to first[j + 1] - 1.
 
-    `first` is (np + 1,), `body` (slots,), `table` (17, slots) with rows as named below;
-    `was_stuck`, (n,), keeps who sticks while the slots are dealt anew.
+    `first` is (np + 1,), `body` (slots,), `table` (20, slots) with rows as named below; `kept`,
+    (2, n), has mode and stick of the bodies while the slots are dealt anew.
     """
 
     first: "Indices"
     body: "Indices"
     table: "Array"
-    was_stuck: "Array"
+    kept: "Array"
 
 
 # Rows: of the slot's pulley, m, with a radius of zero where the slot is empty,
 CENTRE_X, CENTRE_Y, RADIUS = range(3)
-# coefficients of friction at rest, sliding, and as it is now,
-STATIC, KINETIC, COEFFICIENT = range(3, 6)
+# coefficients of friction at rest and sliding, and those in force for T > 0 and for T < 0,
+STATIC, KINETIC, FORWARD, BACKWARD = range(3, 7)
 # the unit vector n and 1/r, and the velocity of the body, m/s,
-NX, NY, PER_R, BODY_VX, BODY_VY = range(6, 11)
-# N and mu N, in N or N s; the slip, m/s; g above; T; and 1 where T was below its limit, else 0.
-NORMAL, LIMIT, SLIP, WISH, FRICTION, STUCK = range(11, 17)
+NX, NY, PER_R, BODY_VX, BODY_VY = range(7, 12)
+# N, and the limits of T > 0 and of T < 0, in N or N s; the slip, m/s; g above; T; 1 where T is
+# within its limits, else 0; and the mode, 0 where the static coefficient holds, else the direction
+# of the slip.
+NORMAL, FORWARD_LIMIT, BACKWARD_LIMIT, SLIP, WISH, FRICTION, STUCK, MODE = range(12, 20)
+ROWS = 20
+
+NEW = 2.0  # in the place of a mode: the body had no slot
 
 
 @kernel
 def deal_slots(motion, bodies, pulleys, margin, slots, friction):
     """Give a slot to each body within a margin of a pulley's rim."""
     x, y, table, count = motion[X], motion[Y], pulleys.table, pulleys.table.shape[1]
-    body, radius, stuck, was_stuck = (
+    body, radius, mode, stuck = (
         slots.body,
         slots.table[RADIUS],
+        slots.table[MODE],
         slots.table[STUCK],
-        slots.was_stuck,
     )
-    was_stuck[:] = 0.0
+    kept_mode, kept_stuck = slots.kept[0], slots.kept[1]
+    kept_mode[:] = NEW
     for s in range(slots.first[count]):
         if radius[s] > 0.0:
-            was_stuck[body[s]] = stuck[s]
+            kept_mode[body[s]], kept_stuck[body[s]] = mode[s], stuck[s]
     s = 0
     for j in range(count):
         slots.first[j] = s
         reach = (table[PULLEY_RADIUS, j] + margin) ** 2
         for i in range(bodies):
             if (x[i] - table[PULLEY_X, j]) ** 2 + (y[i] - table[PULLEY_Y, j]) ** 2 < reach:
-                body[s], radius[s], stuck[s] = i, table[PULLEY_RADIUS, j], was_stuck[i]
+                body[s], radius[s] = i, table[PULLEY_RADIUS, j]
+                mode[s], stuck[s] = kept_mode[i], kept_stuck[i]
                 s += 1
         filled = s
         s += -(s - slots.first[j]) % VECTOR
         for k in range(filled, s):
-            body[k], radius[k], stuck[k] = 0, 0.0, 0.0
+            body[k], radius[k], mode[k], stuck[k] = 0, 0.0, 0.0, 0.0
         for k in range(slots.first[j], s):
             slots.table[CENTRE_X, k] = table[PULLEY_X, j]
             slots.table[CENTRE_Y, k] = table[PULLEY_Y, j]
             slots.table[FRICTION, k] = 0.0
     slots.first[count] = s
+    begin_contacts(motion, slots, pulleys)
     lay_coefficients(slots, count, friction)
+
+
+@kernel
+def begin_contacts(motion, slots, pulleys):
+    """Have bodies that are new at a pulley stick if they have no slip, else slide."""
+    slot, pulley = slots.table, pulleys.table
+    for j in range(pulley.shape[1]):
+        for s in range(slots.first[j], slots.first[j + 1]):
+            if slot[MODE, s] == NEW:
+                i = slots.body[s]
+                dx, dy = motion[X, i] - slot[CENTRE_X, s], motion[Y, i] - slot[CENTRE_Y, s]
+                along = (motion[VY, i] * dx - motion[VX, i] * dy) / np.sqrt(dx * dx + dy * dy)
+                slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
+                slot[SLIP, s], slot[MODE, s] = slip, np.sign(slip)
+                slot[STUCK, s] = 1.0 if slip == 0.0 else 0.0
 
 
 @kernel
@@ -164,23 +192,41 @@ def lay_coefficients(slots, pulleys, friction):
             for s in range(slots.first[j], slots.first[j + 1]):
                 slots.table[STATIC, s] = friction.static[j, slots.body[s]]
                 slots.table[KINETIC, s] = friction.kinetic[j, slots.body[s]]
-        remember(slots)
+        choose_coefficients(slots)
+
+
+@kernel
+def choose_coefficients(slots):
+    """Write the coefficients that are in force; return whether that changes a limit."""
+    table = slots.table
+    changed = 0.0
+    for s in range(slots.first[-1]):
+        static, kinetic, mode = table[STATIC, s], table[KINETIC, s], table[MODE, s]
+        against = 0.0 if static > kinetic else static
+        forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
+        backward = static if mode == 0.0 else kinetic if mode < 0.0 else against
+        change = abs(forward - table[FORWARD, s]) + abs(backward - table[BACKWARD, s])
+        changed += change * table[NORMAL, s]
+        table[FORWARD, s], table[BACKWARD, s] = forward, backward
+    return changed > 0.0
 
 
 @kernel
 def remember(slots):
-    """Let the static coefficient hold the bodies that stick, the kinetic one brake the others.
+    """Take over from the last step who sticks and who slides where to.
 
-    Return whether a coefficient changed.
+    A body that sticks lets go in the direction of its friction. One that slides goes on until its
+    slip has come to zero. Return whether that changes a limit.
     """
     table = slots.table
-    changed = 0.0
     for s in range(slots.first[-1]):
-        kinetic = table[KINETIC, s]
-        now = kinetic + table[STUCK, s] * (table[STATIC, s] - kinetic)
-        changed += abs(now - table[COEFFICIENT, s])
-        table[COEFFICIENT, s] = now
-    return changed > 0.0
+        mode, slip, friction = table[MODE, s], table[SLIP, s], table[FRICTION, s]
+        if table[STUCK, s] > 0.0 or mode * slip < 0.0:
+            mode = 0.0
+        elif mode == 0.0:
+            mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
+        table[MODE, s] = mode
+    return choose_coefficients(slots)
 
 
 @kernel
@@ -253,20 +299,30 @@ def stick(slots, pulleys, mass, ax, ay, exact):
     if exact is not None:
         table, body, count = slots.table, slots.body, slots.first[-1]
         nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        wish, limit, slip, per_r = table[WISH], table[LIMIT], table[SLIP], table[PER_R]
-        coefficient, normal = table[COEFFICIENT], table[NORMAL]
+        wish, slip, per_r = table[WISH], table[SLIP], table[PER_R]
         per_tau = 1.0 / exact.tau
         for s in range(count):
             i = body[s]
             along = vy[s] * nx[s] - vx[s] * ny[s]
             turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * per_r[s]
             wish[s] = slip[s] * per_tau - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
-        for s in range(count):
-            limit[s] = coefficient[s] * normal[s]
+        limit_friction(slots, 1.0)
         alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
         for j in pulleys.free:
             alpha[j] = meet(j, alpha[j], torque[j], slots, pulleys, mass)
         share_friction(slots, pulleys, mass, alpha)
+
+
+@kernel
+def limit_friction(slots, duration):
+    """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
+    table, count = slots.table, slots.first[-1]
+    normal, forward, backward = table[NORMAL], table[FORWARD], table[BACKWARD]
+    forward_limit, backward_limit = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+    for s in range(count):
+        forward_limit[s] = duration * forward[s] * normal[s]
+    for s in range(count):
+        backward_limit[s] = duration * backward[s] * normal[s]
 
 
 @kernel
@@ -277,7 +333,8 @@ def meet(j, guess, offer, slots, pulleys, mass):
     `offer` the angular momentum that it would have.
     """
     radius, inertia = pulleys.table[PULLEY_RADIUS, j], pulleys.table[INERTIA, j]
-    wish, limit = slots.table[WISH], slots.table[LIMIT]
+    wish = slots.table[WISH]
+    forward, backward = slots.table[FORWARD_LIMIT], slots.table[BACKWARD_LIMIT]
     low, high = -np.inf, np.inf
     x = guess
     for _ in range(MOST_SWEEPS):
@@ -285,8 +342,8 @@ def meet(j, guess, offer, slots, pulleys, mass):
         for block in range(slots.first[j], slots.first[j + 1], VECTOR):
             for s in range(block, block + VECTOR):
                 needed = mass * (radius * x + wish[s])
-                force += min(max(needed, -limit[s]), limit[s])
-                following += 1.0 if abs(needed) < limit[s] else 0.0
+                force += min(max(needed, -backward[s]), forward[s])
+                following += 1.0 if -backward[s] < needed < forward[s] else 0.0
         excess = inertia * x - offer + radius * force
         if excess > 0.0:
             high = x
@@ -305,13 +362,14 @@ def meet(j, guess, offer, slots, pulleys, mass):
 def share_friction(slots, pulleys, mass, x):
     """Write the friction, with the x of each pulley, and who sticks."""
     table = slots.table
-    wish, limit, friction, stuck = table[WISH], table[LIMIT], table[FRICTION], table[STUCK]
+    wish, friction, stuck = table[WISH], table[FRICTION], table[STUCK]
+    forward, backward = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
         for s in range(slots.first[j], slots.first[j + 1]):
             needed = mass * (rim + wish[s])
-            friction[s] = min(max(needed, -limit[s]), limit[s])
-            stuck[s] = 1.0 if abs(needed) < limit[s] else 0.0
+            friction[s] = min(max(needed, -backward[s]), forward[s])
+            stuck[s] = 1.0 if -backward[s] <= needed <= forward[s] else 0.0
 
 
 @kernel

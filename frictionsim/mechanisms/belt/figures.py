@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.averages import last_part, time_mean
 from frictionsim.mechanisms.belt.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt.torque_balance import torque_balance
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Check
 
@@ -12,11 +14,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt.assembly import Assembly
-    from frictionsim.mechanisms.belt.parameters import BeltSolver, Scene
+    from frictionsim.mechanisms.belt.parameters import Scene
 
     Array = npt.NDArray[np.float64]
 
-LAST_SHARE = 0.2  # of a run: the means of the summary are over it
 STILL = 1e-9  # rad/s: pulleys that turn slower have no slip worth a figure
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
@@ -44,10 +45,10 @@ def figures_of(
     found: Quantities = {}
     if not time.size:
         return found
-    last = time >= time[-1] - LAST_SHARE * (time[-1] - time[0])
+    last = last_part(time)
 
     def mean(name: str) -> Any:
-        return np.mean(seen[name][last], axis=0)
+        return time_mean(time[last], seen[name][last])
 
     names = scene.mechanism.names
     found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
@@ -57,7 +58,7 @@ def figures_of(
     for i, name in enumerate(names):
         after = names[(i + 1) % len(names)]
         found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
-    power = np.mean(seen["_torque"][last] * seen["_speed"][last], axis=0)
+    power = time_mean(time[last], (seen["_torque"] * seen["_speed"])[last])
     speed = mean("_speed")
     drive, driven = int(np.argmax(power)), int(np.argmin(power))
     if drive == driven:
@@ -68,8 +69,7 @@ def figures_of(
     moving = abs(speed[drive]) > STILL
     slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
     found["slip_percent"] = Quantity(slip, "%")
-    put_in, taken = np.sum(power.clip(min=0.0)), -np.sum(power.clip(max=0.0))
-    found["efficiency"] = Quantity(float(taken / put_in) if put_in > 0.0 else None, "1")
+    found["efficiency"] = Quantity(efficiency(time[last], power, losses(seen, last)), "1")
     touching, sticking = mean("_touching"), mean("_sticking")
     if assembly.friction is not None:
         share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
@@ -86,16 +86,40 @@ def figures_of(
     return found
 
 
+def losses(seen: dict[str, "Array"], last: Any) -> float:
+    """Return the heat of friction and dampers in a part of a run, J."""
+    heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
+    return float(sum(heat[-1] - heat[0] for heat in heats))
+
+
+def efficiency(time: "Array", power: "Array", lost: float) -> float | None:
+    """Return the work that pulleys take out, over that and what is lost on the way.
+
+    That is the work put in less what the drive stores meanwhile, in motion and springs. None where
+    nothing is taken out or lost.
+
+    Parameters
+    ----------
+    time : (n,), s
+    power : (np,), W
+        The mean of each pulley's, positive into the drive.
+    lost : float, J
+        In that time.
+    """
+    taken = float(-np.sum(power.clip(max=0.0)) * np.ptp(time))
+    return taken / (taken + lost) if taken + lost > 0.0 else None
+
+
 def _offset(name: str, energy: "Array") -> float:
     """Return what an energy is counted from: that of the springs from the start."""
     return float(energy[0]) if name == "energy_potential" else 0.0
 
 
 def checks_of(
-    assembly: "Assembly", settings: "BeltSolver", seen: dict[str, "Array"]
+    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
-    if not seen:
+    if not time.size:
         return {}
     changes = {n: v - v[0] for n, v in seen.items() if n.startswith("energy")}
     residual = -changes["energy_input"]
@@ -110,6 +134,7 @@ def checks_of(
         checks["friction"] = _relative(over, limit, ROUNDING)
         driving, power = np.max(seen["_power"], axis=0)
         checks["power"] = _relative(driving, power, POWER_LIMIT)
+    checks["torque_balance"] = torque_balance(scene, assembly, time, seen)
     return checks
 
 

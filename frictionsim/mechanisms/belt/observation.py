@@ -1,13 +1,17 @@
 """What is seen of a belt drive: courses to record, the figures of the summary, the audit."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.mechanisms.belt.assembly import patch_bodies
 from frictionsim.mechanisms.belt.chain import ANGLE, PULL_X, PULL_Y, SPIN, VX, VY, X, Y
 from frictionsim.mechanisms.belt.contact import (
+    BACKWARD_LIMIT,
+    FORWARD_LIMIT,
     FRICTION,
-    LIMIT,
+    KINETIC,
     NORMAL,
     RADIUS,
     SLIP,
@@ -16,8 +20,10 @@ from frictionsim.mechanisms.belt.contact import (
     STUCK,
     TORQUE,
 )
+from frictionsim.mechanisms.belt.doubts import warnings_of
 from frictionsim.mechanisms.belt.figures import checks_of, figures_of
 from frictionsim.mechanisms.belt.parameters import CHANNELS
+from frictionsim.mechanisms.belt.spans import span_tensions
 from frictionsim.series import Observed
 
 if TYPE_CHECKING:
@@ -27,9 +33,6 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt.parameters import Scene
 
     Array = npt.NDArray[np.float64]
-
-SPAN_SHARE = 0.2  # of a span is left out at either end, where the belt bends on to a pulley
-SLACK = 0.01  # of the pretension
 
 
 class Observer:
@@ -66,11 +69,8 @@ class Observer:
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
-        spans = scene.mechanism.path().spans
-        self._starts = np.array([span.start for span in spans])
-        self._ways = np.array([span.end for span in spans]) - self._starts
-        self._lengths = np.hypot(*self._ways.T)
         self._before = np.arange(self._bodies) - 1
+        self._patch = patch_bodies(scene, laws.chain.length)
         self._samples: dict[str, list[Any]] = {}
         self.created = 0.0  # energy that came from nowhere, over what was stored and put in
 
@@ -191,38 +191,48 @@ class Observer:
             "_speed": speeds,
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
-            "_span_tension": self._span_tensions(motion, tension),
+            "_belt_speed": belt_speed(motion),
+            "_span_tension": span_tensions(tension, pulley, len(members)),
             "_touching": np.array([np.sum(pulley == j) for j in members]),
             "_sticking": np.array([courses["sticking"][pulley == j].sum() for j in members]),
+            **self._friction_on_pulleys(),
+            "_patch": np.sum(pulley[self._patch] >= 0.0),
             "_excess": self._excess(),
             "_power": friction_power(courses),
         }
 
-    def _span_tensions(self, motion: "Array", tension: "Array") -> "Array":
-        """Return the mean tension of each span: of the bodies that are next to its line."""
-        starts, ways, lengths = self._starts, self._ways, self._lengths
-        dx, dy = motion[X] - starts[:, :1], motion[Y] - starts[:, 1:]
-        share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
-        off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
-        between = (share > SPAN_SHARE) & (share < 1.0 - SPAN_SHARE)
-        nearest = np.argmin(np.where(between, off, np.inf), axis=0)
-        found = np.empty(len(lengths))
-        for i in range(len(lengths)):
-            mine = between[i] & (nearest == i)
-            if not mine.any():  # a span shorter than its bodies: the joint nearest to its middle
-                mine = np.argmin(np.hypot(share[i] - 0.5, off[i] / lengths[i]))
-            found[i] = tension[mine].mean()
-        return found
+    def _friction_on_pulleys(self) -> dict[str, "Array"]:
+        """Return the sum of the friction on the belt, N, and what it could be in full slip."""
+        slots, a = self._assembly.slots, self._assembly
+        if a.friction is None:
+            return {}
+        ranges = [slice(*ends) for ends in pairwise(slots.first)]
+        friction = slots.table[FRICTION] * self.per_impulse
+        kinetic = slots.table[KINETIC] * slots.table[NORMAL]
+        return {
+            "_friction": np.array([friction[of].sum() for of in ranges]),
+            "_capacity": np.array([kinetic[of].sum() for of in ranges]),
+        }
 
     def _excess(self) -> "Array":
-        """Return by how much a friction is above its limit, N, and the largest limit, N."""
+        """Return by how much a friction is off its limits, N, and the largest limit, N.
+
+        Above the one that holds it; or below that at rest, of a body that has no slip but does not
+        stick: the static coefficient would hold it.
+        """
         slots, a = self._assembly.slots, self._assembly
         if a.friction is None:
             return np.zeros(2)
         table = slots.table[:, : slots.first[-1]]
-        limit = table[LIMIT] * self.per_impulse if a.laws.exact else table[STATIC] * table[NORMAL]
-        size = np.abs(table[FRICTION]) * self.per_impulse
-        return np.array([np.max(size - limit, initial=0.0), np.max(limit, initial=0.0)])
+        friction, at_rest = table[FRICTION] * self.per_impulse, table[STATIC] * table[NORMAL]
+        size, limit = np.abs(friction), at_rest
+        off = size - at_rest
+        if a.laws.exact:
+            limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+            limit = np.where(friction > 0.0, *limits) * self.per_impulse
+            let_go = (table[SLIP] == 0.0) & (table[STUCK] == 0.0)
+            off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
+        return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
     def observe(self) -> Observed:
         """Return the samples before the first that is not finite, and what follows from them."""
@@ -233,28 +243,15 @@ class Observer:
         courses = {name: samples[name] for name in CHANNELS if name in samples}
         energies = {name: v for name, v in courses.items() if name.startswith("energy")}
         seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
+        time = time[:sound]
         return Observed(
-            time=time[:sound],
+            time=time,
             courses=courses,
             transitions=[],
-            quantities=figures_of(self._scene, self._assembly, time[:sound], seen),
-            checks=checks_of(self._assembly, self._scene.solver, seen),
-            unsound=sound < len(time),
-            warnings=self._warnings(time[:sound], samples.get("_span_tension")),
-        )
-
-    def _warnings(self, time: "Array", tension: "Array | None") -> tuple[str, ...]:
-        """Say which spans went slack, and when first."""
-        if tension is None or not time.size:
-            return ()
-        names = self._scene.mechanism.names
-        limit = SLACK * float(np.mean(self._assembly.rest.tension))
-        return tuple(
-            f"the span from '{name}' to '{names[(i + 1) % len(names)]}' goes slack at"
-            f" t = {time[np.argmax(tension[:, i] < limit)]:.6g} s: a slack belt is chaotic, so that"
-            " its course depends on rounding; trust means only"
-            for i, name in enumerate(names)
-            if np.any(tension[:, i] < limit)
+            quantities=figures_of(self._scene, self._assembly, time, seen),
+            checks=checks_of(self._scene, self._assembly, time, seen),
+            unsound=sound < len(self._samples.get("time", ())),
+            warnings=warnings_of(self._scene, self._assembly, time, seen),
         )
 
 
@@ -265,6 +262,12 @@ def _sound(time: "Array", samples: dict[str, "Array"]) -> int:
         good = np.isfinite(values).reshape(len(time), -1).all(axis=1)
         sound = min(sound, int(np.argmin(good)) if not good.all() else len(time))
     return sound
+
+
+def belt_speed(motion: "Array") -> float:
+    """Return the mean velocity of the bodies along the belt, m/s."""
+    along = motion[VX] * np.cos(motion[ANGLE]) + motion[VY] * np.sin(motion[ANGLE])
+    return float(np.mean(along))
 
 
 def kinetic_energy(assembly: "Assembly", motion: "Array", speeds: "Array") -> float:

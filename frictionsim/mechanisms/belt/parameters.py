@@ -263,7 +263,8 @@ class BeltSolver(Solver):
 
     backend: str = "rkf45"
     duration: float = quantity("s", 1.0, gt=0)
-    rtol: float = quantity("1", 1e-3, ge=1e-12, lt=1)
+    # Looser, the adaptive steps put energy into waves that no damper takes.
+    rtol: float = quantity("1", 1e-5, ge=1e-12, lt=1)
     atol: float = quantity("1", 0.0, ge=0)
     max_steps: int = quantity("1", 1_000_000_000, gt=0)
 

@@ -1,0 +1,39 @@
+"""Means over time, for samples that need not be evenly spaced."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+ROUNDING = 1e-9  # of a run
+LAST_PART = 0.2  # of a run: what the means of a summary, and of pictures beside it, are over
+BATCHES = 8
+
+
+def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
+    """Return which samples are in the last fifth of a run."""
+    return np.asarray(time >= time[-1] - (LAST_PART + ROUNDING) * (time[-1] - time[0]))
+
+
+def time_mean(time: "Array", values: "Array") -> Any:
+    """Return the mean over time, by the trapezoidal rule, of values (n, ...) at times (n,)."""
+    if len(time) < 2 or time[-1] == time[0]:
+        return values.mean(axis=0)
+    return np.tensordot(np.diff(time), 0.5 * (values[1:] + values[:-1]), 1) / (time[-1] - time[0])
+
+
+def standard_error(values: "Array") -> Any:
+    """Return the standard error of the mean of values (n, ...), by means of batches.
+
+    Neighbouring samples are not independent; batches that are longer than their memory are.
+    Infinite for a single sample.
+    """
+    batches = min(BATCHES, len(values))
+    if batches < 2:
+        return np.full(values.shape[1:], np.inf)
+    means = np.array([batch.mean(axis=0) for batch in np.array_split(values, batches)])
+    return means.std(axis=0, ddof=1) / np.sqrt(batches)
