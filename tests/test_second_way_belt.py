@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.run import Run, run
@@ -20,9 +20,15 @@ from .test_properties import some
 
 # The fastest wave in belts of these is seen by so many samples a radian.
 RIGIDITY, DENSITY, SAMPLES = 1e4, 0.5, 1.0
-# Waves that a mean over a fifth of a run does not take out; found: 0.7 % and 0.02 % at most.
-TORQUE_BALANCE, POWER_BALANCE = 0.01, 0.001
+# Waves that a mean over a fifth of a run does not take out, and a torque that shakes between the
+# samples where it holds a given speed; found: 0.7 % and 0.08 % at most.
+TORQUE_BALANCE, POWER_BALANCE = 0.01, 0.005
 STEADY = 0.1
+
+
+def unshrunk(count: int) -> settings:
+    """Return how many examples there are; one that fails is shown as it is, after seconds."""
+    return settings(some(count), phases=[Phase.explicit, Phase.generate])
 
 
 class Circle:
@@ -75,8 +81,13 @@ def layouts(draw: st.DrawFn, most: int) -> list[Circle]:
 
 
 @st.composite
-def drives(draw: st.DrawFn, bodies: Any, most: int = 5, idle: bool = True) -> Scenario:
-    """Belts on these layouts with every effect of `pair`, so that one kernel serves them all."""
+def drives(
+    draw: st.DrawFn, bodies: Any, most: int = 5, idle: bool = True, speeds: bool = True
+) -> Scenario:
+    """Belts on these layouts with every effect of `pair`, so that its kernel serves them all.
+
+    The driver's speed may be given instead of its torque, which takes another kernel.
+    """
     circles = draw(layouts(most))
     pulleys = [
         {
@@ -100,15 +111,16 @@ def drives(draw: st.DrawFn, bodies: Any, most: int = 5, idle: bool = True) -> Sc
         solver__backend="moreau",
     )
     data["drive"] = {}
-    driver = draw(st.integers(0, len(circles) - 1))
+    driver, given_speed = draw(st.integers(0, len(circles) - 1)), speeds and draw(st.booleans())
     for j, pulley in enumerate(pulleys):
         torque = draw(st.floats(3.0, 8.0)) * draw(st.sampled_from([1.0, -1.0]))
-        if j == driver:
-            table: Any = {"time": [0.0, 0.01], "value": [0.0, torque]}
-        else:
-            size = abs(torque) * draw(st.sampled_from([0.0, 1.0] if idle else [1.0]))
-            table = {"speed": [-20.0, 20.0], "value": [size, -size]}
-        data["drive"][pulley["name"]] = {"torque": table}
+        size = abs(torque) * draw(st.sampled_from([0.0, 1.0] if idle else [1.0]))
+        load = {"torque": {"speed": [-20.0, 20.0], "value": [size, -size]}}
+        driving = {"torque": {"time": [0.0, 0.01], "value": [0.0, torque]}}
+        if given_speed:
+            rise = {"from": 0.0, "to": 2.0 * torque, "start": 0.0, "stop": 0.01}
+            driving = {"speed": {"smooth_step": rise}}
+        data["drive"][pulley["name"]] = driving if j == driver else load
     return data
 
 
@@ -140,20 +152,31 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
-@some(8)
+@unshrunk(10)
 @given(data=drives(bodies=st.integers(60, 100)))
-def test_figures_of_belts(data: Scenario) -> None:
+def test_figures_of_belts_at_fixed_steps(data: Scenario) -> None:
+    assert_second_way(data)
+
+
+@unshrunk(4)
+@given(data=drives(bodies=st.integers(60, 100), speeds=False))
+def test_figures_of_belts_at_adaptive_steps(data: Scenario) -> None:
+    data["solver"]["backend"] = "rkf45"
+    assert_second_way(data)
+
+
+def assert_second_way(data: Scenario) -> None:
     interval = fine_interval(data)
     done, record = recorded(data, 600 * interval, interval)
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@some(6)
+@unshrunk(6)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)
-    # A slack belt claps, and a drive that is overloaded never becomes steady.
-    assume(not done.warnings and is_steady(record))
+    # A slack belt claps, and a drive that is overloaded may never become steady.
+    assume(not any("slack" in warning for warning in done.warnings) and is_steady(record))
     assert np.max(torque_misfits(record)) < TORQUE_BALANCE
     assert power_misfit(record) < POWER_BALANCE
     assert tensions(disagreements(done, belt_drive(record))) == {}
