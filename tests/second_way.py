@@ -88,7 +88,8 @@ def integral(time: Array, values: Array) -> Seen:
     """
     h = np.diff(time)
     turn = np.abs(np.diff(np.diff(values) / h))
-    variation = np.append(turn, 0.0) + np.insert(turn, 0, 0.0)
+    # Beyond the first cell and the last one, as much again.
+    variation = np.append(turn, turn[-1]) + np.insert(turn, 0, turn[0])
     cells = 0.5 * h * (values[1:] + values[:-1])
     error = float(np.sum(h * h * variation)) / 6.0
     return Seen(float(np.sum(cells)), error + STEPS * float(np.sum(np.abs(cells))) + LEAST)
