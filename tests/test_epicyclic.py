@@ -263,6 +263,23 @@ def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
         assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
 
 
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
+    """A run from one cusp on, or to the next one, has half of its dwell there."""
+    speed, distance = 1.0, 1e-4
+    data = gear(
+        mechanism__initial_angle_deg=0.0 if forward else 90.0,
+        drive={"speed": speed},
+        effects__tracer_point={"radius": 0.06, "dwell_distance": distance},
+        solver__duration=0.5 * pi,
+        output__interval=1e-3,
+    )
+    half = (distance / 0.18) ** 0.5 / speed
+    # As above; the end falls between two samples.
+    found = simulate(data).quantities["tracer_dwell_time"].value
+    assert found == pytest.approx(half, rel=0.05)
+
+
 def test_statics_are_the_edges_of_the_stick_band() -> None:
     scene = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
     found = epicyclic.statics(scene)

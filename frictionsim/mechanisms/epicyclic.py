@@ -41,7 +41,7 @@ from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Seri
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Channel
-from frictionsim.tracer import TracerPoint, cusps, longest_dwell, place
+from frictionsim.tracer import TracerPoint, cusps, longest_dwell, pace, place
 
 if TYPE_CHECKING:
     from frictionsim.simulation import Simulation
@@ -266,11 +266,12 @@ def build(scene: Scene) -> Mechanism:
         if scene.effects.tracer_point is not None:
             point = scene.effects.tracer_point
             x, y = place(terms.length, terms.turns, point, series.position)
+            paces = pace(terms.length, terms.turns, point, series.position, series.velocity)
             found["tracer_cusps"] = Quantity(
                 cusps(geometry.sun_radius, geometry.planet_radius, point, series.position), "1"
             )
             found["tracer_dwell_time"] = Quantity(
-                longest_dwell(series.time, x, y, point.dwell_distance), "s"
+                longest_dwell(series.time, paces, x, y, point.dwell_distance), "s"
             )
         return found
 
