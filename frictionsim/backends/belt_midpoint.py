@@ -26,7 +26,7 @@ import numpy as np
 
 from frictionsim.backends.belt_damping import damp_and_strike, expect_dampers, forget
 from frictionsim.compiled import entry, kernel
-from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, VX, VY, heat_of_shocks
+from frictionsim.mechanisms.belt.chain import COS, PULL_X, PULL_Y, SIN, VX, VY, heat_of_acceleration
 from frictionsim.mechanisms.belt.contact import (
     ALPHA,
     BEFORE,
@@ -159,7 +159,7 @@ def walk(
                 slots,
                 pulleys,
             )
-            add_heat_of_shocks(h, walk, hysteresis, laws, room, pulleys)
+            add_heat_of_acceleration(h, walk, laws, room, pulleys)
         keep_in_mind(slots, hysteresis)
         counts[0] += 1
         counts[1] = (counts[1] + 1) % STEPS_OF_A_DEAL
@@ -226,20 +226,17 @@ def solve_step(
 
 
 @kernel
-def add_heat_of_shocks(h, walk, hysteresis, laws, room, pulleys):
-    """Add to the energies what dampers take of bodies that take hold or break loose.
-
-    Without a static coefficient of its own friction has no jumps worth the time.
-    """
-    if hysteresis is not None:
-        rates = walk.rate[: 6 * room.shape[1]].reshape((6, room.shape[1]))
-        heat = heat_of_shocks(
+def add_heat_of_acceleration(h, walk, laws, room, pulleys):
+    """Add to the energies what dampers along the belt take beyond what was expected of them."""
+    if laws.axial_damping is not None:
+        spare = walk.rate[: 6 * room.shape[1]].reshape((6, room.shape[1]))
+        heat = heat_of_acceleration(
             laws.chain,
             walk.motion0,
             walk.motion_middle,
             walk.motion,
             room,
-            rates,
+            spare,
             laws.axial_damping,
         )
         walk.y[6 * room.shape[1] + pulleys.table.shape[1] + len(pulleys.free) + 2] += h * heat

@@ -7,6 +7,7 @@ import numpy as np
 from frictionsim.drives import SpeedTable
 from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms.belt.chain import (
+    ROOM_ROWS,
     AxialDamping,
     Bending,
     Chain,
@@ -51,7 +52,7 @@ class Assembly(NamedTuple):
     ----------
     laws : Laws
     torques, loads, speeds : Torques, Loads, Speeds or None
-    room : (9, width)
+    room : (12, width)
         For the kernels of the chain to work in.
     slots : Slots
     pulleys : Pulleys
@@ -156,7 +157,7 @@ def assemble(scene: "Scene") -> Assembly:
         _torques(scene),
         _loads(scene),
         _speeds(scene),
-        aligned(9, width_of(bodies)),
+        aligned(ROOM_ROWS, width_of(bodies)),
         _slots(bodies, pulleys.table.shape[1]),
         pulleys,
         friction,

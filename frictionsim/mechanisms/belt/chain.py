@@ -84,8 +84,11 @@ class Weight(NamedTuple):
 # Rows of a motion, (6, n and more): positions and velocities of all bodies, m, rad, m/s, rad/s.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
 
-# Rows of the room to work in, (9, n + 1 and more), over bodies or joints.
+# Rows of the room to work in, (12, n + 1 and more), over bodies or joints; the last three are the
+# pull of a damper over that of its spring, and its components, N.
 COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, PULL_X, PULL_Y, MOMENT = range(9)
+DAMPER, DAMPER_X, DAMPER_Y = range(9, 12)
+ROOM_ROWS = 12
 
 
 @kernel
@@ -145,54 +148,52 @@ def damp_axially(chain, motion, room, damping):
         for k in range(n):
             right_vy[k + 1] = vy[k] + half * cos[k] * spin[k]
         right_vx[0], right_vy[0] = right_vx[n], right_vy[n]
-        b = damping.coefficient
+        b, damper = damping.coefficient, room[DAMPER]
+        damper_x, damper_y = room[DAMPER_X], room[DAMPER_Y]
         for k in range(n):
             rate = pull_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k]) + pull_y[k] * (
                 vy[k] - half * cos[k] * spin[k] - right_vy[k]
             )
-            share = b * rate / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
-            heat += share * rate
-            pull_x[k] *= 1.0 + share
-            pull_y[k] *= 1.0 + share
+            damper[k] = b * rate / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
+            heat += damper[k] * rate
+        for k in range(n):
+            damper_x[k] = damper[k] * pull_x[k]
+        for k in range(n):
+            damper_y[k] = damper[k] * pull_y[k]
+        for k in range(n):
+            pull_x[k] += damper_x[k]
+        for k in range(n):
+            pull_y[k] += damper_y[k]
     return heat
 
 
 @kernel
-def stretch_rate(chain, motion, room, rate):
-    """Write the rate at which every joint stretches, times its pull, W, for the pull in `room`."""
-    n, half = chain.bodies, 0.5 * chain.length
-    cos, sin, vx, vy, spin = room[COS], room[SIN], motion[VX], motion[VY], motion[SPIN]
-    right_vx, right_vy = room[RIGHT_VX], room[RIGHT_VY]
-    for k in range(n):
-        right_vx[k + 1] = vx[k] - half * sin[k] * spin[k]
-    for k in range(n):
-        right_vy[k + 1] = vy[k] + half * cos[k] * spin[k]
-    right_vx[0], right_vy[0] = right_vx[n], right_vy[n]
-    pull_x, pull_y = room[PULL_X], room[PULL_Y]
-    for k in range(n):
-        rate[k] = pull_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k])
-    for k in range(n):
-        rate[k] += pull_y[k] * (vy[k] - half * cos[k] * spin[k] - right_vy[k])
-
-
-@kernel
-def heat_of_shocks(chain, before, middle, after, room, rates, damping):
+def heat_of_acceleration(chain, before, middle, after, room, spare, damping):
     """Return what dampers along the belt take beyond their heat at the velocities `middle`, W.
 
-    Their force is that of `middle`, extrapolated; what it takes goes by the mean of the velocities
-    before and after. The two differ where a body takes hold or breaks loose within the step.
+    Their force is that of `middle`, which is extrapolated; what it takes goes by the mean of the
+    velocities before and after. `room` has what the dampers were called with; `spare`, (6, width),
+    is written over.
     """
     heat = 0.0
     if damping is not None:
-        pull_x, pull_y = room[PULL_X], room[PULL_Y]
-        rate, rate0, rate1 = rates[X], rates[Y], rates[ANGLE]
-        stretch_rate(chain, middle, room, rate)
-        stretch_rate(chain, before, room, rate0)
-        stretch_rate(chain, after, room, rate1)
-        for k in range(chain.bodies):
-            missed = rate[k] * (0.5 * (rate0[k] + rate1[k]) - rate[k])
-            heat += missed / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
-        heat *= damping.coefficient
+        n, half = chain.bodies, 0.5 * chain.length
+        for row in range(VX, SPIN + 1):
+            off, v0, v1, expected = spare[row], before[row], after[row], middle[row]
+            for k in range(n):
+                off[k] = 0.5 * (v0[k] + v1[k]) - expected[k]
+        cos, sin, damper_x, damper_y = room[COS], room[SIN], room[DAMPER_X], room[DAMPER_Y]
+        off_x, off_y, off_spin = spare[VX], spare[VY], spare[SPIN]
+        off_right_x, off_right_y = spare[X], spare[Y]
+        for k in range(n):
+            off_right_x[k + 1] = off_x[k] - half * sin[k] * off_spin[k]
+        for k in range(n):
+            off_right_y[k + 1] = off_y[k] + half * cos[k] * off_spin[k]
+        off_right_x[0], off_right_y[0] = off_right_x[n], off_right_y[n]
+        for k in range(n):
+            stretch_x = off_x[k] + half * sin[k] * off_spin[k] - off_right_x[k]
+            stretch_y = off_y[k] - half * cos[k] * off_spin[k] - off_right_y[k]
+            heat += damper_x[k] * stretch_x + damper_y[k] * stretch_y
     return heat
 
 

@@ -342,8 +342,9 @@ def meet(j, guess, offer, slots, pulleys, mass):
         for block in range(slots.first[j], slots.first[j + 1], VECTOR):
             for s in range(block, block + VECTOR):
                 needed = mass * (radius * x + wish[s])
-                force += min(max(needed, -backward[s]), forward[s])
-                following += 1.0 if -backward[s] < needed < forward[s] else 0.0
+                limited = min(max(needed, -backward[s]), forward[s])
+                force += limited
+                following += 1.0 if limited == needed else 0.0
         excess = inertia * x - offer + radius * force
         if excess > 0.0:
             high = x
@@ -367,9 +368,9 @@ def share_friction(slots, pulleys, mass, x):
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
         for s in range(slots.first[j], slots.first[j + 1]):
-            needed = mass * (rim + wish[s])
-            friction[s] = min(max(needed, -backward[s]), forward[s])
-            stuck[s] = 1.0 if -backward[s] <= needed <= forward[s] else 0.0
+            friction[s] = min(max(mass * (rim + wish[s]), -backward[s]), forward[s])
+        for s in range(slots.first[j], slots.first[j + 1]):
+            stuck[s] = 1.0 if friction[s] == mass * (rim + wish[s]) else 0.0
 
 
 @kernel
