@@ -19,10 +19,14 @@ if TYPE_CHECKING:
 STEPS_IN_STEP = 100.0
 # ... and rounding is left when the tolerance is below it.
 ROUNDING = 1e-12
+# Whatever the tolerance, figures whose energy is further off are of no use.
+WORST_ENERGY = 0.01
+# An absolute tolerance lets energies be off by no more than the largest moment does along this.
+SMALLEST_WAY = 1e-8  # rad
 
 
 def audit(
-    series: "Series", contact: "Contact | None", rtol: float, atol: float
+    series: "Series", contact: "Contact | None", rtol: float, atol: float, moment: float
 ) -> dict[str, Check]:
     """Return the checks that apply, by name; all are relative but the drift, in rad.
 
@@ -33,8 +37,10 @@ def audit(
         None where there is no dry friction.
     rtol, atol : float
         Of the integration.
+    moment : float, N m
+        The largest that is applied, dry friction excepted.
     """
-    checks = {"energy": energy_check(series, rtol, atol)}
+    checks = {"energy": energy_check(series, rtol, atol, moment)}
     if contact is not None:
         checks["friction"] = friction_check(series, contact)
         checks["power"] = power_check(series)
@@ -42,20 +48,23 @@ def audit(
     return checks
 
 
-def energy_check(series: "Series", rtol: float, atol: float) -> Check:
+def energy_check(series: "Series", rtol: float, atol: float, moment: float) -> Check:
     """Compare the work in with where it went, over the largest of the energies.
 
-    Energies of less than atol/rtol are only integrated to the absolute tolerance.
+    Small energies are only integrated to the absolute tolerance, which counts as far as it is
+    small for the scene, too.
     """
+    limit = min(STEPS_IN_STEP * rtol + ROUNDING, WORST_ENERGY)
     residual = -series.ledger["energy_input"]
-    largest = np.max(np.abs(residual), initial=atol / rtol)
+    floor = min(STEPS_IN_STEP * atol, SMALLEST_WAY * moment) / limit
+    largest = np.max(np.abs(residual), initial=floor)
     for name, energy in (*series.ledger.items(), *series.stores.items()):
         if name != "energy_input":
             change = energy - energy[:1]
             residual = residual + change
             largest = max(largest, np.max(np.abs(change), initial=0.0))
     worst = np.max(np.abs(residual), initial=0.0)
-    return Check(float(worst / largest), STEPS_IN_STEP * rtol + ROUNDING)
+    return Check(float(worst / largest) if largest else 0.0, limit)
 
 
 def friction_check(series: "Series", contact: "Contact") -> Check:

@@ -1,5 +1,6 @@
 """Comparison of a result with a golden one, for continuous integration."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
@@ -11,6 +12,8 @@ from frictionsim import recorder
 from frictionsim.errors import InputError, unknown
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from frictionsim.recorder import Result
 
 
@@ -90,7 +93,8 @@ def compare(
     _see_patterns(ignore, {*result.courses, *golden.courses, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
-    _compare_times(result, golden, comparison, f"{result_path} and {golden_path}")
+    pairs = _pairs(result, golden)
+    _compare_times(result, golden, pairs, comparison, f"{result_path} and {golden_path}")
     for key in ("backend", "frictionsim_version", "scenario"):
         if result.attributes[key] != golden.attributes[key]:
             comparison.notes.append(f"note: the two files differ in their {key}")
@@ -100,9 +104,13 @@ def compare(
 
     for name in sorted((result.courses.keys() | golden.courses.keys()) - {"time"}):
         if wanted(name):
-            comparison.rows.append(_compare_course(name, result, golden, rtol, atol, time_atol))
+            row = _compare_course(name, result, golden, pairs, rtol, atol, time_atol)
+            comparison.rows.append(row)
     if wanted("events"):
-        comparison.rows.append(_compare_events(result, golden, time_atol))
+        events = _compare_events(result, golden, time_atol)
+        comparison.rows.append(events)
+        if events.ok:  # the same events have sides to compare
+            comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
     comparison.rows.sort(key=_badness, reverse=True)
     return comparison
 
@@ -130,10 +138,46 @@ def _compare_status(result: "Result", golden: "Result", comparison: Comparison) 
         comparison.rows.append(Row("status", None, None, None, False, note))
 
 
-def _compare_times(result: "Result", golden: "Result", comparison: Comparison, pair: str) -> None:
+class _Pairs(NamedTuple):
+    """The samples that two results have in common, by their places in each.
+
+    `complete`: the others are those at their events, which each result has at its own times.
+    """
+
+    result: Any
+    golden: Any
+    complete: bool
+
+
+def _pairs(result: "Result", golden: "Result") -> _Pairs:
+    times, expected = result.courses["time"], golden.courses["time"]
+    (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
+    complete = bool(
+        np.all(found | np.isin(times, result.events["time"]))
+        and np.all(also_found | np.isin(expected, golden.events["time"]))
+    )
+    of_golden, of_result = np.unique(places[found], return_index=True)
+    return _Pairs(np.flatnonzero(found)[of_result], of_golden, complete)
+
+
+def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
+    """Return the places of the nearest of other times, and which are the same but for rounding."""
+    places = np.zeros(times.shape, dtype=np.intp)
+    if not others.size:
+        return places, np.zeros(times.shape, dtype=bool)
+    for shift in (0, -1):
+        near = np.clip(np.searchsorted(others, times) + shift, 0, others.size - 1)
+        closer = np.abs(others[near] - times) <= np.abs(others[places] - times)
+        places = np.where(closer, near, places)
+    return places, np.isclose(times, others[places], rtol=1e-9, atol=0.0)
+
+
+def _compare_times(
+    result: "Result", golden: "Result", pairs: _Pairs, comparison: Comparison, pair: str
+) -> None:
     """Refuse two whole runs that were sampled at different times; broken-off ones differ."""
     times, expected = result.courses["time"], golden.courses["time"]
-    if times.shape == expected.shape and np.allclose(times, expected, rtol=1e-9, atol=0.0):
+    if pairs.complete:
         return
     counts = f"{times.size} and {expected.size} samples"
     if result.attributes["status"] == golden.attributes["status"] == "done":
@@ -146,7 +190,13 @@ def _compare_times(result: "Result", golden: "Result", comparison: Comparison, p
 
 
 def _compare_course(
-    name: str, result: "Result", golden: "Result", rtol: float, atol: float, time_atol: float
+    name: str,
+    result: "Result",
+    golden: "Result",
+    pairs: _Pairs,
+    rtol: float,
+    atol: float,
+    time_atol: float,
 ) -> Row:
     if name not in result.courses or name not in golden.courses:
         where = "the golden file" if name in result.courses else "the result"
@@ -156,19 +206,14 @@ def _compare_course(
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
         return Row(name, None, None, None, False, "of another axis, or of other members of it")
-    both = min(len(result.courses[name]), len(golden.courses[name]))
-    found, expected = result.courses[name][:both], golden.courses[name][:both]
-    time = golden.courses["time"][:both]
+    found, expected = result.courses[name][pairs.result], golden.courses[name][pairs.golden]
+    time = golden.courses["time"][pairs.golden]
     away = _away_from(golden.events["time"], time, time_atol)
     found, expected, time = found[away], expected[away], time[away]
     if not found.size:
         return Row(name, 0.0, atol, None, True)
     allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
-    with np.errstate(invalid="ignore"):
-        difference = np.abs(found - expected)
-    # Equal values agree also where both are infinite or not a number.
-    alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
-    difference = np.where(alike, 0.0, np.where(np.isnan(difference), np.inf, difference))
+    difference = _difference(found, expected)
     # Where nothing is allowed any difference is infinitely bad, and none is none.
     with np.errstate(divide="ignore", invalid="ignore"):
         badness = np.where(difference > 0.0, difference / allowed, 0.0)
@@ -178,6 +223,15 @@ def _compare_course(
     axis, names = _columns(golden, name)
     note = f"{axis} {names[member[0]]}" if member else ""
     return Row(name, float(difference[worst]), float(allowed[worst]), float(time[sample]), ok, note)
+
+
+def _difference(found: Any, expected: Any) -> Any:
+    """Return how far values are apart; infinitely where one of them is not a number."""
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(found - expected)
+    # Equal values agree also where both are infinite or not a number.
+    alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    return np.where(alike, 0.0, np.where(np.isnan(difference), np.inf, difference))
 
 
 def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
@@ -219,3 +273,45 @@ def _named_events(result: "Result") -> list[tuple[float, str, int, int]]:
             e["time"], e["contact"], e["mode_from"], e["mode_to"], strict=True
         )
     ]
+
+
+def _compare_sides(
+    result: "Result",
+    golden: "Result",
+    wanted: "Callable[[str], bool]",
+    rtol: float,
+    atol: float,
+    time_atol: float,
+) -> Iterator[Row]:
+    """Compare the courses right before and right after the events, where both results have them.
+
+    Within time_atol an event may be elsewhere, and a course goes on as fast as between the event
+    and the sample beside it.
+    """
+    for name in sorted(golden.courses.keys() & result.courses.keys()):
+        sides = [f"{name}_{side}" for side in ("before", "after")]
+        if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
+            continue
+        worst = Row(f"events/{name}", 0.0, atol, None, True)
+        for side, step in zip(sides, (-1, 1), strict=True):
+            expected = golden.events[side]
+            difference = _difference(result.events[side], expected)
+            rate = _rate_beside(golden, name, expected, step)
+            allowed = atol + rtol * np.abs(expected) + rate * time_atol
+            for found, most, at in zip(difference, allowed, golden.events["time"], strict=True):
+                row = Row(worst.name, float(found), float(most), float(at), bool(found <= most))
+                worst = max(worst, row, key=_badness)
+        yield worst
+
+
+def _rate_beside(golden: "Result", name: str, values: Any, step: int) -> Any:
+    """Return how fast a course changes between its events and the samples before or after them."""
+    time, at = golden.courses["time"], golden.events["time"]
+    if step < 0:
+        places = np.searchsorted(time, at, side="left") - 1
+    else:
+        places = np.searchsorted(time, at, side="right")
+    places = np.clip(places, 0, time.size - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rates = np.abs((golden.courses[name][places] - values) / (time[places] - at))
+    return np.where(np.isfinite(rates), rates, 0.0)

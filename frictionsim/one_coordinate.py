@@ -8,6 +8,7 @@ import numpy as np
 from frictionsim import backends
 from frictionsim.audit import audit
 from frictionsim.backends.base import Recording, SampleTimes
+from frictionsim.event_samples import Samples, samples_of
 from frictionsim.mechanisms.base import Mechanism, Series
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import STICK, Observed, Transition
@@ -15,6 +16,10 @@ from frictionsim.state import Arrays, exported, restore, taken
 
 if TYPE_CHECKING:
     from frictionsim.parameters import Scenario
+
+
+# Channels that /events has under names of its own.
+OF_EVENTS = ("angle", "mode")
 
 
 class OneCoordinate:
@@ -29,6 +34,7 @@ class OneCoordinate:
 
     def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scene.solver, mechanism
+        self._at_events = scene.output.at_events
         # Smoothed friction creeps where it should stick and has no limits that it must keep.
         backend = backends.BACKENDS[scene.solver.backend]
         smoothed = backend.regularised and not mechanism.prescribed
@@ -92,11 +98,15 @@ class OneCoordinate:
 
     def series(self) -> Series:
         """Return the samples before the first that is not finite."""
-        mechanism, recording = self._mechanism, self._recording
-        columns = np.array(recording.rows).reshape(-1, self._width).T.copy()
-        unsound = np.flatnonzero(~np.isfinite(columns).all(axis=0))
-        if unsound.size:
-            columns = columns[:, : unsound[0]]
+        samples = self._samples()
+        return self._series_of(samples.rows, samples.transitions)
+
+    def _samples(self) -> Samples:
+        return samples_of(self._recording, self._width, self._at_events)
+
+    def _series_of(self, rows: Any, transitions: list[Transition]) -> Series:
+        """Return rows as the arrays that figures and channels are made of."""
+        mechanism, columns = self._mechanism, rows.T.copy()
         time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
         acceleration, friction, mode = others
         return Series(
@@ -112,20 +122,38 @@ class OneCoordinate:
                 name: np.asarray(energy(position, velocity))
                 for name, energy in mechanism.stores.items()
             },
-            transitions=recording.transitions,
+            transitions=transitions,
         )
 
     def observe(self) -> Observed:
         """Return the samples that are finite, and what follows from them."""
-        mechanism, series = self._mechanism, self.series()
+        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
+        series = self._series_of(samples.rows, samples.transitions)
+        moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
+        largest = float(np.max(np.abs(moment), initial=0.0))
         return Observed(
             time=series.time,
             courses=_courses(mechanism, series),
             transitions=series.transitions,
             quantities=_figures(mechanism, series),
-            checks=audit(series, self._set_valued, self._settings.rtol, self._settings.atol),
-            unsound=series.time.size * self._width < len(self._recording.rows),
+            checks=audit(series, self._set_valued, settings.rtol, settings.atol, largest),
+            unsound=samples.unsound,
+            sides={
+                f"{name}_{side}": course
+                for side, rows in (("before", samples.before), ("after", samples.after))
+                for name, course in self._side(rows, samples.transitions).items()
+            },
         )
+
+    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
+        """Return the channels that may jump, on one side of the events."""
+        series = self._series_of(rows, transitions)
+        channels = self._mechanism.channels(series)
+        return {
+            name: np.broadcast_to(values, series.time.shape)
+            for name, values in channels.items()
+            if name not in OF_EVENTS
+        }
 
 
 def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:
@@ -139,11 +167,13 @@ def _figures(mechanism: Mechanism, series: Series) -> Quantities:
     """Return the summary's quantities: the mechanism's own, then those of any motion.
 
     breakaway_time is when a contact first goes over from stick to slip; None if it never does.
+    A run that failed may have gone on after its last sample, of which no figure speaks.
     """
     found = mechanism.figures(series)
     if mechanism.contact is not None:
-        slips = (e.time for e in series.transitions if e.mode_from == STICK)
-        rests = [e.time for e in series.transitions if e.mode_to == STICK]
+        seen = [e for e in series.transitions if e.time <= np.max(series.time, initial=-np.inf)]
+        slips = (e.time for e in seen if e.mode_from == STICK)
+        rests = [e.time for e in seen if e.mode_to == STICK]
         found["breakaway_time"] = Quantity(next(slips, None), "s")
         found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
     if series.time.size:

@@ -71,9 +71,11 @@ class Output(Params):
     """`[output]`: when the run is sampled, and what is recorded. Neither changes the steps.
 
     `checkpoint` is a time on the wall: how often the result so far is written while it runs.
+    `at_events` has each event sampled, too.
     """
 
     interval: float | None = quantity("s", None, gt=0)
+    at_events: bool = True
     checkpoint: float | None = quantity("s", None, gt=0)
     # All where it is left out. The figures and the audit of a run do not depend on it.
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None

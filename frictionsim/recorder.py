@@ -7,7 +7,9 @@ A result file, format version 1, holds
                          status (done, failed, interrupted), reason (empty if all is well),
                          failure (the kind of it: not_finite, blow_up, step_underflow, event_storm,
                          budget, left_pulleys; empty if it has not failed), warnings (one a line)
-    /time                (n,) s, the dimension scale of every course
+    /time                (n,) s, the dimension scale of every course: strictly increasing, each
+                         output.interval and, with output.at_events, at each event. There a course
+                         has the value of the side that sticks, where there is one, else of after it
     /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...; of a kind of
                          many parts (n, k), a column for each member of an axis: body, pulley, ...
     /<axis>              (k,) 0, 1, ..., the dimension scale of those columns; attribute `names`,
@@ -18,6 +20,9 @@ A result file, format version 1, holds
     /events/contact      (m,) index into the attribute `flag_meanings`
     /events/mode_from, /events/mode_to    (m,)
     /events/angle        (m,) rad, where the contact went over; not of a kind of many parts
+    /events/<channel>_before, /events/<channel>_after    (m,) right before and right after the
+                         event: all recorded channels but angle, mode and energies; not of a kind
+                         of many parts
 
     /checkpoint          where the run can go on: the state of its solver, in arrays of float64 or
                          bytes whose names and meaning are the solver's own, and the seconds that
@@ -175,6 +180,10 @@ def _add_transitions(events: Any, run: "Run") -> None:
     angles = [e.position for e in transitions]
     if None not in angles:
         _add(events, "angle", angles, "rad", "angle at the transition", scale)
+    for name, course in run.sides.items():
+        channel, _, side = name.rpartition("_")
+        unit, long_name, _ = run.channel_info[channel]
+        _add(events, name, course, unit, f"{long_name}, right {side} the event", scale)
 
 
 def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:

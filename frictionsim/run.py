@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from time import perf_counter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import BudgetSpent, Interrupted, NotFinite, SolverError
@@ -61,6 +62,8 @@ class Run(NamedTuple):
         `done`, `failed` or `interrupted`.
     reason : str
         Why it is not done; empty if it is.
+    sides : dict of (m,)
+        The recorded courses right before and right after each transition.
     exit_code : int
         Of the run itself, before any audit.
     warnings : tuple of str
@@ -87,6 +90,7 @@ class Run(NamedTuple):
     warnings: tuple[str, ...] = ()
     failure: str = ""
     checkpoint: "dict[str, Any] | None" = None
+    sides: "Mapping[str, Array]" = MappingProxyType({})
 
 
 class _Clock:
@@ -205,7 +209,7 @@ def _solve(
 def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, clock: _Clock) -> Run:
     """Return a run with what its simulation shows."""
     seen = simulation.observe()
-    if seen.unsound:
+    if seen.unsound and outcome.failure != NotFinite.failure:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Outcome("failed", reason, NotFinite.exit_code, NotFinite.failure)
     wanted = scene.output.channels
@@ -230,6 +234,11 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, cloc
         warnings=_warnings(scene, simulation, seen),
         failure=outcome.failure,
         checkpoint=_checkpoint(simulation, clock) if outcome.can_go_on else None,
+        sides={
+            name: values
+            for name, values in seen.sides.items()
+            if wanted is None or name.rpartition("_")[0] in wanted
+        },
     )
 
 

@@ -141,7 +141,7 @@ def resolved_toml(scenario: Scenario) -> str:
     import tomli_w
 
     tables = scenario.model_dump(by_alias=True, exclude_none=True)
-    tables["output"]["interval"] = scenario.interval
+    tables["output"] = {"interval": scenario.interval} | tables["output"]
     for section in ("solver", "output"):  # what is simulated comes before how
         tables[section] = tables.pop(section)
     return tomli_w.dumps(tables)

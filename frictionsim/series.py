@@ -4,9 +4,12 @@ Everything after the integration - result file, tables, JSON, pictures, comparis
 and nothing of the mechanism, however many coordinates that has.
 """
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy as np
     import numpy.typing as npt
 
@@ -74,6 +77,9 @@ class Observed(NamedTuple):
         Samples that are not finite were cut off the end.
     warnings : tuple of str
         What a user should know before trusting the figures.
+    sides : dict of (m,)
+        Channels right before and right after each transition: `<channel>_before` and `_after`.
+        Empty for a kind whose transitions have no sides.
     """
 
     time: "Array"
@@ -83,3 +89,4 @@ class Observed(NamedTuple):
     checks: dict[str, Check]
     unsound: bool
     warnings: tuple[str, ...] = ()
+    sides: "Mapping[str, Array]" = MappingProxyType({})

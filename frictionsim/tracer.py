@@ -44,15 +44,29 @@ def cusps(sun_radius: float, planet_radius: float, point: TracerPoint, angle: An
     return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
 
 
-def longest_dwell(time: Any, x: Any, y: Any, distance: float) -> float | None:
+def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
+    """Return the speed of a point of the satellite, m/s.
+
+    |phi'| times the derivative of its place by phi, the crank's end at L and the point at
+    lambda rho across and along the crank.
+    """
+    own = radians(point.angle_deg) + (turns - 1.0) * angle
+    lever = turns * point.radius
+    square = length * length + lever * lever + 2.0 * length * lever * cos(own)
+    return abs(velocity) * (square * (square > 0.0)) ** 0.5
+
+
+def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> float | None:
     """Return the longest time that a point stays within a distance of where it is slowest, s.
 
+    It is slowest in the samples that have no slower neighbour, the first and the last among them.
     To the spacing of the samples: each dwell is counted from the last sample before it to the
     first after it that are too far, by linear interpolation of the distance.
 
     Parameters
     ----------
     time : (n,), s
+    speed : (n,), m/s
     x, y : (n,), m
     distance : float, m
     """
@@ -60,17 +74,25 @@ def longest_dwell(time: Any, x: Any, y: Any, distance: float) -> float | None:
 
     if time.size < 3:
         return None
-    pace = np.hypot(np.diff(x), np.diff(y)) / np.diff(time)
-    slow = 1 + np.flatnonzero((pace[1:] <= pace[:-1]) & (pace[1:] <= np.append(pace[2:], np.inf)))
-    longest = 0.0
-    for i in slow:
-        far = np.hypot(x - x[i], y - y[i])
-        outside = far > distance
-        before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
-        start = _passing(time, far, before[-1], distance) if before.size else time[0]
-        stop = _passing(time, far, i + after[0] - 1, distance) if after.size else time[-1]
-        longest = max(longest, float(stop - start))
+    before, after = np.append(np.inf, speed[:-1]), np.append(speed[1:], np.inf)
+    longest, last = 0.0, None
+    for i in np.flatnonzero((speed <= before) & (speed <= after)).tolist():
+        if last == (x[i], y[i]):
+            continue  # at rest, one sample stands for all
+        last = x[i], y[i]
+        longest = max(longest, _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance))
     return longest
+
+
+def _dwell(time: Any, far: Any, i: int, distance: float) -> float:
+    """Return for how long about sample i a point is not too far, s."""
+    import numpy as np
+
+    outside = far > distance
+    before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
+    start = _passing(time, far, before[-1], distance) if before.size else time[0]
+    stop = _passing(time, far, i + after[0] - 1, distance) if after.size else time[-1]
+    return float(stop - start)
 
 
 def _passing(time: Any, far: Any, i: int, distance: float) -> float:

@@ -1,11 +1,13 @@
 """The self-audit passes sound runs and catches what it is there for."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from frictionsim.audit import audit
+from frictionsim.audit import audit, energy_check
+from frictionsim.cli import run_command_line
 from frictionsim.mechanisms.base import Contact, Series
 from frictionsim.mechanisms.pulley import build
 from frictionsim.one_coordinate import OneCoordinate
@@ -33,7 +35,7 @@ def contact() -> Contact:
 
 
 def failed(series: Series) -> set[str]:
-    checks = audit(series, contact(), SCENE.solver.rtol, SCENE.solver.atol)
+    checks = audit(series, contact(), SCENE.solver.rtol, SCENE.solver.atol, moment=45.0)
     return {name for name, check in checks.items() if not check.ok}
 
 
@@ -80,3 +82,23 @@ def test_two_sticks_with_a_slip_between_samples_are_no_drift() -> None:
     run = simulate(data)
     assert np.any(np.diff(run.courses["angle"][run.courses["mode"] == 0]) > 1.0)
     assert failures(run.checks) == ""
+
+
+@pytest.mark.parametrize("rtol", [1e-10, 1e-3, 0.99])
+def test_no_tolerance_lets_an_energy_be_off_by_more_than_a_hundredth(
+    rtol: float, sound: Series
+) -> None:
+    """The work of the force is 31 kJ; a tolerance of 1e49 J says nothing about it."""
+    allowed = min(100.0 * rtol, 0.01)
+    for share, passes in ((0.5, True), (1.1, False)):
+        work = sound.ledger["energy_input"]
+        lossy = sound.ledger | {"energy_input": work * (1.0 - share * allowed)}
+        check = energy_check(sound._replace(ledger=lossy), rtol, atol=1e49, moment=45.0)
+        assert check.limit <= 0.01
+        assert check.ok is passes
+
+
+def test_a_run_with_tolerances_of_nothing_fails_its_audit(tmp_path: Path) -> None:
+    arguments = ["solve", str(SCENARIOS / "pulley.toml"), "-q", "-o", str(tmp_path / "a.h5")]
+    arguments += ["--backend", "radau", "--set", "solver.rtol=0.99", "--set", "solver.atol=1e49"]
+    assert run_command_line(arguments) == 3

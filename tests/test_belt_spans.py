@@ -98,6 +98,7 @@ def seen_of(done: Run, spans: Array) -> dict[str, Array]:
         ),
         "_span_tension": spans,
         "_belt_speed": along.mean(axis=1),
+        "_touching": np.ones((len(done.time), pulleys)),
     }
 
 

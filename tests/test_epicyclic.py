@@ -241,6 +241,45 @@ def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
     assert run.quantities["tracer_dwell_time"].value == pytest.approx(2 * half, rel=0.05)
 
 
+@pytest.mark.parametrize("load", ["weight", "radial"])
+def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
+    data = gear(effects__rolling_friction__normal_load=load)
+    run = simulate(data)
+    statics, solved = epicyclic.statics(run.scene), run.quantities
+    assert {n: q for n, q in statics.items() if n in solved} == {
+        n: q for n, q in solved.items() if n in statics
+    }
+    assert "uniform_torque_mean" in statics.keys() & solved.keys()
+    # With the radial load of the motion there is another one at the speed of the end.
+    name = "uniform_torque_mean_at_final_speed"
+    assert (name in solved) is (load == "radial")
+    if load == "radial":
+        contact = epicyclic.build(run.scene).contact
+        assert contact is not None
+        angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
+        speed = run.courses["angular_velocity"][-1]
+        mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
+        assert solved[name].value == pytest.approx(mean, rel=1e-9)  # the midpoint rule at kinks
+        assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
+    """A run from one cusp on, or to the next one, has half of its dwell there."""
+    speed, distance = 1.0, 1e-4
+    data = gear(
+        mechanism__initial_angle_deg=0.0 if forward else 90.0,
+        drive={"speed": speed},
+        effects__tracer_point={"radius": 0.06, "dwell_distance": distance},
+        solver__duration=0.5 * pi,
+        output__interval=1e-3,
+    )
+    half = (distance / 0.18) ** 0.5 / speed
+    # As above; the end falls between two samples.
+    found = simulate(data).quantities["tracer_dwell_time"].value
+    assert found == pytest.approx(half, rel=0.05)
+
+
 def test_statics_are_the_edges_of_the_stick_band() -> None:
     scene = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
     found = epicyclic.statics(scene)

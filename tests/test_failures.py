@@ -71,6 +71,26 @@ def test_a_failure_is_told_by_its_name(
     assert all(np.isfinite(course).all() for course in kept.courses.values())
 
 
+@pytest.mark.parametrize("at_events", [True, False])
+def test_no_figure_of_a_failed_run_is_of_a_time_after_its_end(at_events: bool) -> None:
+    """It breaks away at 0.05 s, storms at 0.5 s, and is sampled at 0 s and then each 0.7 s."""
+    run = simulate(
+        pulley(
+            drive__force={"time": [0.0, 0.1, 0.2, 0.3], "value": [2224.1, 3113.75, 2700.0, 2224.1]},
+            solver={"backend": "published", "duration": 3.0},
+            output={"interval": 0.7, "at_events": at_events},
+        )
+    )
+    assert run.failure == "event_storm"
+    first, last = run.transitions[0].time, run.transitions[-1].time
+    assert 0.0 < first < last < 0.7
+    found = {name: run.quantities[name].value for name in ("breakaway_time", "final_time")}
+    if at_events:
+        assert found == {"breakaway_time": first, "final_time": last}
+    else:
+        assert found == {"breakaway_time": None, "final_time": 0.0}
+
+
 def test_every_failure_has_a_name_of_its_own() -> None:
     def kinds(of: Any) -> list[Any]:
         return [k for kind in of.__subclasses__() for k in (kind, *kinds(kind))]

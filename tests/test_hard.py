@@ -140,6 +140,14 @@ def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+def test_a_breakaway_from_a_tie_is_at_the_tie(backend: str) -> None:
+    """Moment and limit are both zero at the start, and the moment is above as soon as it can be."""
+    done = outcome("load_through_zero", backend)
+    assert modes(done)[0] == (0, 1)
+    assert done.transitions[0].time == done.quantities["breakaway_time"].value == 0.0
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
     done = outcome("many_cycles", backend)
     assert modes(done) == [(0, 1), (1, 0)] * 3000

@@ -68,6 +68,16 @@ def test_torques_are_those_of_the_paper() -> None:
     assert found["self_locking"] == 0.0
 
 
+def test_a_motor_has_no_margin_over_no_load() -> None:
+    """A single marble has no moment at a transfer, and sin(pi) is no load to compare with."""
+    motor = {"stall_torque": 0.1, "no_load_speed": 6.0}
+    alone = {"mechanism__slots": 2, "effects__shaft_friction": None, "drive": {"motor": motor}}
+    found = statics(**alone)
+    assert "motor_margin" not in found
+    heaviest = LIFT_ONE / 4.0  # at mid-height, through the gear ratio
+    assert found["motor_margin_worst"] == pytest.approx(0.1 / heaviest, rel=1e-12)  # roundings
+
+
 def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
     """Five marbles at R = 57.35 mm over a cell: lift up to 3.7661, hold up to 2.6201 N mm."""
     found = statics(mechanism__marble_circle_radius=0.05735)

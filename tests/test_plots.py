@@ -155,7 +155,8 @@ def test_one_sample_is_enough(tmp_path: Path) -> None:
         run = run_of(name)
         first = {course: values[:1] for course, values in run.courses.items()}
         recorder.write(
-            run._replace(time=run.time[:1], courses=first, transitions=[]), tmp_path / "a.h5"
+            run._replace(time=run.time[:1], courses=first, transitions=[], sides={}),
+            tmp_path / "a.h5",
         )
         written, reasons = plot_all(recorder.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
         assert (len(written), reasons) == (len(VIEWS[kind]), [])

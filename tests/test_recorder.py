@@ -78,8 +78,11 @@ def test_the_docstring_lists_what_a_fresh_file_has(result: Path) -> None:
     channels = {f"/{name}" for name in CHANNELS}
     energies = {f"/energy_{name}" for name in ENERGIES}
     literal = {name for name in documented if "<" not in name}
-    assert documented - literal == {"/<channel>", "/energy_<name>", "/<axis>"}
-    assert found == (literal - {"/checkpoint"}) | channels | energies
+    sides = {"/events/<channel>_before", "/events/<channel>_after"}
+    assert documented - literal == {"/<channel>", "/energy_<name>", "/<axis>"} | sides
+    jumping = channels - {"/angle", "/mode"}
+    beside = {f"/events{name}_{side}" for name in jumping for side in ("before", "after")}
+    assert found == (literal - {"/checkpoint"}) | channels | energies | beside
 
 
 def test_every_dataset_is_float64_with_a_unit_and_a_long_name(result: Path) -> None:

@@ -3,18 +3,22 @@
 from array import array
 from collections import deque
 from collections.abc import Callable
-from math import floor, inf
-from typing import TYPE_CHECKING
+from math import floor, inf, ulp
+from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.backends import BACKENDS
 from frictionsim.errors import EventStorm
 from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State, Stepper
 from frictionsim.roots import sign_change
-from frictionsim.series import BACKWARD, FORWARD, Transition
+from frictionsim.series import Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
     from frictionsim.parameters import Solver
+
+
+# The search for a root stops where its ends are two roundings apart.
+ROUNDINGS_OF_TIME = 2.0
 
 
 class SampleTimes:
@@ -39,31 +43,46 @@ class SampleTimes:
             self.next = self._duration if self.next < self._duration else inf
 
 
-class Recording:
-    """Samples and transitions of a run, filled by its backend."""
+Row = tuple[float, ...]
+"""time, drive, position, velocity, acceleration, friction, mode; then the energies of the ledger"""
 
-    COLUMNS = 7  # time, drive, position, velocity, acceleration, friction, mode; then the ledger
-    SAVED = ("rows",)
+
+def row(t: float, drive: float, y: State, acceleration: float, friction: float, mode: int) -> Row:
+    """Return what is recorded of a state."""
+    return (t, drive, y[0], y[1], acceleration, friction, mode, *y[2:])
+
+
+class Recording:
+    """Samples and events of a run, filled by its backend.
+
+    Attributes
+    ----------
+    rows : array of double
+        The regular samples, one row after the other.
+    transitions : list of Transition
+    sides : array of double
+        Two rows for each of them: right before it, and right after.
+    """
+
+    COLUMNS = 7  # of a row, before its energies
+    SAVED = ("rows", "sides")
 
     def __init__(self, times: SampleTimes) -> None:
         self.times = times
         self.rows = array("d")
+        self.sides = array("d")
         self.transitions: list[Transition] = []
 
-    def add(
-        self, t: float, drive: float, y: State, acceleration: float, friction: float, mode: int
-    ) -> None:
-        """Add the sample that is due at t."""
-        self.rows.extend((t, drive, y[0], y[1], acceleration, friction, mode, *y[2:]))
+    def add(self, sample: Row) -> None:
+        """Add the sample that is due."""
+        self.rows.extend(sample)
         self.times.advance()
 
-    def note(self, event: str, stepper: Stepper) -> None:
-        """Add an event at the end of a step, if there was one; the mechanism goes on sliding."""
-        if event:
-            direction = FORWARD if stepper.y[1] > 0.0 else BACKWARD
-            self.transitions.append(
-                Transition(stepper.t, event, direction, direction, stepper.y[0])
-            )
+    def event(self, transition: Transition, before: Row, after: Row) -> None:
+        """Add an event with both of its sides."""
+        self.transitions.append(transition)
+        self.sides.extend(before)
+        self.sides.extend(after)
 
 
 class StormGuard:
@@ -150,35 +169,57 @@ def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: floa
     return b
 
 
+def passing(
+    excess: Callable[[float], float], a: float, b: float, tie: float, end: float
+) -> tuple[float, float]:
+    """Return neighbours in [a, b], s, between which an excess becomes positive.
+
+    From a tie at a, where it is `tie` below zero at most, that is at a itself unless it takes
+    longer than rounding of the time of a run up to `end`: both are a then.
+    """
+    before, after = sign_change(excess, a, b)
+    if after - a <= ROUNDINGS_OF_TIME * ulp(end) and excess(a) >= -tie:
+        return a, a
+    return before, after
+
+
+class Passed(NamedTuple):
+    """A kink on which a step has ended: the event that it is, and the state right before it."""
+
+    event: str
+    before: State
+
+
 def advance(
     stepper: Stepper,
     mechanism: "Mechanism",
     limit: float,
     floor: float = 0.0,
-) -> str:
+) -> Passed | None:
     """Take a step that ends on `limit` or the first kink of the mechanism at the latest.
 
-    Return the name of the event that this kink is; empty if it is none.
+    Return this kink if it is an event.
     """
     stepper.advance(limit, floor)
-    event = ""
+    found = None
     for kink in mechanism.kinks:
         y0, y = stepper.y0, stepper.y
         passed = kink.passed(y0[0], y0[1], y[0], y[1])
         if passed(y[0], y[1]) > 0.0:
-            stepper.cut(_time_of(passed, stepper))
-            event = kink.event
-    return event
+            before, after = _times_about(passed, stepper)
+            found = Passed(kink.event, list(stepper.state_at(before))) if kink.event else None
+            stepper.cut(after)
+    return found
 
 
-def _time_of(passed: Callable[[float, float], float], stepper: Stepper) -> float:
-    """Return when a function of position and velocity becomes positive in the last step."""
+def _times_about(passed: Callable[[float, float], float], stepper: Stepper) -> tuple[float, float]:
+    """Return the neighbours between which a function of q and v becomes positive."""
 
     def inside(t: float) -> float:
         y = stepper.state_at(t)
         return passed(y[0], y[1])
 
-    return sign_change(inside, stepper.t0, stepper.t)[1]
+    return sign_change(inside, stepper.t0, stepper.t)
 
 
 def rates_without_friction(mechanism: "Mechanism") -> Rates:

@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
     Recording,
+    Row,
     StormGuard,
     end_of_piece,
+    passing,
     rates_with_friction,
+    row,
 )
 from frictionsim.backends.solution import Solution, WithoutFriction
-from frictionsim.integrator import Rates, RungeKuttaFehlberg45
+from frictionsim.integrator import Rates, RungeKuttaFehlberg45, State
 from frictionsim.roots import sign_change
-from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.series import BACKWARD, FORWARD, STICK
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
 RESOLUTION = 1e-12
 # A hundred transitions within a microsecond, fifty megahertz, are no motion of a mechanism.
 STORM = 1e-6
+NEVER = -1.0  # s
 
 
 def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
@@ -44,7 +48,7 @@ class _StickSlip(Solution):
     """
 
     stepper: RungeKuttaFehlberg45
-    SAVED = (*Solution.SAVED, "y", "mode", "known", "ends", "direction", "limit")
+    SAVED = (*Solution.SAVED, "y", "mode", "known", "ends", "direction", "held", "limit")
 
     def __init__(
         self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
@@ -63,6 +67,7 @@ class _StickSlip(Solution):
         self.known = 0.0  # up to here, excluded, the last step can be sampled
         self.ends = False  # with it, the phase
         self.direction = STICK  # in which the stick ends
+        self.held = NEVER  # up to when it did
         self.limit = 0.0  # of the smooth piece in which it slides
 
     @property
@@ -108,9 +113,8 @@ class _StickSlip(Solution):
         """Take the mode that follows, and note the transition if it is one."""
         self.storm.note(self.t)
         if mode != self.mode:
-            self.recording.transitions.append(
-                Transition(self.t, self.contact.name, self.mode, mode, self.y[0])
-            )
+            held = self.held if self.mode == STICK else self.t
+            self.change_mode(self.t, self.mode, mode, self.y, held)
             self.mode = mode
         if mode != STICK:
             self.begin_slip()
@@ -140,39 +144,45 @@ class _StickSlip(Solution):
         self.known = b
         for s in (FORWARD, BACKWARD):
             if self.clear_excess(b, s) > 0.0:
-                self.known = self.breakaway(a, b, s)
+                self.held, self.known = self.breakaway(a, b, s)
                 self.direction = s
                 self.ends = True
                 return
 
-    def breakaway(self, a: float, b: float, s: int) -> float:
-        """Return when the moment in direction s passes the static limit in a monotone piece."""
+    def breakaway(self, a: float, b: float, s: int) -> tuple[float, float]:
+        """Return when the moment in direction s passes the static limit in a monotone piece.
+
+        Two neighbouring times: it still holds at the first.
+        """
         # From a tie at a, it breaks away where there is more to it than rounding.
         excess = self.excess if self.excess(a, s) <= 0.0 else self.clear_excess
-        return sign_change(lambda t: excess(t, s), a, b)[1]
+        tie = self.contact.rounding(self.mechanism.drive(a), self.y[0])
+        return passing(lambda t: excess(t, s), a, b, tie, self.end)
 
     def sample(self, t: float) -> None:
         """Record the state at t, which is at rest where the contact sticks."""
         y = self.y if self.mode == STICK else self.stepper.state_at(t)
+        self.recording.add(self.row(t, y, self.mode))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
         u, q, v = self.mechanism.drive(t), y[0], y[1]
         moment = self.mechanism.moment(u, q, v)
-        if self.mode == STICK:
-            self.recording.add(t, u, y, 0.0, -moment, STICK)
-        else:
-            friction = -self.mode * self.contact.kinetic_limit(u, q, v, self.mode)
-            acceleration = (moment + friction) / self.mechanism.inertia
-            self.recording.add(t, u, y, acceleration, friction, self.mode)
+        if mode == STICK:
+            return row(t, u, y, 0.0, -moment, STICK)
+        friction = -mode * self.contact.kinetic_limit(u, q, v, mode)
+        acceleration = (moment + friction) / self.mechanism.inertia
+        return row(t, u, y, acceleration, friction, mode)
 
     def slip(self, s: int) -> None:
         """Slide in direction s for a step, or up to the moment of rest in it."""
         stepper = self.stepper
         if stepper.t >= self.limit:
             self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-        event = self.advance(self.limit)
+        passed = self.advance(self.limit)
         rest = self.rest_within_step(s)
         self.ends = rest != inf
         if not self.ends:
-            self.recording.note(event, stepper)
+            self.note(passed)
         self.known = min(stepper.t, rest)
 
     def rest_within_step(self, s: int) -> float:

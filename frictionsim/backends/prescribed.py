@@ -12,7 +12,7 @@ can be anything up to its static limit; it is taken as zero.
 from math import inf, nextafter
 from typing import TYPE_CHECKING
 
-from frictionsim.backends.base import Recording, advance
+from frictionsim.backends.base import Recording, Row, advance, row
 from frictionsim.backends.solution import Solution
 from frictionsim.integrator import Rates, State
 from frictionsim.roots import sign_change
@@ -56,29 +56,32 @@ class _Following(Solution):
 
     def go_over(self, t: float, y: State) -> None:
         """Begin the next piece, and note the change of direction if it brings one."""
-        before, self.mode = self.mode, self.next_direction(t)
+        before, ended = self.mode, self.row(t, y, self.mode)
+        self.mode = self.next_direction(t)
+        self.begin_piece(t, y)
         if self.mode != before:
             contact = self.mechanism.contact
             name = contact.name if contact else "drive"
-            self.recording.transitions.append(Transition(t, name, before, self.mode, y[0]))
-        self.begin_piece(t, y)
+            y = self.stepper.y
+            begun = self.row(t, y, self.mode)
+            self.recording.event(Transition(t, name, before, self.mode, y[0]), ended, begun)
 
     def step(self) -> None:
         stepper = self.stepper
         if stepper.t >= self.limit:
             self.go_over(stepper.t, stepper.y)
-        event = advance(stepper, self.mechanism, self.limit)  # what is given cannot blow up
-        self.recording.note(event, stepper)
+        self.note(advance(stepper, self.mechanism, self.limit))  # what is given cannot blow up
         self.t = stepper.t
 
     def is_known(self, t: float) -> bool:
         return t < self.stepper.t or t <= self.stepper.t == self.end
 
     def sample(self, t: float) -> None:
-        state = self.stepper.state_at(t)
-        u, velocity, friction, acceleration = self.torques.at(t, state[0])
-        state[1] = velocity
-        self.recording.add(t, u, state, acceleration, friction, self.mode)
+        self.recording.add(self.row(t, self.stepper.state_at(t), self.mode))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
+        u, velocity, friction, acceleration = self.torques.at(t, y[0])
+        return row(t, u, [y[0], velocity, *y[2:]], acceleration, friction, mode)
 
 
 class _Torques:

@@ -17,12 +17,15 @@ from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
     Recording,
+    Row,
     StormGuard,
     end_of_piece,
     rates_with_friction,
+    row,
 )
 from frictionsim.backends.solution import Solution, WithoutFriction
-from frictionsim.series import Transition
+from frictionsim.integrator import State
+from frictionsim.series import STICK, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
@@ -97,22 +100,41 @@ class _Eq30(Solution):
         stepper = self.stepper
         if stepper.t >= self.limit:
             self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-        self.recording.note(self.advance(self.limit), stepper)
+        self.note(self.advance(self.limit))
         direction = sign(stepper.y[1])
         if direction != self.mode:
-            self.recording.transitions.append(
-                Transition(stepper.t, self.contact.name, self.mode, direction, stepper.y[0])
-            )
+            self.turn(direction)
             self.mode = direction
             if self.adaptive:
                 self.storm.note(stepper.t)
         if self.adaptive:
             self.crawl.note(stepper.t)
 
+    def turn(self, direction: int) -> None:
+        """Record the change of direction that the last step has brought.
+
+        Where in the step it turned is not looked for: before the turn it is at rest, at the start
+        of the step where it was until then, and after it, it is at the end of the step.
+        """
+        stepper, before = self.stepper, self.mode
+        t, y = stepper.t, stepper.y
+        q, _, *energies = stepper.y0 if before == STICK else y
+        self.recording.event(
+            Transition(t, self.contact.name, before, direction, y[0]),
+            self.row(t, [q, 0.0, *energies], before),
+            self.row(t, y, direction),
+        )
+
     def sample(self, t: float) -> None:
         y = self.stepper.state_at(t)
+        self.recording.add(self.row(t, y, sign(y[1])))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
         u, q, v = self.mechanism.drive(t), y[0], y[1]
         moment = self.mechanism.moment(u, q, v)
-        torque = self.friction(u, q, v, moment)
+        if mode == STICK:
+            torque = self.friction(u, q, v, moment)
+        else:
+            torque = -mode * self.contact.kinetic_limit(u, q, v, mode)
         acceleration = (moment + torque) / self.mechanism.inertia
-        self.recording.add(t, u, y, acceleration, torque, sign(v))
+        return row(t, u, y, acceleration, torque, mode)

@@ -19,10 +19,11 @@ References
 
 from typing import TYPE_CHECKING
 
-from frictionsim.backends.base import Recording, rates_with_friction
+from frictionsim.backends.base import Recording, Row, rates_with_friction, row
 from frictionsim.backends.solution import Solution, WithoutFriction
+from frictionsim.integrator import State
 from frictionsim.roots import sign_change
-from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.series import BACKWARD, FORWARD, STICK
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
@@ -92,9 +93,12 @@ class _Creeping(Solution):
     def step(self) -> None:
         if self.t >= self.limit:
             self.limit = min(self.end, self.mechanism.drive.next_kink(self.t))
-        event = self.advance(self.limit)
+        passed = self.advance(self.limit)
         self.note_mode()
-        self.recording.note(event, self.stepper)
+        self.note(passed)
+
+    def mode_in_motion(self, direction: int) -> int:
+        return self.mode_at(self.stepper.y[1])  # it may creep
 
     def note_mode(self) -> None:
         """Note the transition of the last step, if there was one."""
@@ -110,15 +114,17 @@ class _Creeping(Solution):
             t = sign_change(
                 lambda at: direction * (stepper.state_at(at)[1] - threshold), stepper.t0, stepper.t
             )[1]
-        position = stepper.state_at(t)[0]
-        self.recording.transitions.append(Transition(t, self.contact.name, before, mode, position))
+        self.change_mode(t, before, mode, list(stepper.state_at(t)))
         self.mode = mode
 
     def sample(self, t: float) -> None:
-        mechanism = self.mechanism
         y = self.stepper.state_at(t)
+        self.recording.add(self.row(t, y, self.mode_at(y[1])))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
+        mechanism = self.mechanism
         u, q, v = mechanism.drive(t), y[0], y[1]
         moment = mechanism.moment(u, q, v)
         friction = self.friction(u, q, v, moment)
         acceleration = (moment + friction) / mechanism.inertia
-        self.recording.add(t, u, y, acceleration, friction, self.mode_at(v))
+        return row(t, u, y, acceleration, friction, mode)

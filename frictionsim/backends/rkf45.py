@@ -6,18 +6,21 @@ hold and shortens the steps across it. Between two steps the contact only rememb
 slid, because the limit that holds it is the static one and that of sliding the kinetic one.
 """
 
-from math import copysign, ulp
+from math import copysign, inf, ulp
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
     Recording,
+    Row,
     end_of_piece,
+    passing,
     rates_with_friction,
+    row,
 )
 from frictionsim.backends.solution import Solution, WithoutFriction
 from frictionsim.integrator import State
 from frictionsim.roots import sign_change
-from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.series import BACKWARD, FORWARD, STICK
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Contact, Mechanism
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 # Across a jump of the friction no step meets the tolerance: this many roundings of the time
 # are short enough for what is left of the error to be rounding, too.
 JUMP_ROUNDINGS = 16.0
+NEVER = -1.0  # s
 
 
 def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
@@ -52,7 +56,10 @@ class _ExactStick(Solution):
 
     def friction(self, u: float, q: float, v: float, moment: float) -> float:
         """Return the friction torque, N m, with the applied moment given."""
-        mode = self.mode_at(u, q, v, moment)
+        return self.friction_in(self.mode_at(u, q, v, moment), u, q, v, moment)
+
+    def friction_in(self, mode: int, u: float, q: float, v: float, moment: float) -> float:
+        """Return the friction torque of a mode, N m."""
         return -moment if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
 
     def mode_at(self, u: float, q: float, v: float, moment: float) -> int:
@@ -72,7 +79,7 @@ class _ExactStick(Solution):
     def start(self) -> None:
         self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
-            self.go_over(self.mode_from_rest(0.0, self.stepper.y), 0.0)
+            self.go_over(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
 
     def go_on(self) -> None:
         self.stepper.go_on(self.rates)
@@ -82,8 +89,7 @@ class _ExactStick(Solution):
         if stepper.t >= self.limit:
             # The drive is monotone up to there: no breakaway hides within a step.
             self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-        event = self.advance(self.limit, JUMP_ROUNDINGS * ulp(stepper.t))
-        self.recording.note(event, stepper)
+        self.note(self.advance(self.limit, JUMP_ROUNDINGS * ulp(stepper.t)))
         self.is_new = True
 
     def settle(self) -> None:
@@ -99,24 +105,30 @@ class _ExactStick(Solution):
             # The sign of v may be wrong: across a jump it is that of a weighted sum in which
             # some stages have the friction of before and some that of after.
             mode = self.mode_from_rest(stepper.t, stepper.y) or (FORWARD if v > 0.0 else BACKWARD)
-            self.go_over(mode, self.time_of_breakaway(mode))
+            held, t = self.times_of_breakaway(mode)
+            self.go_over(mode, t, held)
         elif self.mode != STICK and self.mode * v <= 0.0:
             t = self.time_of_rest()
             # Held there, it may have broken away again since; reversed there, it has not.
             mode = self.mode_from_rest(t, stepper.state_at(t))
             self.go_over(mode or self.mode_from_rest(stepper.t, stepper.y), t)
 
-    def go_over(self, mode: int, t: float) -> None:
-        """Note the transition at t, and start anew from where the step ended."""
+    def go_over(self, mode: int, t: float, held: float = inf) -> None:
+        """Note the transition at t, and start anew from where the step ended.
+
+        `held` is when it was still in the mode before.
+        """
         stepper = self.stepper
-        if mode != self.mode:
-            q = stepper.state_at(t)[0]
-            self.recording.transitions.append(Transition(t, self.contact.name, self.mode, mode, q))
         before, self.mode = self.mode, mode
+        turn = list(stepper.state_at(t))
         if mode * stepper.y[1] <= 0.0:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
         if before == STICK and mode * (stepper.y[0] - stepper.y0[0]) < 0.0:
             stepper.y[0] = stepper.y0[0]  # as is a way against the motion
+        if mode != before:
+            # Where it sticks, before or after, the state is that of the whole stick to the bit.
+            at_rest = stepper.y0 if before == STICK else stepper.y if mode == STICK else turn
+            self.change_mode(t, before, mode, [at_rest[0], 0.0, *at_rest[2:]], held)
         stepper.begin(self.rates, stepper.t, stepper.y)
 
     def mode_from_rest(self, t: float, y: State) -> int:
@@ -124,8 +136,11 @@ class _ExactStick(Solution):
         u, q = self.mechanism.drive(t), y[0]
         return self.mode_at(u, q, 0.0, self.mechanism.moment(u, q, 0.0))
 
-    def time_of_breakaway(self, mode: int) -> float:
-        """Return when the moment passed the static limit in the last step, s."""
+    def times_of_breakaway(self, mode: int) -> tuple[float, float]:
+        """Return when the moment passed the static limit in the last step, s.
+
+        Two neighbouring times: it still held at the first.
+        """
         stepper, mechanism = self.stepper, self.mechanism
         q = stepper.y0[0]
 
@@ -134,8 +149,9 @@ class _ExactStick(Solution):
             return mode * mechanism.moment(u, q, 0.0) - self.contact.static_limit(u, q)
 
         if excess(stepper.t0) > 0.0 or excess(stepper.t) <= 0.0:
-            return stepper.t0
-        return sign_change(excess, stepper.t0, stepper.t)[1]
+            return stepper.t0, stepper.t0
+        tie = self.contact.rounding(mechanism.drive(stepper.t0), q)
+        return passing(excess, stepper.t0, stepper.t, tie, self.end)
 
     def time_of_rest(self) -> float:
         """Return when the velocity came to zero in the last step, s."""
@@ -147,8 +163,12 @@ class _ExactStick(Solution):
     def sample(self, t: float) -> None:
         y = self.stepper.state_at(t)
         u, q, v = self.mechanism.drive(t), y[0], y[1]
+        mode = self.mode_at(u, q, v, self.mechanism.moment(u, q, v))
+        self.recording.add(self.row(t, y, mode))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
+        u, q, v = self.mechanism.drive(t), y[0], y[1]
         moment = self.mechanism.moment(u, q, v)
-        friction = self.friction(u, q, v, moment)
+        friction = self.friction_in(mode, u, q, v, moment)
         acceleration = (moment + friction) / self.mechanism.inertia
-        mode = self.mode_at(u, q, v, moment)
-        self.recording.add(t, u, y, acceleration, friction, mode)
+        return row(t, u, y, acceleration, friction, mode)

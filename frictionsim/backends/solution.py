@@ -1,18 +1,22 @@
 """The loop of a run - steps, and the samples inside them - and a run without dry friction."""
 
 from collections.abc import Callable
+from math import inf
 from typing import TYPE_CHECKING
 
 from frictionsim.backends.base import (
+    Passed,
     Recording,
+    Row,
     advance,
     motion_of,
     new_stepper,
     rates_without_friction,
+    row,
 )
 from frictionsim.errors import BlowUp, NotFinite
 from frictionsim.integrator import State, Stepper
-from frictionsim.series import STICK
+from frictionsim.series import BACKWARD, FORWARD, STICK, Transition
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.base import Mechanism
@@ -153,6 +157,10 @@ class Solution:
         """Record the state at a time that is known."""
         raise NotImplementedError
 
+    def row(self, t: float, y: State, mode: int) -> Row:
+        """Return what is recorded of a state whose contact is in a mode."""
+        raise NotImplementedError
+
     def is_known(self, t: float) -> bool:
         """Return whether the last step reaches to t."""
         return t <= self.stepper.t
@@ -163,12 +171,44 @@ class Solution:
     def finish(self) -> None:
         """Record what is left at the end."""
 
-    def advance(self, limit: float, floor: float = 0.0) -> str:
+    def advance(self, limit: float, floor: float = 0.0) -> Passed | None:
         """Take a step of the integrator and look at its energy; return the event at its end."""
-        event = advance(self.stepper, self.mechanism, limit, floor)
+        passed = advance(self.stepper, self.mechanism, limit, floor)
         self._guard.look(self.stepper.t, self.stepper.y)
         self.t = self.stepper.t
-        return event
+        return passed
+
+    def note(self, passed: Passed | None) -> None:
+        """Record the event at the end of the last step, if there was one; it goes on sliding."""
+        if passed is None:
+            return
+        t, y = self.stepper.t, self.stepper.y
+        direction = FORWARD if y[1] > 0.0 else BACKWARD
+        transition = Transition(t, passed.event, direction, direction, y[0])
+        mode = self.mode_in_motion(direction)
+        self.recording.event(transition, self.row(t, passed.before, mode), self.row(t, y, mode))
+
+    def mode_in_motion(self, direction: int) -> int:
+        """Return the mode that the samples have at the end of the last step, where it moves."""
+        return direction
+
+    def change_mode(self, t: float, before: int, after: int, y: State, held: float = inf) -> None:
+        """Record a transition of the contact whose two sides have one state.
+
+        Parameters
+        ----------
+        t : float, s
+        before, after : int
+        y : State
+        held : float, s
+            When it was still in the mode before: at t, or a rounding earlier, where the drive may
+            have jumped since. Below zero it never was, and begins in the mode after.
+        """
+        contact = self.mechanism.contact
+        name = "drive" if contact is None else contact.name
+        begun = self.row(t, y, after)
+        ended = begun if held < 0.0 else (t, *self.row(min(held, t), y, before)[1:])
+        self.recording.event(Transition(t, name, before, after, y[0]), ended, begun)
 
 
 class WithoutFriction(Solution):
@@ -183,11 +223,13 @@ class WithoutFriction(Solution):
 
     def step(self) -> None:
         limit = min(self.end, self.mechanism.drive.next_kink(self.t))
-        self.recording.note(self.advance(limit), self.stepper)
+        self.note(self.advance(limit))
 
     def sample(self, t: float) -> None:
+        self.recording.add(self.row(t, self.stepper.state_at(t), STICK))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
         mechanism = self.mechanism
-        y = self.stepper.state_at(t)
         u = mechanism.drive(t)
         acceleration = mechanism.moment(u, y[0], y[1]) / mechanism.inertia
-        self.recording.add(t, u, y, acceleration, 0.0, STICK)
+        return row(t, u, y, acceleration, 0.0, mode)

@@ -41,7 +41,7 @@ from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Seri
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Channel
-from frictionsim.tracer import TracerPoint, cusps, longest_dwell, place
+from frictionsim.tracer import TracerPoint, cusps, longest_dwell, pace, place
 
 if TYPE_CHECKING:
     from frictionsim.simulation import Simulation
@@ -192,13 +192,13 @@ class _Terms:
         self.static_couple = self.hinge.torque_static if self.hinge else 0.0
         self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
         self.arm = self.rolling.arm if self.rolling else 0.0
-        radial = self.rolling is not None and self.rolling.normal_load == "radial"
+        self.radial = self.rolling is not None and self.rolling.normal_load == "radial"
         # Without weight, and without the radial load of the motion, the mesh is not loaded.
-        self.rolls = self.rolling is not None and (radial or self.planet_weight > 0.0)
+        self.rolls = self.rolling is not None and (self.radial or self.planet_weight > 0.0)
 
     def mesh_load(self, angle: Value, velocity: Value) -> Value:
         """Return N, in N."""
-        if self.rolling is not None and self.rolling.normal_load == "radial":
+        if self.radial:
             return abs(self.radial_balance(angle, velocity))
         return abs(self.planet_weight * sin(angle))
 
@@ -259,16 +259,19 @@ def build(scene: Scene) -> Mechanism:
         return courses
 
     def figures(series: Series) -> Quantities:
-        speed = float(series.velocity[-1]) if series.velocity.size else 0.0
-        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, speed), "N m")}
+        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, 0.0), "N m")}
+        if terms.radial and series.velocity.size:
+            torque = uniform_torque_mean(scene, float(series.velocity[-1]))
+            found["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
         if scene.effects.tracer_point is not None:
             point = scene.effects.tracer_point
             x, y = place(terms.length, terms.turns, point, series.position)
+            paces = pace(terms.length, terms.turns, point, series.position, series.velocity)
             found["tracer_cusps"] = Quantity(
                 cusps(geometry.sun_radius, geometry.planet_radius, point, series.position), "1"
             )
             found["tracer_dwell_time"] = Quantity(
-                longest_dwell(series.time, x, y, point.dwell_distance), "s"
+                longest_dwell(series.time, paces, x, y, point.dwell_distance), "s"
             )
         return found
 
@@ -360,9 +363,9 @@ def _contact(terms: _Terms) -> Contact | None:
 
 def _kinks(terms: _Terms) -> tuple[Kink, ...]:
     """Return where the load of the rolling friction changes its sign under its absolute value."""
-    if terms.rolling is None or not terms.rolls:
+    if not terms.rolls:
         return ()
-    if terms.rolling.normal_load == "radial":
+    if terms.radial:
         return (Kink(terms.radial_balance),)
     return (Kink(every=pi),)
 
@@ -370,6 +373,7 @@ def _kinks(terms: _Terms) -> tuple[Kink, ...]:
 def uniform_torque_mean(scene: Scene, speed: float) -> float:
     """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
 
+    At rest, speed = 0, it is that of a slow turn; with `radial` it depends on the speed.
     Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
     <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
     b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
@@ -383,7 +387,7 @@ def uniform_torque_mean(scene: Scene, speed: float) -> float:
     if scene.mechanism.formulation == "published":
         return terms.kinetic_couple * terms.turns
     a, b = terms.planet_weight, 0.0
-    if terms.rolling is not None and terms.rolling.normal_load == "radial":
+    if terms.radial:
         b = terms.planet_mass * terms.length * speed * speed
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
     return terms.kinetic_couple * terms.gearing + terms.arm * load * terms.turns

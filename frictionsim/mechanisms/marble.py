@@ -406,8 +406,10 @@ def torques_of_rest(scene: Scene) -> Quantities:
         grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
         found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
         motor = scene.drive.motor
-        if motor is not None and at_transfer.lift > 0.0:
+        # A single marble has no moment at a transfer; what rounding leaves of it is no load.
+        if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
             found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
+        if motor is not None and worst.lift > 0.0:
             found["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
     return found
 

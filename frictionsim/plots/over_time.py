@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 PANEL_HEIGHT = 1.7  # inches
 MOST_MARKS = 60  # events; more would hide the courses
 LEAST_STICK, LEAST_GAP = 0.033, 0.08  # of the width, for the word `stick`, for a time
-JUMPING = ("friction_torque", "angular_acceleration")
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 EVENT_LINES: dict[str, Style] = {
@@ -101,13 +100,19 @@ def _draw_course(panel: Any, result: "Result", name: str) -> list[Any]:
 
 
 def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
-    """Return times and values of a course, with a gap where an event makes it jump."""
+    """Return times and values of a course, with both sides of each jump and a gap between them."""
     time, values = result.courses["time"], result.courses[name]
-    if name not in JUMPING or len(result.events["time"]) > MOST_MARKS:
+    sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
+    if sides[0] is None or sides[1] is None:
         return time, values
-    places = np.searchsorted(time, result.events["time"])
-    gaps = np.insert(values, places, np.nan, axis=0)
-    return np.insert(time, places, result.events["time"]), gaps
+    jumps = sides[0] != sides[1]
+    at = result.events["time"][jumps]
+    others = ~np.isin(time, at)  # the sample at a jump has one side of it
+    time, values = time[others], values[others]
+    places = np.repeat(np.searchsorted(time, at), 3)
+    gap = np.full(at.shape, np.nan)
+    jump = np.stack((sides[0][jumps], gap, sides[1][jumps]), axis=1).ravel()
+    return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
 
 
 def mark_modes(result: "Result", panels: Sequence[Any]) -> list[Any]:

@@ -158,10 +158,11 @@ def _created_energy(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:
         if name.startswith("energy") and name != "energy_input":
             created += float(energy[-1] - energy[0])
     if created > CREATED * stored:
+        adaptive = scene.solver.backend != "moreau"
+        way_out = "solver.rtol, or take backend = 'moreau'" if adaptive else "solver.step"
         yield (
             f"the steps have put {created:.3g} J into the belt, {100.0 * created / stored:.2g} % of"
-            " what it stores: give a smaller solver.rtol or solver.max_step, or take"
-            " backend = 'moreau'"
+            f" what it stores: give a smaller {way_out}"
         )
     if _held_by_dampers(scene):
         yield (

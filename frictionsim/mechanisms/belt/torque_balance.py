@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.
 LIMIT = 0.02
-# A span's line of action is off the rim by up to (l/R)^2/8, by the corner of the polygon.
-CORNER = 1.0 / 8.0
+# Bodies of the length l lie on a pulley as a polygon, whose corners hold the belt at rest and are
+# off the rim by (l/R)^2/8: this times (l/R)^2 of the tension is what they may stand for.
+CORNER = 1.0 / 4.0
 # Forces of less than this share of the tension are what corners and contacts make at random.
 LEAST_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
@@ -57,14 +58,15 @@ def torque_balance(
     fall = np.roll(seen["_span_tension"], 1, axis=1) - seen["_span_tension"]
     off, belt = _off(time, rim, turned), scene.mechanism.belt
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
-    if np.ptp(time[last]) * wave > FEWEST_ROUNDS * scene.mechanism.path().length:
+    rounds = np.ptp(time[last]) * wave / scene.mechanism.path().length
+    # Without touch there are no spans on two sides of a pulley.
+    if rounds > FEWEST_ROUNDS and np.all(seen["_touching"][last] > 0.0):
         of_last = {name: values[last] for name, values in seen.items()}
         off = max(off, _of_spans(scene, assembly, time[last], of_last))
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
     least = LEAST_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
-    corner = CORNER * float(np.max(assembly.laws.chain.length / radius)) ** 2
-    return Check(off / largest, LIMIT + corner)
+    return Check(off / largest, LIMIT)
 
 
 def _of_spans(
@@ -85,7 +87,8 @@ def _of_spans(
     gained = np.sign(sweep) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
-    return _off(time, force, -gained, _moments(scene, straight, spans))
+    corners = CORNER * (assembly.laws.chain.length / radius) ** 2 * spans.mean()
+    return _off(time, force, -gained, corners + _moments(scene, straight, spans))
 
 
 def _off(

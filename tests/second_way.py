@@ -1,0 +1,216 @@
+"""An independent reader of results: each figure of a summary in a second way.
+
+It knows a result by its file alone, the recorded courses and the scenario, and shares no figure,
+function or constant with the package. Balances are solved by bisection where the package has
+closed forms; work and heat are integrals of power over the samples where the package integrates
+them along. What is read in this way has an uncertainty, which follows from the samples.
+"""
+
+import tomllib
+from collections.abc import Callable
+from math import inf, pi, radians, sin
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Table = dict[str, Any]
+
+# Local errors of a hundred steps at rtol = 1e-9 and atol = 1e-12, the defaults.
+STEPS, LEAST = 1e-7, 1e-10
+# A figure in closed form and one from a bisection down to neighbouring floats: a few roundings.
+ROUNDING = 1e-12
+
+
+class Seen(NamedTuple):
+    """A figure that was read in a second way; None where there is none."""
+
+    value: float | None
+    uncertainty: float = 0.0
+
+    def agrees(self, found: float | None) -> bool:
+        """Return whether a figure of the summary is this one."""
+        if self.value is None or found is None:
+            return self.value is found
+        return abs(found - self.value) <= self.uncertainty
+
+
+class Record(NamedTuple):
+    """A result file: the scenario with its defaults, the courses and the events."""
+
+    scenario: Table
+    time: Array
+    courses: dict[str, Array]
+    events: list["Event"]
+
+
+class Event(NamedTuple):
+    time: float
+    contact: str
+    mode_from: int
+    mode_to: int
+    angle: float
+
+
+def read(path: Path) -> Record:
+    """Read a result file."""
+    with h5py.File(path) as file:
+        courses = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
+        group = file["events"]
+        names = str(group["contact"].attrs["flag_meanings"]).split()
+        columns = [group[name][()] for name in ("time", "contact", "mode_from", "mode_to")]
+        angle = group["angle"][()] if "angle" in group else np.full(len(columns[0]), np.nan)
+        events = [
+            Event(float(t), names[int(c)], int(a), int(b), float(q))
+            for t, c, a, b, q in zip(*columns, angle, strict=True)
+        ]
+        return Record(tomllib.loads(file.attrs["scenario"]), courses.pop("time"), courses, events)
+
+
+# --- figures ------------------------------------------------------------------------------------
+
+
+def closed(value: float | None) -> Seen:
+    """Return a figure that is known to a few roundings."""
+    return Seen(value, 0.0 if value is None else ROUNDING * abs(value))
+
+
+def integral(time: Array, values: Array) -> Seen:
+    """Return the integral over the samples by trapezoids.
+
+    In a cell of width h they are off by at most h^2/8 times the variation of the slope there, which
+    is estimated by that from the middle of the cell before to the middle of the one after. The
+    estimate also covers a jump J within a cell, worth at most h J/2; the slopes beside a jump may
+    make it look smaller, hence 6 and not 8.
+    """
+    h = np.diff(time)
+    turn = np.abs(np.diff(np.diff(values) / h))
+    # Beyond the first cell and the last one, as much again.
+    variation = np.append(turn, turn[-1]) + np.insert(turn, 0, turn[0])
+    cells = 0.5 * h * (values[1:] + values[:-1])
+    error = float(np.sum(h * h * variation)) / 6.0
+    return Seen(float(np.sum(cells)), error + STEPS * float(np.sum(np.abs(cells))) + LEAST)
+
+
+def plus(start: float, gained: Seen) -> Seen:
+    """Return what a start has become."""
+    assert gained.value is not None
+    return Seen(start + gained.value, gained.uncertainty + ROUNDING * abs(start))
+
+
+def root(function: Callable[[float], float], low: float, size: float) -> float | None:
+    """Return where an increasing function passes zero, at low or above; None if it does not.
+
+    To a rounding of numbers of the given size, a few of which are as far as it looks at first.
+    """
+    if function(low) >= 0.0:
+        return low
+    width = size
+    while function(low + width) <= 0.0:
+        width *= 2.0
+        if width > 1e12 * size:
+            return None
+    high = low + width
+    while high - low > 1e-15 * size and low < (middle := 0.5 * (low + high)) < high:
+        low, high = (low, middle) if function(middle) > 0.0 else (middle, high)
+    return high
+
+
+def least(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return the least value of a function with one valley, by ternary search."""
+    for _ in range(60):
+        third = (high - low) / 3.0
+        if function(low + third) < function(high - third):
+            high -= third
+        else:
+            low += third
+    return function(0.5 * (low + high))
+
+
+def signal(table: Any, time: Array) -> Array:
+    """Return the values of a signal of the scenario."""
+    if isinstance(table, int | float):
+        return np.full(time.shape, float(table))
+    if "sine" in table:
+        s = table["sine"]
+        phase = 2.0 * pi * s["frequency_hz"] * time + radians(s.get("phase_deg", 0.0))
+        return s.get("mean", 0.0) + s["amplitude"] * np.sin(phase)
+    if "smooth_step" in table:
+        s = table["smooth_step"]
+        x = np.clip((time - s["start"]) / (s["stop"] - s["start"]), 0.0, 1.0)
+        return s["from"] + (s["to"] - s["from"]) * (3.0 * x**2 - 2.0 * x**3)
+    return np.interp(time, table["time"], table["value"])
+
+
+def friction_radius(shaft_radius: float, mu: float) -> float:
+    """Return the radius of the circle that the reaction touches: it is inclined by atan mu."""
+    return shaft_radius * sin(np.arctan(mu))
+
+
+# --- what all mechanisms of one coordinate have ---------------------------------------------------
+
+
+def of_any_motion(record: Record) -> dict[str, Seen]:
+    """Return the last values, which the last sample has; what led there is in `motion`."""
+    return {
+        "final_time": Seen(record.scenario["solver"]["duration"]),
+        "final_angle": Seen(float(record.courses["angle"][-1])),
+        "final_angular_velocity": Seen(float(record.courses["angular_velocity"][-1])),
+    }
+
+
+def motion(record: Record) -> dict[str, Seen]:
+    """Return the last angle and velocity as the integrals of velocity and acceleration."""
+    time, geometry, drive = record.time, record.scenario["mechanism"], record.scenario["drive"]
+    turned = integral(time, record.courses["angular_velocity"])
+    if "speed" in drive:
+        speed = closed(float(signal(drive["speed"], time)[-1]))
+    else:
+        gained = integral(time, record.courses["angular_acceleration"])
+        speed = plus(geometry["initial_angular_velocity"], gained)
+    return {
+        "angle": plus(radians(geometry["initial_angle_deg"]), turned),
+        "angular_velocity": speed,
+    }
+
+
+def of_stick_and_slip(record: Record) -> dict[str, Seen]:
+    """Return when the contact first broke away and last came to rest, of the events.
+
+    That the events tell the truth is seen from the samples between them, see `misfits`.
+    """
+    changes = _changes(record)
+    slips = [e.time for e in changes if e.mode_from == 0]
+    rests = [e.time for e in changes if e.mode_to == 0]
+    return {
+        "breakaway_time": Seen(slips[0] if slips else None),
+        "last_rest_time": Seen(rests[-1] if rests else None),
+    }
+
+
+def misfits(record: Record) -> list[float]:
+    """Return the times of samples whose mode or velocity is not what the events before them say.
+
+    A sample at the very time of an event may show either side of it.
+    """
+    changes, mode = _changes(record), record.courses["mode"]
+    times = np.array([-inf, *(e.time for e in changes)])
+    first = changes[0].mode_from if changes else int(mode[0])
+    modes = np.array([first, *(e.mode_to for e in changes)])
+    after = modes[np.searchsorted(times, record.time, side="right") - 1]
+    before = modes[np.searchsorted(times, record.time, side="left") - 1]
+    wrong = (mode != after) & (mode != before)
+    wrong |= (mode == 0.0) & (record.courses["angular_velocity"] != 0.0)
+    return [float(t) for t in record.time[wrong]]
+
+
+def _changes(record: Record) -> list[Event]:
+    return [e for e in record.events if e.mode_from != e.mode_to]
+
+
+def energy(value: float) -> Seen:
+    """Return a stored energy, which the last state decides."""
+    return closed(value)
