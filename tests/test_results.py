@@ -1,5 +1,6 @@
 """The files of results/ are those that its README names, and say what they were made with."""
 
+import csv
 import re
 from math import exp
 from pathlib import Path
@@ -91,3 +92,49 @@ def test_fig_10_has_the_numbers_of_its_table(backend: str) -> None:
         worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
         # The table is of `events`; the same steps on another processor differ in roundings.
         assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)
+
+
+def numbers(name: str) -> list[list[str]]:
+    """Return the rows of a table of results/, below its heading."""
+    with (RESULTS / f"{name}.csv").open(encoding="utf-8") as file:
+        return list(csv.reader(line for line in file if not line.startswith("#")))[1:]
+
+
+def readme_rows(heading: str) -> list[list[str]]:
+    """Return the cells of the table of the project's README that begins like this."""
+    text = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
+    table = text.split(heading)[1].split("\n\n")[0].splitlines()[2:]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
+
+
+def test_the_readme_has_the_meshes_of_the_table() -> None:
+    measured = {
+        (row[2], row[1]): [float(cell) for cell in row[3:8]]
+        for row in numbers("belt_mesh")
+        if row[0] == "belt_drive"
+    }
+    shown = readme_rows("| bodies | bending | T1, N |")
+    assert len(shown) == 8
+    for bodies, bending, *cells in shown:
+        tight, slack, _, arc, creep = measured[bodies, bending]
+        figures = (tight, slack, tight - slack, arc, arc / tight, creep)
+        for cell, value in zip(cells, figures, strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == f"{value:.{digits}f}"
+
+
+def test_the_readme_has_the_paper_s_numbers_of_the_table() -> None:
+    measured = {row[0].split(" [")[0]: row[2:] for row in numbers("belt_paper")}
+    shown = {row[0]: row[2:] for row in readme_rows("| | paper | exact stick, 150 bodies |")}
+    pairs = {
+        "speed of the driver, rad/s": "speed of the driver",
+        "slip, %": "slip",
+        "bodies on the arcs that stick": "share of touching bodies that stick",
+    }
+    for words, name in pairs.items():
+        for cell, value in zip(shown[words], measured[name], strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == f"{float(value):.{digits}f}"
+    spans = (measured["tension of the active span"], measured["tension of the passive span"])
+    for cell, *both in zip(shown["active, passive span, N"], *spans, strict=True):
+        assert cell == ", ".join(f"{float(value):.0f}" for value in both)

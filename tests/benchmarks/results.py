@@ -1,7 +1,7 @@
 """Makes all tables and pictures of `results/` anew, but hard.json.
 
 Run it as `python -m tests.benchmarks.results`, or with the names of some of its parts behind;
-it takes about twelve minutes, one process at a time.
+it takes about a quarter of an hour, one process at a time.
 """
 
 import sys
