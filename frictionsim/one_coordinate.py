@@ -11,6 +11,7 @@ from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.event_samples import Samples, samples_of
 from frictionsim.mechanisms.base import Mechanism, Series
 from frictionsim.quantities import Quantities, Quantity
+from frictionsim.remarks import hidden_stick_slip, nothing_moves
 from frictionsim.series import STICK, Observed, Transition
 from frictionsim.state import Arrays, exported, restore, taken
 
@@ -34,7 +35,7 @@ class OneCoordinate:
 
     def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scene.solver, mechanism
-        self._at_events = scene.output.at_events
+        self._at_events, self._interval = scene.output.at_events, scene.interval
         # Smoothed friction creeps where it should stick and has no limits that it must keep.
         backend = backends.BACKENDS[scene.solver.backend]
         smoothed = backend.regularised and not mechanism.prescribed
@@ -138,12 +139,23 @@ class OneCoordinate:
             quantities=_figures(mechanism, series),
             checks=audit(series, self._set_valued, settings.rtol, settings.atol, largest),
             unsound=samples.unsound,
+            warnings=tuple(self._remarks(series)),
             sides={
                 f"{name}_{side}": course
                 for side, rows in (("before", samples.before), ("after", samples.after))
                 for name, course in self._side(rows, samples.transitions).items()
             },
         )
+
+    def _remarks(self, series: Series) -> list[str]:
+        """Return what is odd about the run; nothing of one that stopped short of its end."""
+        mechanism, duration = self._mechanism, self._settings.duration
+        if series.time.size < 2 or series.time[-1] < duration:
+            return []
+        found = nothing_moves(mechanism, series) + mechanism.remarks(series)
+        if self._set_valued is not None:  # what is smoothed passes through stick at each reversal
+            found += hidden_stick_slip(series.transitions, self._interval, duration)
+        return found
 
     def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
         """Return the channels that may jump, on one side of the events."""

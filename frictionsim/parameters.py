@@ -111,14 +111,29 @@ class Scenario(Params):
         effects = getattr(self, "effects", ())
         return tuple(name for name, effect in effects if effect is not None)
 
+    @property
+    def signals(self) -> dict[str, Any]:
+        """What drives it, by the keys of the scenario."""
+        return {f"drive.{name}": signal for name, signal in getattr(self, "drive", ())}
+
     def warnings(self) -> list[str]:
         """Return what is odd about the scene, though it can be simulated."""
-        if self.interval > self.solver.duration:
+        from frictionsim.signals import period_of, shorter, too_long
+
+        interval, duration = self.interval, self.solver.duration
+        if interval > duration:
             return [
-                f"output.interval = {self.interval} s is longer than the run: only its two ends"
+                f"output.interval = {interval} s is longer than the run: only its two ends"
                 " are sampled"
             ]
-        return []
+        periods = {name: period_of(signal, duration) for name, signal in self.signals.items()}
+        return [
+            f"output.interval = {interval:g} s is longer than a tenth of the period of {name},"
+            f" {period:.6g} s: the samples do not show it;"
+            f" {shorter(period, duration, MOST_SAMPLES)}"
+            for name, period in periods.items()
+            if period is not None and too_long(interval, period)
+        ]
 
     @field_validator("title")
     @classmethod

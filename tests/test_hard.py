@@ -2,6 +2,7 @@
 
 import json
 from math import asin, cos, pi, radians, sin, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from .conftest import SCENARIOS
 from .problems import R_K, RETURN_STICK, cases
 
 HARD = SCENARIOS / "hard"
+MANY_CYCLES_SHORTEST = 0.0213745  # s
 BACKENDS = ("events", "rkf45")
 # Each of them is a scene of tests/data, whose transitions and final state are known.
 KNOWN = {
@@ -149,7 +151,15 @@ def test_a_breakaway_from_a_tie_is_at_the_tie(backend: str) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
-    done = outcome("many_cycles", backend)
+    # Sampled once a period as here, all samples of the force are alike, which is warned of.
+    done = outcome("many_cycles", backend, "output.interval=0.1", "output.at_events=false")
+    assert np.ptp(done.courses["drive_force"]) < 1e-6
+    assert not np.any(done.courses["angular_velocity"])
+    assert [warning.partition(":")[0] for warning in done.warnings] == [
+        "output.interval = 0.1 s is longer than a tenth of the period of drive.force, 0.1 s",
+        "output.interval = 0.1 s is longer than a tenth of the shortest time between two changes"
+        f" of stick and slip, {MANY_CYCLES_SHORTEST} s",
+    ]
     assert modes(done) == [(0, 1), (1, 0)] * 3000
     times = np.array([e.time for e in done.transitions]).reshape(3000, 2)
     periods = 0.1 * np.arange(3000.0)
@@ -162,6 +172,42 @@ def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
     assert angles == pytest.approx(angles[0] * np.arange(1, 3001), rel=1e-7)
 
 
+def test_the_samples_of_many_cycles_show_each_of_them() -> None:
+    done = outcome("many_cycles", "events", "solver.duration=2.0")
+    assert done.warnings == ()
+    assert np.ptp(done.courses["drive_force"]) == pytest.approx(900.0, rel=1e-2)
+    moving = (done.courses["angular_velocity"] > 0.0).astype(int)
+    assert np.count_nonzero(np.diff(moving) == 1) == 20
+
+
+# What is said of a scene because it is so; no other of them is warned of, and no shipped one.
+EXPECTED_WARNINGS = {
+    "breakaway_limit": ["nothing moves"],
+    "long_stick": ["nothing moves"],
+    "load_through_zero": ["cannot push"],
+    "motor_stalls": ["not above", "stands still"],
+    "motor_runs_back": ["not above", "ran back"],
+}
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        path
+        for path in (*sorted(SCENARIOS.glob("*.toml")), *sorted(HARD.glob("*.toml")))
+        if not path.stem.startswith("belt")
+        and path.stem not in ("many_cycles", "tiny_inertia")  # long runs
+    ],
+    ids=lambda path: path.stem,
+)
+def test_no_scene_is_warned_of_without_need(path: Path) -> None:
+    warnings = run(load(path), lambda t: None).warnings
+    expected = EXPECTED_WARNINGS.get(path.stem, [])
+    assert len(warnings) == len(expected)
+    for warning, words in zip(warnings, expected, strict=True):
+        assert words in warning
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_long_rest_moves_nothing(backend: str) -> None:
     done = outcome("long_stick", backend)
@@ -171,6 +217,9 @@ def test_a_long_rest_moves_nothing(backend: str) -> None:
         assert not np.any(done.courses[name])
     force = 2450.0 + 257.703076911
     assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # so near to the limit it comes
+    (warning,) = done.warnings
+    share = float(warning.removeprefix("nothing moves: the largest moment is ").split()[0])
+    assert 0.0 < 1.0 - share / 100.0 < 1e-8
 
 
 def test_a_hard_scene_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:

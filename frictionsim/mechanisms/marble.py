@@ -40,7 +40,8 @@ from frictionsim.friction import ShaftFriction
 from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
-from frictionsim.series import Channel
+from frictionsim.series import STICK, Channel
+from frictionsim.signals import extremes
 
 if TYPE_CHECKING:
     from frictionsim.simulation import Simulation
@@ -154,6 +155,30 @@ class Scene(Scenario):
     drive: Drive
     effects: Effects = Effects()
 
+    @property
+    def torques(self) -> tuple[float, float]:
+        """The least and the largest torque of the drive on the pinion at rest, N m."""
+        motor, torque = self.drive.motor, self.drive.torque
+        if motor is not None:
+            return motor.stall_torque, motor.stall_torque
+        return extremes(torque, self.solver.duration)
+
+    def warnings(self) -> list[str]:
+        """Return what is odd about the scene: also a drive that cannot lift the marbles."""
+        found = super().warnings()
+        if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
+            return found
+        largest, worst = self.torques[1], torques_of_rest(self)["torque_to_lift_worst"].value
+        what = "the stall torque of the motor" if self.drive.motor else "the torque of the drive"
+        if worst is None:
+            found.append("no torque on the pinion lifts the marbles: the friction grows with it")
+        elif largest <= worst:
+            found.append(
+                f"{what} is {largest:.6g} N m at most, not above the {worst:.6g} N m that lift the"
+                " marbles from where they are heaviest: it will stall or run back"
+            )
+        return found
+
 
 class _Mesh(NamedTuple):
     """The tooth force on the gear per torque of the pinion, 1/m: sideways and down."""
@@ -262,6 +287,9 @@ def build(scene: Scene) -> Mechanism:
                 found["motor_power_mean"] = Quantity(work / span, "W")
         return found
 
+    def remarks(series: Series) -> list[str]:
+        return _remarks(scene, series, pinion_torque(series.drive, series.velocity))
+
     return Mechanism(
         drive=drive,
         inertia=inertia,
@@ -272,11 +300,30 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
+        remarks=remarks,
         effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=geometry.initial_angular_velocity,
         kinks=(Kink(every=p, event="transfer"),),
     )
+
+
+def _remarks(scene: Scene, series: Series, torque: Any) -> list[str]:
+    """Return that the gear went the wrong way, or stands still under a torque that drives."""
+    found = []
+    angle, cell = series.position, series.position // scene.mechanism.pitch
+    if scene.torques[0] >= 0.0 and angle[-1] < angle[0]:
+        found.append(
+            f"the gear ran back by {angle[0] - angle[-1]:.6g} rad, though the torque of the drive"
+            f" is never negative: {cell[0] - cell[-1]:.0f} marbles were carried back"
+        )
+    rests = [e.time for e in series.transitions if e.mode_to == STICK != e.mode_from]
+    if scene.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
+        found.append(
+            f"the gear stands still from {rests[-1]:.6g} s on, under {torque[-1]:.6g} N m on the"
+            " pinion at the end"
+        )
+    return found
 
 
 def _pinion_torque(scene: Scene) -> tuple[Course, Any]:

@@ -26,6 +26,7 @@ from frictionsim.mechanisms.base import BACKENDS, Contact, Mechanism, Series, Va
 from frictionsim.parameters import Params, Scenario, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Channel
+from frictionsim.signals import extremes
 
 if TYPE_CHECKING:
     from frictionsim.simulation import Simulation
@@ -94,12 +95,16 @@ class Scene(Scenario):
     effects: Effects = Effects()
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scene: also a shaft as thick as its pulley."""
+        """Return what is odd about the scene: also a shaft as thick as its pulley, or a push."""
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
-        if journal is None or journal.shaft_radius < arm:
-            return super().warnings()
-        thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
-        return [thick, *super().warnings()]
+        found = super().warnings()
+        if journal is not None and journal.shaft_radius >= arm:
+            thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
+            found.insert(0, thick)
+        least, _ = extremes(self.drive.force, self.solver.duration)
+        if least < 0.0:
+            found.append(f"drive.force goes down to {least:.6g} N, and a cord cannot push")
+        return found
 
 
 def simulation(scene: Scene) -> "Simulation":

@@ -1,7 +1,7 @@
 """The scenario of a belt drive: what its tables hold, and what does not go together in them."""
 
 from math import ceil, pi
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -323,6 +323,12 @@ class Scene(Scenario):
                 " backend = 'rkf45'",
             )
         return self
+
+    @property
+    def signals(self) -> dict[str, Any]:
+        """What drives it, by the keys of the scenario."""
+        drives = self.drive.items()
+        return {f"drive.{name}.{key}": signal for name, drive in drives for key, signal in drive}
 
     def warnings(self) -> list[str]:
         """Return what is odd about the scene: also a creep that depends on the step."""
