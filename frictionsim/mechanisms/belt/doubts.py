@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.averages import LAST_PART, last_part, standard_error, time_mean
+from frictionsim.averages import LAST_PART, ROUNDING, last_part, standard_error, time_mean
 from frictionsim.mechanisms.belt.contact import PULLEY_RADIUS
 
 if TYPE_CHECKING:
@@ -40,13 +40,15 @@ def warnings_of(
     """
     if not time.size:
         return ()
-    return (
+    found = [
         *_slack_spans(scene, assembly, time, seen["_span_tension"]),
         *_full_slip(scene, time, seen),
-        *_untouched_patch(scene, seen),
-        *_unsteady_means(scene, assembly, time, seen),
         *_created_energy(scene, seen),
-    )
+    ]
+    if time[-1] >= scene.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
+        found += _untouched_patch(scene, seen)
+        found += _unsteady_means(scene, assembly, time, seen)
+    return tuple(found)
 
 
 def _spans(scene: "Scene") -> list[str]:
