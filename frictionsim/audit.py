@@ -21,12 +21,12 @@ STEPS_IN_STEP = 100.0
 ROUNDING = 1e-12
 # Whatever the tolerance, figures whose energy is further off are of no use.
 WORST_ENERGY = 0.01
-# An absolute tolerance lets energies be off by no more than the largest moment does along this.
-SMALLEST_WAY = 1e-8  # rad
+# An absolute tolerance lets energies be off by no more than this share of the scene's own size.
+SMALL = 1e-8
 
 
 def audit(
-    series: "Series", contact: "Contact | None", rtol: float, atol: float, moment: float
+    series: "Series", contact: "Contact | None", rtol: float, atol: float, size: float
 ) -> dict[str, Check]:
     """Return the checks that apply, by name; all are relative but the drift, in rad.
 
@@ -37,10 +37,11 @@ def audit(
         None where there is no dry friction.
     rtol, atol : float
         Of the integration.
-    moment : float, N m
-        The largest that is applied, dry friction excepted.
+    size : float, J
+        An energy of the size of the scene: its kinetic energy at the start, and the work of the
+        largest moment along one radian.
     """
-    checks = {"energy": energy_check(series, rtol, atol, moment)}
+    checks = {"energy": energy_check(series, rtol, atol, size)}
     if contact is not None:
         checks["friction"] = friction_check(series, contact)
         checks["power"] = power_check(series)
@@ -48,7 +49,7 @@ def audit(
     return checks
 
 
-def energy_check(series: "Series", rtol: float, atol: float, moment: float) -> Check:
+def energy_check(series: "Series", rtol: float, atol: float, size: float) -> Check:
     """Compare the work in with where it went, over the largest of the energies.
 
     Small energies are only integrated to the absolute tolerance, which counts as far as it is
@@ -56,7 +57,7 @@ def energy_check(series: "Series", rtol: float, atol: float, moment: float) -> C
     """
     limit = min(STEPS_IN_STEP * rtol + ROUNDING, WORST_ENERGY)
     residual = -series.ledger["energy_input"]
-    floor = min(STEPS_IN_STEP * atol, SMALLEST_WAY * moment) / limit
+    floor = min(STEPS_IN_STEP * atol, SMALL * size) / limit
     largest = np.max(np.abs(residual), initial=floor)
     for name, energy in (*series.ledger.items(), *series.stores.items()):
         if name != "energy_input":

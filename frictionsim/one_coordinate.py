@@ -130,14 +130,14 @@ class OneCoordinate:
         """Return the samples that are finite, and what follows from them."""
         mechanism, settings, samples = self._mechanism, self._settings, self._samples()
         series = self._series_of(samples.rows, samples.transitions)
-        moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
-        largest = float(np.max(np.abs(moment), initial=0.0))
         return Observed(
             time=series.time,
             courses=_courses(mechanism, series),
             transitions=series.transitions,
             quantities=_figures(mechanism, series),
-            checks=audit(series, self._set_valued, settings.rtol, settings.atol, largest),
+            checks=audit(
+                series, self._set_valued, settings.rtol, settings.atol, _size(mechanism, series)
+            ),
             unsound=samples.unsound,
             warnings=tuple(self._remarks(series)),
             sides={
@@ -166,6 +166,13 @@ class OneCoordinate:
             for name, values in channels.items()
             if name not in OF_EVENTS
         }
+
+
+def _size(mechanism: Mechanism, series: Series) -> float:
+    """Return an energy of the size of the scene, whatever the solver made of it, J."""
+    moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
+    at_start = mechanism.stores["energy_kinetic"](mechanism.position, mechanism.velocity)
+    return float(np.max(np.abs(moment), initial=0.0)) + float(at_start)
 
 
 def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:
