@@ -35,10 +35,10 @@ MEMORY = 2 << 30  # address space; the program and its libraries take half a gig
 LEGAL = {
     "check": {0, 2},
     "static": {0, 2},
-    "solve": {0, 1, 2, 3},
+    "solve": {0, 1, 2, 3, 5},
     "compare": {0, 1, 2},
     "plot": {0, 2},
-    "resume": {0, 1, 2, 3},
+    "resume": {0, 1, 2, 3, 5},
 }
 
 Case = tuple[list[str], str]

@@ -14,8 +14,8 @@ from frictionsim.scenario import load
 
 from .conftest import GOLDEN, SCENARIOS
 
-# The published law chatters about rest from some milliseconds on: from there rounding decides.
-PUBLISHED_TIME = ["solver.duration=0.002", "output.interval=0.0002"]
+# The published law chatters about rest from a millisecond on: from there rounding decides.
+PUBLISHED_TIME = ["solver.duration=0.0005", "output.interval=0.00005"]
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 # A belt is followed for a short time only: contacts that open and close amplify the rounding in
 # which platforms differ, and the courses of all bodies fill megabytes.

@@ -257,12 +257,14 @@ def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
     half_period = (1.2 - pi * 0.027) / sqrt(1.52e5 / 0.096)
     slips = done.time[ends] - done.time[starts]
     assert np.median(slips) == pytest.approx(half_period, abs=1.5e-4)
-    # In stick the rim draws the spans out and in, each of them and half of either arc.
+    # In stick the rim draws the spans out and in, each of them and half of either arc; less where a
+    # part of the arc slides before all of it does.
     friction = -(c["friction_force"] * (c["pulley_index"] == 0.0)).sum(axis=1)
     gained = friction[starts[1:] - 5] - friction[ends[:-1] + 5]
     lasted = done.time[starts[1:] - 5] - done.time[ends[:-1] + 5]
     stiffness = 2.0 * 1.52e5 / (0.515 + 0.5 * pi * 0.027)
-    assert np.median(gained / lasted) == pytest.approx(stiffness * 2.0 * 0.027, rel=0.1)
+    drawn = gained.sum() / lasted.sum() / (stiffness * 2.0 * 0.027)
+    assert 0.75 < drawn < 1.0
     # It lets go between what sliding and what sticking friction could hold as a whole.
     kinetic, static = (1110.0 * np.tanh(0.5 * pi * mu) for mu in (0.3, 0.6))
     largest = np.array([friction[a:b].max() for a, b in itertools.pairwise(ends)])
