@@ -44,7 +44,10 @@ MaxWall = Annotated[
     typer.Option(metavar="SECONDS", help="Stop after so much time; the run can be resumed."),
 ]
 NoClobber = Annotated[
-    bool, typer.Option("--no-clobber", help="Leave a file that is there: exit 4, before the run.")
+    bool,
+    typer.Option(
+        "--no-clobber", help="Leave a file that is there: exit 4; not that which is resumed."
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]

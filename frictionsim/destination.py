@@ -82,8 +82,8 @@ class Destination:
                     part.unlink()
             return self.whole
         place = self._place_of_part()
-        nothing = run.counts.steps == 0 and run.time.size <= 1
-        if nothing and run.status == "interrupted" and place.exists():
+        nothing = run.time.size <= 1 and not run.transitions
+        if nothing and place.exists() and place != self._resumed:
             return None
         recorder.write(run, place)
         self._written.add(place)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.averages import time_mean
 from frictionsim.parameters import MOST_SAMPLES
 from frictionsim.signals import shorter, too_long
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from frictionsim.drives import Course
     from frictionsim.mechanisms.base import Mechanism, Series
-    from frictionsim.series import Transition
+    from frictionsim.series import Array, Transition
 
 # Two transitions that are no further apart are one: a search ends within two roundings.
 ROUNDINGS_OF_TIME = 4.0
@@ -50,6 +51,15 @@ def nothing_moves(mechanism: "Mechanism", series: "Series") -> list[str]:
     limit = np.broadcast_to(mechanism.contact.static_limit(u, q), q.shape)
     share = np.max(moment[limit > 0.0] / limit[limit > 0.0], initial=0.0)
     return [f"nothing moves: the largest moment is {100.0 * share:.10g} % of the static limit"]
+
+
+def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
+    """Return that a motion went against the mean torque of its drive, and how far; or nothing."""
+    mean = float(time_mean(time, np.broadcast_to(torque, time.shape)))
+    way = float(position[-1] - position[0])
+    if mean * way >= 0.0:
+        return ""
+    return f"ran back by {abs(way):.6g} rad, against a torque of {mean:.4g} N m in the mean"
 
 
 def _at_turns(drive: "Course", end: float) -> list[float]:

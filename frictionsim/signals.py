@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from math import floor, log10
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.drives import PointsTable, SineTable, course_of
 
@@ -14,27 +14,37 @@ ROUNDING = 1e-9  # of an interval that was meant to be a tenth
 def period_of(course: Any, end: float) -> float | None:
     """Return the shortest period of a course of the scenario up to `end`, s; None if it has none.
 
-    Of a table of points it is twice the shortest time between two of its turns.
+    Of a table of points it is twice the shortest time between two of its turns, or how long the
+    shortest pulse takes: from where it begins to rise, before a turn, to where it has fallen.
     """
     if isinstance(course, SineTable):
         return 1.0 / course.sine.frequency_hz if course.sine.amplitude else None
     if not isinstance(course, PointsTable):
         return None
-    turns = [t for t in _turns(course) if 0.0 < t < end]
-    return 2.0 * min((b - a for a, b in pairwise(turns)), default=0.0) or None
+    turns = [turn for turn in _turns(course) if 0.0 < turn.time < end]
+    periods = [turn.pulse for turn in turns]
+    periods += [2.0 * (b.time - a.time) for a, b in pairwise(turns)]
+    return min(periods, default=None)
 
 
-def _turns(table: PointsTable) -> list[float]:
-    """Return when a table of points turns; where it stays for a while, the middle of that."""
-    turns: list[float] = []
+class _Turn(NamedTuple):
+    """When a table of points turns, and how long it takes to that and from it, s."""
+
+    time: float
+    pulse: float
+
+
+def _turns(table: PointsTable) -> list[_Turn]:
+    """Return where a table of points turns; where it stays for a while, the middle of that."""
+    turns: list[_Turn] = []
     rising: bool | None = None
-    since = 0.0  # it has stayed at its value
+    began, since = 0.0, 0.0  # the last way up or down, and the value it has stayed at
     for (t0, v0), (t1, v1) in pairwise(zip(table.time, table.value, strict=True)):
         if v0 == v1:
             continue
         if rising is not None and rising != (v1 > v0):
-            turns.append(0.5 * (since + t0))
-        rising, since = v1 > v0, t1
+            turns.append(_Turn(0.5 * (since + t0), t1 - began))
+        rising, began, since = v1 > v0, t0, t1
     return turns
 
 

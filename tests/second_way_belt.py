@@ -244,7 +244,7 @@ def energies(record: Record, length: float) -> dict[str, Seen]:
             time, np.sum(courses["pulley_torque"] * courses["pulley_speed"], axis=1)
         ),
         "energy_kinetic": kinetic(record, length),
-        "energy_potential": Seen(end - first, 1e-6 * abs(first)),
+        "energy_potential": Seen(end, 1e-6 * abs(first)),
     }
     if "belt_friction" in effects:
         power = np.sum(np.abs(courses["friction_force"] * courses["slip_velocity"]), axis=1)

@@ -292,3 +292,13 @@ def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_run(
     Path("s.toml").write_text(tomli_w.dumps(pulley(output__checkpoint=1e-4)))
     assert run_command_line(["solve", "s.toml", "-q", "-o", "a.h5"]) == 0
     assert capsys.readouterr().err == "frictionsim: warning: no checkpoint: no room\n"
+
+
+def test_a_run_that_failed_at_its_start_replaces_nothing(here: Path) -> None:
+    """Neither a spent budget nor a failure without a sample beyond the start is worth a file."""
+    whole = Path("a.h5")
+    Destination(whole).write(stopping(30, spent))
+    part = whole.read_bytes()
+    for error in (spent, lambda t: Interrupted(2, t), lambda t: ArithmeticError()):
+        assert Destination(whole).write(stopping(1, error)) is None
+        assert whole.read_bytes() == part

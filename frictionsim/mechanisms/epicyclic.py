@@ -275,6 +275,12 @@ def build(scene: Scene) -> Mechanism:
             )
         return found
 
+    def remarks(series: Series) -> list[str]:
+        from frictionsim.remarks import against_drive  # numpy, which `check` does without
+
+        back = "" if prescribed else against_drive(series.time, series.drive, series.position)
+        return [f"the crank {back}: its weight or its start was stronger"] if back else []
+
     return Mechanism(
         drive=drive,
         inertia=inertia,
@@ -285,6 +291,7 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
+        remarks=remarks,
         effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,

@@ -156,19 +156,19 @@ class Scene(Scenario):
     effects: Effects = Effects()
 
     @property
-    def torques(self) -> tuple[float, float]:
-        """The least and the largest torque of the drive on the pinion at rest, N m."""
+    def largest_torque(self) -> float:
+        """The largest torque of the drive on the pinion at rest, N m."""
         motor, torque = self.drive.motor, self.drive.torque
         if motor is not None:
-            return motor.stall_torque, motor.stall_torque
-        return extremes(torque, self.solver.duration)
+            return motor.stall_torque
+        return extremes(torque, self.solver.duration)[1]
 
     def warnings(self) -> list[str]:
         """Return what is odd about the scene: also a drive that cannot lift the marbles."""
         found = super().warnings()
         if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
             return found
-        largest, worst = self.torques[1], torques_of_rest(self)["torque_to_lift_worst"].value
+        largest, worst = self.largest_torque, torques_of_rest(self)["torque_to_lift_worst"].value
         what = "the stall torque of the motor" if self.drive.motor else "the torque of the drive"
         if worst is None:
             found.append("no torque on the pinion lifts the marbles: the friction grows with it")
@@ -310,13 +310,13 @@ def build(scene: Scene) -> Mechanism:
 
 def _remarks(scene: Scene, series: Series, torque: Any) -> list[str]:
     """Return that the gear went the wrong way, or stands still under a torque that drives."""
+    from frictionsim.remarks import against_drive  # numpy, which `check` does without
+
     found = []
-    angle, cell = series.position, series.position // scene.mechanism.pitch
-    if scene.torques[0] >= 0.0 and angle[-1] < angle[0]:
-        found.append(
-            f"the gear ran back by {angle[0] - angle[-1]:.6g} rad, though the torque of the drive"
-            f" is never negative: {cell[0] - cell[-1]:.0f} marbles were carried back"
-        )
+    back = against_drive(series.time, torque, series.position)
+    cell = series.position // scene.mechanism.pitch
+    if back and series.position[-1] < series.position[0]:
+        found.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
     rests = [e.time for e in series.transitions if e.mode_to == STICK != e.mode_from]
     if scene.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
         found.append(

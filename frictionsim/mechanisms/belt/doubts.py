@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.averages import LAST_PART, ROUNDING, last_part, standard_error, time_mean
+from frictionsim.mechanisms.belt.assembly import patch_bodies
 from frictionsim.mechanisms.belt.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt.figures import slowest_rim
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt.assembly import Assembly
     from frictionsim.mechanisms.belt.parameters import Scene
+    from frictionsim.quantities import Quantities
 
     Array = npt.NDArray[np.float64]
 
@@ -20,7 +23,6 @@ SLACK = 0.01  # of the pretension
 FEWEST_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
-SLOW = 1e-4  # of the waves across the belt: slower rims are at rest
 FULL_SLIP = 0.99  # of the friction that sliding bodies have
 FULL_SLIP_SAMPLES = 0.01  # of the run
 CREATED = 0.01  # of the energy that the springs store at the start
@@ -28,7 +30,11 @@ SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt with
 
 
 def warnings_of(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scene: "Scene",
+    assembly: "Assembly",
+    time: "Array",
+    seen: dict[str, "Array"],
+    quantities: "Quantities",
 ) -> tuple[str, ...]:
     """Return what is odd about a run.
 
@@ -37,6 +43,8 @@ def warnings_of(
     time : (n,), s
     seen : dict of (n, ...)
         What the observer keeps of each sample.
+    quantities : Quantities
+        Of the summary.
     """
     if not time.size:
         return ()
@@ -46,8 +54,10 @@ def warnings_of(
         *_created_energy(scene, seen),
     ]
     if time[-1] >= scene.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
-        found += _untouched_patch(scene, seen)
+        found += _untouched_patch(scene, assembly, seen)
         found += _unsteady_means(scene, assembly, time, seen)
+        found += _slip_of_corners(assembly, quantities)
+        found += _no_efficiency(quantities)
     return tuple(found)
 
 
@@ -78,7 +88,8 @@ def _full_slip(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> Itera
     full = nobody_sticks & (np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"])
     for j, name in enumerate(scene.mechanism.names):
         share = float(np.mean(full[:, j]))
-        if share > FULL_SLIP_SAMPLES and law.pulleys.get(name, law).mu_s > 0.0:
+        loaded = name in scene.drive  # what turns freely carries nothing
+        if loaded and share > FULL_SLIP_SAMPLES and law.pulleys.get(name, law).mu_s > 0.0:
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {time[np.argmax(full[:, j])]:.6g} s: the load is above what its"
@@ -86,9 +97,18 @@ def _full_slip(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> Itera
             )
 
 
-def _untouched_patch(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:
+def _untouched_patch(
+    scene: "Scene", assembly: "Assembly", seen: dict[str, "Array"]
+) -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
-    if scene.effects.patch is not None and not seen["_patch"].any():
+    if scene.effects.patch is None:
+        return
+    if not patch_bodies(scene, assembly.laws.chain.length).any():
+        yield (
+            "effects.patch has the middle of no body in it, and changes nothing: make it longer"
+            f" than a body, {assembly.laws.chain.length:.4g} m, or take more bodies"
+        )
+    elif not seen["_patch"].any():
         yield (
             "no body of effects.patch is on a pulley in any sample: the patch changes nothing;"
             " lay it elsewhere, or let the belt run further"
@@ -103,14 +123,13 @@ def _unsteady_means(
     count, share = int(np.sum(last)), round(100.0 * LAST_PART)
     if count < FEWEST_SAMPLES:
         yield (
-            f"the means of the summary, over the last {share} % of the run, are of {count} samples;"
-            " give a smaller output.interval"
+            f"the means of the summary, over the last {share} % of the run, are of {count}"
+            f" sample{'s' if count > 1 else ''}; give a smaller output.interval"
         )
         return
-    table = assembly.pulleys.table
     tension = float(np.mean(seen["_span_tension"]))
-    at_rest = SLOW * np.sqrt(tension / scene.mechanism.belt.mass_per_length)
-    rim = seen["_speed"][last] * table[PULLEY_RADIUS]
+    at_rest = slowest_rim(scene, time, seen)
+    rim = seen["_speed"][last] * _radii(assembly)
     fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
         *_changes(time[last], rim, fastest, [f"speed of '{n}'" for n in scene.mechanism.names]),
@@ -125,7 +144,7 @@ def _unsteady_means(
         change, what = max(changing)
         yield (
             f"the last {share} % of the run, which the means of the summary are over, are not"
-            f" steady: the {what} changes by {100.0 * change:.2g} % from its first to its second"
+            f" steady: the {what} changes by {100.0 * change:.3g} % from its first to its second"
             " half; give a longer solver.duration, or read the channels"
         )
 
@@ -146,6 +165,36 @@ def _changes(
         for c, by_chance, name in zip(change, chance, names, strict=True)
         if c - by_chance > UNSTEADY * size
     ]
+
+
+def _slip_of_corners(assembly: "Assembly", quantities: "Quantities") -> Iterator[str]:
+    """Say that the slip is no larger than what the polygon of the bodies makes of it.
+
+    Links at the angle l/R slow down by (l/R)^2/12 as they wrap, and friction takes hold of them
+    before that: a drive of unlike radii may even seem to slip backwards.
+    """
+    slip = quantities["slip_percent"].value
+    corner = 100.0 * float(np.max(assembly.laws.chain.length / _radii(assembly))) ** 2 / 12.0
+    if slip is not None and abs(slip) < corner:
+        yield (
+            f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
+            f" (l/R)^2/12 = {corner:.2g} %: take slip, and tensions on the arcs, from a belt of"
+            " more bodies"
+        )
+
+
+def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
+    """Say why there is no efficiency."""
+    if quantities["efficiency"].value is None:
+        yield (
+            f"efficiency has no value: over the last {round(100.0 * LAST_PART)} % of the run"
+            " nothing is taken out of the drive or lost in it"
+        )
+
+
+def _radii(assembly: "Assembly") -> "Array":
+    radii: Array = assembly.pulleys.table[PULLEY_RADIUS]
+    return radii
 
 
 def _created_energy(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-STILL = 1e-9  # rad/s: pulleys that turn slower have no slip worth a figure
+SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
+UNUSED = 1e-6  # of what the springs store: less work than that is none
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
 # the jumps of contacts that open, which neither locates.
@@ -66,10 +67,12 @@ def figures_of(
     found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
     found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
     rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
-    moving = abs(speed[drive]) > STILL
+    moving = rim[drive] > slowest_rim(scene, time, seen)
     slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
     found["slip_percent"] = Quantity(slip, "%")
-    found["efficiency"] = Quantity(efficiency(time[last], power, losses(seen, last)), "1")
+    found["efficiency"] = Quantity(
+        efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
+    )
     touching, sticking = mean("_touching"), mean("_sticking")
     if assembly.friction is not None:
         share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
@@ -82,8 +85,20 @@ def figures_of(
     found["final_time"] = Quantity(float(time[-1]), "s")
     for name, energy in seen.items():
         if name.startswith("energy"):
-            found[name] = Quantity(float(energy[-1] - _offset(name, energy)), "J")
+            found[name] = Quantity(float(energy[-1]), "J")
     return found
+
+
+def slowest_rim(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> float:
+    """Return the speed below which a rim is at rest, m/s: it may vibrate."""
+    last = last_part(time)
+    tension = float(np.mean(seen["_span_tension"][last]))
+    return SLOW * float(np.sqrt(abs(tension) / scene.mechanism.belt.mass_per_length))
+
+
+def _unused_energy(seen: dict[str, "Array"]) -> float:
+    """Return an energy, J, that is nothing beside what the belt stores."""
+    return UNUSED * float(abs(seen["energy_potential"][0]))
 
 
 def losses(seen: dict[str, "Array"], last: Any) -> float:
@@ -92,7 +107,7 @@ def losses(seen: dict[str, "Array"], last: Any) -> float:
     return float(sum(heat[-1] - heat[0] for heat in heats))
 
 
-def efficiency(time: "Array", power: "Array", lost: float) -> float | None:
+def efficiency(time: "Array", power: "Array", lost: float, least: float) -> float | None:
     """Return the work that pulleys take out, over that and what is lost on the way.
 
     That is the work put in less what the drive stores meanwhile, in motion and springs. None where
@@ -105,14 +120,11 @@ def efficiency(time: "Array", power: "Array", lost: float) -> float | None:
         The mean of each pulley's, positive into the drive.
     lost : float, J
         In that time.
+    least : float, J
+        No more than this is nothing.
     """
-    taken = float(-np.sum(power.clip(max=0.0)) * np.ptp(time))
-    return taken / (taken + lost) if taken + lost > 0.0 else None
-
-
-def _offset(name: str, energy: "Array") -> float:
-    """Return what an energy is counted from: that of the springs from the start."""
-    return float(energy[0]) if name == "energy_potential" else 0.0
+    taken = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return taken / (taken + lost) if taken + lost > least else None
 
 
 def checks_of(

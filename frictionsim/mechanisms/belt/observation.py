@@ -244,14 +244,15 @@ class Observer:
         energies = {name: v for name, v in courses.items() if name.startswith("energy")}
         seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
         time = time[:sound]
+        quantities = figures_of(self._scene, self._assembly, time, seen)
         return Observed(
             time=time,
             courses=courses,
             transitions=[],
-            quantities=figures_of(self._scene, self._assembly, time, seen),
+            quantities=quantities,
             checks=checks_of(self._scene, self._assembly, time, seen),
             unsound=sound < len(self._samples.get("time", ())),
-            warnings=warnings_of(self._scene, self._assembly, time, seen),
+            warnings=warnings_of(self._scene, self._assembly, time, seen, quantities),
         )
 
 

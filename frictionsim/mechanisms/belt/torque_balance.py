@@ -14,7 +14,7 @@ as uncertain.
 """
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -33,9 +33,11 @@ if TYPE_CHECKING:
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.
 LIMIT = 0.02
-# Bodies of the length l lie on a pulley as a polygon, whose corners hold the belt at rest and are
-# off the rim by (l/R)^2/8: this times (l/R)^2 of the tension is what they may stand for.
+# Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8:
+# this times (l/R)^2 is what they do to the force, or, where the belt hardly moves over a pulley and
+# a corner may hold it, to the tension.
 CORNER = 1.0 / 4.0
+FEWEST_BODIES = 10.0  # that pass while corners even out
 # Forces of less than this share of the tension are what corners and contacts make at random.
 LEAST_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
@@ -43,12 +45,20 @@ STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
 FEWEST_ROUNDS = 4.0
 
 
+class Misfit(NamedTuple):
+    """What two ways to one force differ by at each pulley, and what they may beside LIMIT, N."""
+
+    off: "Array"
+    uncertain: "Array"
+
+
 def torque_balance(
     scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> Check:
-    """Return the largest difference of the two ways, over the largest force.
+    """Return the difference of the two ways at the pulley where it is most, and its limit.
 
-    What the means of the samples are uncertain by is not counted.
+    Both are over the largest force. The limit counts what the means of the samples are uncertain
+    by, what corners may do, and moments of bending in the middle of short spans.
     """
     radius = assembly.pulleys.table[PULLEY_RADIUS]
     torque = seen["_torque"] / radius
@@ -56,30 +66,35 @@ def torque_balance(
     rim = torque - seen.get("_friction", np.zeros_like(torque))
     last = last_part(time)
     fall = np.roll(seen["_span_tension"], 1, axis=1) - seen["_span_tension"]
-    off, belt = _off(time, rim, turned), scene.mechanism.belt
-    wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
-    rounds = np.ptp(time[last]) * wave / scene.mechanism.path().length
-    # Without touch there are no spans on two sides of a pulley.
-    if rounds > FEWEST_ROUNDS and np.all(seen["_touching"][last] > 0.0):
-        of_last = {name: values[last] for name, values in seen.items()}
-        off = max(off, _of_spans(scene, assembly, time[last], of_last))
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
     least = LEAST_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
-    return Check(off / largest, LIMIT)
+    belt, misfits = scene.mechanism.belt, [_misfit(time, rim, turned)]
+    wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
+    if np.ptp(time[last]) * wave > FEWEST_ROUNDS * scene.mechanism.path().length:
+        of_last = {name: values[last] for name, values in seen.items()}
+        misfits.append(_misfit_of_spans(scene, assembly, time[last], of_last))
+    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*misfits, strict=True))
+    limit = LIMIT + uncertain
+    worst = int(np.argmax(off / limit))
+    return Check(float(off[worst]), float(limit[worst]))
 
 
-def _of_spans(
+def _misfit_of_spans(
     scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
-) -> float:
-    """Return the largest difference at a pulley between its spans and what turns it, N."""
+) -> Misfit:
+    """Return what the spans beside each pulley and what turns it differ by.
+
+    Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
+    """
     path, density = scene.mechanism.path(), scene.mechanism.belt.mass_per_length
     radius, inertia = assembly.pulleys.table[PULLEY_RADIUS], assembly.pulleys.table[INERTIA]
     sweep = np.array([arc.sweep for arc in path.arcs])
     straight = np.array([np.hypot(*np.subtract(s.end, s.start)) for s in path.spans])
     mass = density * (np.abs(sweep) * radius + 0.5 * (straight + np.roll(straight, 1)))
     spans = seen["_span_tension"]
-    force = np.roll(spans, 1, axis=1) - spans - np.sign(sweep) * seen["_torque"] / radius
+    fall = np.roll(spans, 1, axis=1) - spans
+    force = fall - np.sign(sweep) * seen["_torque"] / radius
     if assembly.laws.weight is not None:
         middle = np.array([0.5 * np.add(s.start, s.end) for s in path.spans])
         height = -middle @ np.array([assembly.laws.weight.x, assembly.laws.weight.y])
@@ -87,34 +102,34 @@ def _of_spans(
     gained = np.sign(sweep) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
-    corners = CORNER * (assembly.laws.chain.length / radius) ** 2 * spans.mean()
-    return _off(time, force, -gained, corners + _moments(scene, straight, spans))
+    off, chance = _misfit(time, force, -gained)
+    length = assembly.laws.chain.length
+    passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
+    holds = np.where(passed > FEWEST_BODIES, np.max(np.abs(time_mean(time, fall))), spans.mean())
+    corners = CORNER * (length / radius) ** 2 * holds
+    touched = np.all(seen["_touching"] > 0.0, axis=0)
+    judged = touched & (np.sum(touched) > 1)
+    return Misfit(np.where(judged, off, 0.0), chance + corners + _moments(scene, straight, spans))
 
 
-def _off(
-    time: "Array", force: "Array", momentum: "Array", uncertain: "Array | float" = 0.0
-) -> float:
-    """Return the largest mean of forces less the gain of momentum, beyond what is uncertain, N.
-
-    The difference is taken in batches: their scatter is what the mean is uncertain by.
+def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
+    """Return the mean of forces less the gain of momentum; their scatter makes it uncertain.
 
     Parameters
     ----------
     time : (n,), s
     force : (n, np), N
     momentum : (n, np), N s
-    uncertain : (np,), N
     """
     ends = np.unique(np.linspace(0, len(time) - 1, BATCHES + 1).astype(int))
-    if len(ends) < 3:
-        return 0.0
+    if len(ends) < 3:  # nothing is told of the scatter
+        return Misfit(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
     batches = [slice(a, b + 1) for a, b in pairwise(ends)]
     forces = np.array([time_mean(time[of], force[of]) for of in batches])
     weights = np.diff(time[ends])
     off = forces - np.diff(momentum[ends], axis=0) / weights[:, None]
     chance = STANDARD_ERRORS * off.std(axis=0, ddof=1) / np.sqrt(len(batches))
-    mean = np.abs(np.average(off, axis=0, weights=weights))
-    return max(0.0, float(np.max(mean - chance - uncertain)))
+    return Misfit(np.abs(np.average(off, axis=0, weights=weights)), chance)
 
 
 def _moments(scene: "Scene", straight: "Array", spans: "Array") -> "Array":
