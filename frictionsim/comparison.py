@@ -41,7 +41,7 @@ class Row(NamedTuple):
 
 @dataclass
 class Comparison:
-    """The rows of a comparison, the worst first, and remarks that decide nothing."""
+    """The rows of a comparison, the worst first, and notes that decide nothing."""
 
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

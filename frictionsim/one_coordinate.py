@@ -11,7 +11,7 @@ from frictionsim.backends.base import Recording, SampleTimes
 from frictionsim.event_samples import Samples, samples_of
 from frictionsim.mechanisms.base import Mechanism, Series
 from frictionsim.quantities import Quantities, Quantity
-from frictionsim.remarks import hidden_stick_slip, nothing_moves
+from frictionsim.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.series import STICK, Observed, Transition
 from frictionsim.state import Arrays, exported, restore, taken
 
@@ -139,7 +139,7 @@ class OneCoordinate:
                 series, self._set_valued, settings.rtol, settings.atol, _size(mechanism, series)
             ),
             unsound=samples.unsound,
-            warnings=tuple(self._remarks(series)),
+            warnings=tuple(self._run_warnings(series)),
             sides={
                 f"{name}_{side}": course
                 for side, rows in (("before", samples.before), ("after", samples.after))
@@ -147,12 +147,12 @@ class OneCoordinate:
             },
         )
 
-    def _remarks(self, series: Series) -> list[str]:
+    def _run_warnings(self, series: Series) -> list[str]:
         """Return what is odd about the run; nothing of one that stopped short of its end."""
         mechanism, duration = self._mechanism, self._settings.duration
         if series.time.size < 2 or series.time[-1] < duration:
             return []
-        found = nothing_moves(mechanism, series) + mechanism.remarks(series)
+        found = nothing_moves(mechanism, series) + mechanism.run_warnings(series)
         if self._set_valued is not None:  # what is smoothed passes through stick at each reversal
             found += hidden_stick_slip(series.transitions, self._interval, duration)
         return found

@@ -152,8 +152,8 @@ class Mechanism(NamedTuple):
         For each of those names, and for the energies.
     figures : callable
         figures(series) returns the mechanism's own figures of a run.
-    remarks : callable
-        remarks(series) returns what is odd about a whole run, as warnings.
+    run_warnings : callable
+        run_warnings(series) returns what is odd about a whole run, as warnings.
     effects : tuple of str
         The effects that are simulated.
     """
@@ -168,7 +168,7 @@ class Mechanism(NamedTuple):
     channel_info: Mapping[str, "Channel"]
     figures: Callable[[Series], "Quantities"]
     effects: tuple[str, ...]
-    remarks: Callable[[Series], list[str]] = lambda series: []
+    run_warnings: Callable[[Series], list[str]] = lambda series: []
     position: float = 0.0
     velocity: float = 0.0
     kinks: tuple[Kink, ...] = ()

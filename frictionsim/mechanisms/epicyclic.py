@@ -275,8 +275,8 @@ def build(scene: Scene) -> Mechanism:
             )
         return found
 
-    def remarks(series: Series) -> list[str]:
-        from frictionsim.remarks import against_drive  # numpy, which `check` does without
+    def run_warnings(series: Series) -> list[str]:
+        from frictionsim.run_warnings import against_drive  # numpy, which `check` does without
 
         back = "" if prescribed else against_drive(series.time, series.drive, series.position)
         return [f"the crank {back}: its weight or its start was stronger"] if back else []
@@ -291,7 +291,7 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
-        remarks=remarks,
+        run_warnings=run_warnings,
         effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,

@@ -287,8 +287,8 @@ def build(scene: Scene) -> Mechanism:
                 found["motor_power_mean"] = Quantity(work / span, "W")
         return found
 
-    def remarks(series: Series) -> list[str]:
-        return _remarks(scene, series, pinion_torque(series.drive, series.velocity))
+    def run_warnings(series: Series) -> list[str]:
+        return _run_warnings(scene, series, pinion_torque(series.drive, series.velocity))
 
     return Mechanism(
         drive=drive,
@@ -300,7 +300,7 @@ def build(scene: Scene) -> Mechanism:
         channels=channels,
         channel_info=CHANNELS,
         figures=figures,
-        remarks=remarks,
+        run_warnings=run_warnings,
         effects=scene.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=geometry.initial_angular_velocity,
@@ -308,9 +308,9 @@ def build(scene: Scene) -> Mechanism:
     )
 
 
-def _remarks(scene: Scene, series: Series, torque: Any) -> list[str]:
+def _run_warnings(scene: Scene, series: Series, torque: Any) -> list[str]:
     """Return that the gear went the wrong way, or stands still under a torque that drives."""
-    from frictionsim.remarks import against_drive  # numpy, which `check` does without
+    from frictionsim.run_warnings import against_drive  # numpy, which `check` does without
 
     found = []
     back = against_drive(series.time, torque, series.position)

@@ -12,7 +12,10 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
     waves          the fastest frequency and decay, which bound the steps
     assembly       from a scenario to arrays
     belt_drive     from step to step
-    observation    what is recorded, and figures its summary
+    observation    what is recorded
+    spans          the tension of each span
+    figures        the summary and the audit, of which torque_balance is a part
+    run_warnings   what to know before trusting them
     cost           what the cost of accuracy is judged by, and the settings to compare
 
 References

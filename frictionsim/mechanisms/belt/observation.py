@@ -20,9 +20,9 @@ from frictionsim.mechanisms.belt.contact import (
     STUCK,
     TORQUE,
 )
-from frictionsim.mechanisms.belt.doubts import warnings_of
 from frictionsim.mechanisms.belt.figures import checks_of, figures_of
 from frictionsim.mechanisms.belt.parameters import CHANNELS
+from frictionsim.mechanisms.belt.run_warnings import warnings_of
 from frictionsim.mechanisms.belt.spans import span_tensions
 from frictionsim.series import Observed
 
