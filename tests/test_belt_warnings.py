@@ -163,3 +163,44 @@ def test_a_span_without_tension_is_told_of(pretension: float) -> None:
     for i, (a, b) in enumerate((("driver", "driven"), ("driven", "driver"))):
         slack = bool(np.any(spans[:, i] < 0.01 * pretension))
         assert warned(done, f"the span from '{a}' to '{b}' goes slack") is slack
+
+
+@pytest.mark.parametrize("bodies", [24, 48, 96])
+def test_slip_that_corners_make_is_told_of(bodies: int) -> None:
+    data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
+    done = simulate(data)
+    slip = done.quantities["slip_percent"].value
+    assert slip is not None
+    # The unstretched length of a body: 1.0027 m round both pulleys, less a strain of 2 %.
+    length = (2.0 * 0.25 + 2.0 * np.pi * 0.08) / 1.02 / bodies
+    corner = 100.0 * (length / 0.08) ** 2 / 12.0
+    assert abs(abs(slip) / corner - 1.0) > 0.05  # the length is known to a per cent
+    assert warned(done, "what the corners between the bodies do") is (abs(slip) < corner)
+
+
+def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:
+    done = simulate(pair(drive__driver__torque=0.0, **LONG))
+    assert done.quantities["efficiency"].value is None
+    assert done.quantities["slip_percent"].value is None
+    assert warned(done, "efficiency has no value")
+    moving = simulate(pair(**LONG))
+    assert moving.quantities["efficiency"].value is not None
+    assert not warned(moving, "efficiency has no value")
+
+
+def test_a_patch_that_holds_no_body_is_told_of() -> None:
+    """Bodies are 42 mm long; between two of their middles there is room for a patch."""
+    patch = {"from": 0.023, "to": 0.06, **PATCH}
+    done = simulate(pair(effects__patch=patch, solver__backend="moreau"))
+    assert warned(done, "the middle of no body")
+    assert not warned(done, "lay it elsewhere")
+
+
+def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
+    """A free roller with next to no friction slides as a whole while the belt runs over it."""
+    slippery = {"roller": {"mu_s": 0.01, "mu_k": 0.01}}
+    data = trio(solver__backend="moreau", drive__roller=None)
+    data["effects"]["belt_friction"]["pulleys"] = slippery
+    done = simulate(data)
+    assert full_slip(done, "roller") > 0.01
+    assert not warned(done, "slips on 'roller'")
