@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim import recorder
-from frictionsim.mechanisms.base import BACKENDS
+from frictionsim.backends import SINGLE_DOF
 from frictionsim.run import Run, run
 from frictionsim.scenario import load
 
@@ -147,7 +147,7 @@ def test_only_recorded_channels_have_sides_with_their_units(tmp_path: Path) -> N
         assert before["long_name"].endswith("on the pulley, right before the event")
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", SINGLE_DOF)
 def test_every_backend_records_both_sides_of_a_breakaway(backend: str) -> None:
     found = simulate(pulley(solver={"backend": backend, "duration": 0.6, "rtol": 1e-7}))
     event = next(e for e in found.transitions if e.mode_from == 0)

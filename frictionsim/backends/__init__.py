@@ -57,6 +57,12 @@ BACKENDS = {
     "lsoda": Backend(_REGULARISED, regularised=True, integrator="LSODA", implicit=True),
 }
 
+# Those that solve a mechanism of one coordinate.
+SINGLE_DOF = (
+    *("events", "rkf45", "published"),
+    *("regularised", "rk45", "dop853", "radau", "bdf", "lsoda"),
+)
+
 # Those that can do a belt drive: modules with a class `Stepping`.
 BELT = {
     "rkf45": "frictionsim.backends.belt_rkf45",

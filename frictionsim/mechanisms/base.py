@@ -21,13 +21,6 @@ if TYPE_CHECKING:
 Value = Any  # float while stepping, array of floats afterwards
 
 
-# The backends that solve a mechanism as it is described here.
-BACKENDS = (
-    *("events", "rkf45", "published"),
-    *("regularised", "rk45", "dop853", "radau", "bdf", "lsoda"),
-)
-
-
 class Contact(NamedTuple):
     """Dry friction along the coordinate of a mechanism.
 

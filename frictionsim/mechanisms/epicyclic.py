@@ -33,11 +33,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
+from frictionsim.backends import SINGLE_DOF
 from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import Gravity
 from frictionsim.elementary import cos, sin
-from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Series, Value
+from frictionsim.mechanisms.base import Contact, Kink, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Channel
@@ -152,7 +153,7 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `epicyclic`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["epicyclic"]

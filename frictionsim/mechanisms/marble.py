@@ -32,12 +32,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
+from frictionsim.backends import SINGLE_DOF
 from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
 from frictionsim.drives import Constant, Course, CourseInTime, course_of
 from frictionsim.effects import AirDrag, Gravity
 from frictionsim.elementary import cos, sin
 from frictionsim.friction import ShaftFriction
-from frictionsim.mechanisms.base import BACKENDS, Contact, Kink, Mechanism, Series, Value
+from frictionsim.mechanisms.base import Contact, Kink, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, misfit, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import STICK, Channel
@@ -147,7 +148,7 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `marble_machine`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["marble_machine"]

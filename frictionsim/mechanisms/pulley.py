@@ -18,11 +18,12 @@ from math import radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
+from frictionsim.backends import SINGLE_DOF
 from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
 from frictionsim.drives import CourseInTime, course_of
 from frictionsim.effects import AirDrag
 from frictionsim.friction import ShaftFriction
-from frictionsim.mechanisms.base import BACKENDS, Contact, Mechanism, Series, Value
+from frictionsim.mechanisms.base import Contact, Mechanism, Series, Value
 from frictionsim.parameters import Params, Scenario, quantity
 from frictionsim.quantities import Quantities, Quantity
 from frictionsim.series import Channel
@@ -86,7 +87,7 @@ class Effects(Params):
 class Scene(Scenario):
     """A scenario of kind `pulley`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = BACKENDS
+    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["pulley"]
