@@ -22,7 +22,7 @@ def main() -> None:
     # pydantic would look through all installed packages for plugins of its own.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
 
-    from frictionsim.cli import run_command_line
+    from frictionsim.cli.commands import run_command_line
 
     code = run_command_line(sys.argv[1:])
     for stream in (sys.stdout, sys.stderr):

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim import recorder
-from frictionsim.comparison import compare
-from frictionsim.run import run
-from frictionsim.scenario import load
-
-from .conftest import GOLDEN, SCENARIOS
+from frictionsim.io import hdf5
+from frictionsim.io.comparison import compare
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import run
+from tests.support.scenarios import GOLDEN, SCENARIOS
 
 # The published law chatters about rest from a millisecond on: from there rounding decides.
 PUBLISHED_TIME = ["solver.duration=0.0005", "output.interval=0.00005"]
@@ -36,9 +35,9 @@ def test_shipped_scenario_gives_its_golden_result(
     result = run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
     golden = GOLDEN / f"{name}.h5"
     if request.config.getoption("--update-golden"):
-        recorder.write(result, golden)
+        hdf5.write(result, golden)
     found = tmp_path / f"{name}.h5"
-    recorder.write(result, found)
+    hdf5.write(result, found)
     # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
     # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
     rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)

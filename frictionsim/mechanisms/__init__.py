@@ -9,25 +9,10 @@ Each module holds one mechanism whole - parameters, effects, equations, statics,
     PANELS             the courses that a plot of it shows
     MEASURES           what the cost of accuracy is judged by
 
-and, where the defaults of `frictionsim.cost` do not fit, ladders(scene, tolerances),
-references(scene, rtol), exact(scene) and tighter(scene): settings to compare, settings to judge
-by, the solution, and the setting that `solve --estimate-error` compares with.
+and, where the defaults of `frictionsim.work_precision` do not fit, ladders(scene, tolerances),
+references(scene, rtol) and tighter(scene): settings to compare, settings to judge by, and the
+setting that `solve --estimate-error` compares with.
 
 A mechanism of one coordinate has its equations in build(scene), composed of the effects that the
 scene names, and leaves the rest to OneCoordinate.
 """
-
-from importlib import import_module
-from types import ModuleType
-
-KINDS = {
-    "pulley": "frictionsim.mechanisms.pulley",
-    "marble_machine": "frictionsim.mechanisms.marble",
-    "epicyclic": "frictionsim.mechanisms.epicyclic",
-    "belt_drive": "frictionsim.mechanisms.belt",
-}
-
-
-def module_of(kind: str) -> ModuleType:
-    """Import the module of a kind; the others stay unloaded."""
-    return import_module(KINDS[kind])

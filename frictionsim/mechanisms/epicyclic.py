@@ -33,19 +33,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from frictionsim.backends import SINGLE_DOF
-from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
-from frictionsim.drives import CourseInTime, course_of
-from frictionsim.effects import Gravity
-from frictionsim.elementary import cos, sin
-from frictionsim.mechanisms.base import Contact, Kink, Mechanism, Series, Value
-from frictionsim.parameters import Params, Scenario, misfit, quantity
-from frictionsim.quantities import Quantities, Quantity
-from frictionsim.series import Channel
-from frictionsim.tracer import TracerPoint, cusps, longest_dwell, pace, place
+from frictionsim.mechanisms.effects import Gravity
+from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.tracer_point import TracerPoint, cusps, longest_dwell, pace, place
+from frictionsim.results import OF_ONE_COORDINATE, Channel, Measure, Quantities, Quantity
+from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_tables import CourseInTime, course_of
+from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
 
 if TYPE_CHECKING:
-    from frictionsim.simulation import Simulation
+    from frictionsim.simulation.base import Simulation
 
 # The moment is a difference of torques, each a few roundings off.
 ROUNDING = 16 * float_info.epsilon
@@ -211,7 +210,9 @@ class _Terms:
 
 def simulation(scene: Scene) -> "Simulation":
     """Return what simulates a scene."""
-    from frictionsim.one_coordinate import OneCoordinate  # numpy, which `check` does without
+    from frictionsim.simulation.single_dof import (
+        OneCoordinate,  # numpy, which `check` does without
+    )
 
     return OneCoordinate(scene, build(scene))
 
@@ -277,7 +278,9 @@ def build(scene: Scene) -> Mechanism:
         return found
 
     def run_warnings(series: Series) -> list[str]:
-        from frictionsim.run_warnings import against_drive  # numpy, which `check` does without
+        from frictionsim.simulation.run_warnings import (
+            against_drive,  # numpy, which `check` does without
+        )
 
         back = "" if prescribed else against_drive(series.time, series.drive, series.position)
         return [f"the crank {back}: its weight or its start was stronger"] if back else []

@@ -18,19 +18,18 @@ from math import radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
-from frictionsim.backends import SINGLE_DOF
-from frictionsim.cost.measures import OF_ONE_COORDINATE, Measure
-from frictionsim.drives import CourseInTime, course_of
-from frictionsim.effects import AirDrag
-from frictionsim.friction import ShaftFriction
-from frictionsim.mechanisms.base import Contact, Mechanism, Series, Value
-from frictionsim.parameters import Params, Scenario, quantity
-from frictionsim.quantities import Quantities, Quantity
-from frictionsim.series import Channel
-from frictionsim.signals import extremes
+from frictionsim.mechanisms.effects import AirDrag
+from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.results import OF_ONE_COORDINATE, Channel, Measure, Quantities, Quantity
+from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.schema import Params, quantity
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import CourseInTime, course_of
+from frictionsim.solvers.mechanism import Contact, Mechanism, Series, Value
 
 if TYPE_CHECKING:
-    from frictionsim.simulation import Simulation
+    from frictionsim.simulation.base import Simulation
 
 CONTACT_NAME = "shaft"
 
@@ -110,7 +109,9 @@ class Scene(Scenario):
 
 def simulation(scene: Scene) -> "Simulation":
     """Return what simulates a scene."""
-    from frictionsim.one_coordinate import OneCoordinate  # numpy, which `check` does without
+    from frictionsim.simulation.single_dof import (
+        OneCoordinate,  # numpy, which `check` does without
+    )
 
     return OneCoordinate(scene, build(scene))
 

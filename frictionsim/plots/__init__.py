@@ -9,28 +9,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms import KINDS
-from frictionsim.plots import belt, belt_drive, epicyclic, marble, pulley
-from frictionsim.plots.over_time import response
-from frictionsim.plots.sheet import refuse_format, save
+from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
+from frictionsim.plots.style import refuse_format, save
+from frictionsim.plots.time_history import response
+from frictionsim.scenario.kinds import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.recorder import Result
+    from frictionsim.io.hdf5 import Result
 
 ALL, BODY = "all", "body"
 
 Views = Mapping[str, Callable[..., "Figure"]]
 VIEWS: Mapping[str, Views] = {
     "pulley": {"response": pulley.response},
-    "marble_machine": {"response": response, "torque": marble.torque},
+    "marble_machine": {"response": response, "torque": marble_machine.torque},
     "epicyclic": {"response": response, "torque": epicyclic.torque, "path": epicyclic.path},
     "belt_drive": {
-        "speeds": belt.speeds,
-        "drive": belt_drive.drive,
-        "tension": belt.tension,
-        BODY: belt.body,
+        "speeds": belt_time_history.speeds,
+        "drive": belt_layout.drive,
+        "tension": belt_time_history.tension,
+        BODY: belt_time_history.body,
     },
 }
 

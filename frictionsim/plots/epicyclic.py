@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from frictionsim.errors import InputError
-from frictionsim.plots.sheet import (
+from frictionsim.mechanisms.tracer_point import TracerPoint, place
+from frictionsim.plots.style import (
     BLACK,
     BLUE,
     GREY,
@@ -21,12 +22,11 @@ from frictionsim.plots.sheet import (
     need,
     put_key,
 )
-from frictionsim.tracer import TracerPoint, place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.recorder import Result
+    from frictionsim.io.hdf5 import Result
 
 TORQUES = {
     "drive_torque": "drive",

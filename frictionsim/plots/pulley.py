@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms import module_of
-from frictionsim.plots import over_time
-from frictionsim.plots.sheet import BLACK, Style, put_key, scenario_of
-from frictionsim.scenario import ScenarioFaults, validate
+from frictionsim.plots import time_history
+from frictionsim.plots.style import BLACK, Style, put_key, scenario_of
+from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.loading import ScenarioFaults, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.quantities import Quantities
-    from frictionsim.recorder import Result
+    from frictionsim.io.hdf5 import Result
+    from frictionsim.results import Quantities
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
 # The words stand above the upper line and below the lower one, however close these are.
@@ -29,7 +29,7 @@ def response(result: "Result") -> "Figure":
     The forces that just lift and hold stand beside the force, the static limit of the shaft
     around the friction torque.
     """
-    figure, panels, handles = over_time.courses(result)
+    figure, panels, handles = time_history.courses(result)
     if "friction_torque" in result.courses:
         limits = _limits(result)
         if "drive_force" in panels:

@@ -10,9 +10,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from frictionsim.run import Run
-from tests.conftest import pulley, simulate
-from tests.problems import RETURN_FORCE, RETURN_STICK
+from frictionsim.simulation.simulate import Run
+from tests.support.problems import RETURN_FORCE, RETURN_STICK
+from tests.support.scenarios import pulley, simulate
 
 REPEATS = 9
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionsim.run import Run, run
-from frictionsim.scenario import apply_override, validate
+from frictionsim.scenario.loading import apply_override, validate
+from frictionsim.simulation.simulate import Run, run
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

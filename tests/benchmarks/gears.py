@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tests.conftest import simulate
+from tests.support.scenarios import simulate
 
 Long = np.longdouble
 COLUMNS = 9  # order 18

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.cost.study import Budget
-from frictionsim.plots.sheet import save
-from frictionsim.run import Run, run
-from frictionsim.scenario import apply_override, validate
-from frictionsim.series import failures
+from frictionsim.plots.style import save
+from frictionsim.results import failures
+from frictionsim.scenario.loading import apply_override, validate
+from frictionsim.simulation.simulate import Run, run
+from frictionsim.work_precision.study import Budget
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"

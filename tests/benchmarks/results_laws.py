@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from frictionsim.plots.sheet import BLACK, line, put_key
-from frictionsim.run import Run
+from frictionsim.plots.style import BLACK, line, put_key
+from frictionsim.simulation.simulate import Run
 from tests.benchmarks.results_common import (
     INSTANT,
     WIDTH,

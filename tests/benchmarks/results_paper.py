@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from frictionsim import recorder
-from frictionsim.plots import belt
-from frictionsim.plots.belt_line import middle_of_first_span
-from frictionsim.plots.sheet import BLACK, GREY, grid, line, put_key
+from frictionsim.io import hdf5
+from frictionsim.plots import belt_time_history
+from frictionsim.plots.belt_geometry import middle_of_first_span
+from frictionsim.plots.style import BLACK, GREY, grid, line, put_key
 from tests.benchmarks.results_common import (
     RESULTS,
     WIDTH,
@@ -21,7 +21,7 @@ from tests.benchmarks.results_common import (
 )
 
 if TYPE_CHECKING:
-    from frictionsim.recorder import Result
+    from frictionsim.io.hdf5 import Result
 
 START = 0.5  # s, from which on means are taken
 PRINTED_SPEED, EXPECTED_SPEED = -22.5, -25.1  # rad/s, of the drive
@@ -62,7 +62,7 @@ def paper() -> None:
     for rtol in TOLERANCES:
         options = ("--set", "solver.duration=2.0", "--set", f"solver.rtol={rtol}")
         runs[f"published law, rtol {rtol}"] = _solve("belt_drive_published", *options)
-    figure = belt.body(runs[EXACT].result)
+    figure = belt_time_history.body(runs[EXACT].result)
     _mark(figure)
     save_picture(figure, "belt_drive_body")
     save_picture(_relative_speed(runs), "belt_drive_slip")
@@ -77,7 +77,7 @@ def paper() -> None:
 def _solve(name: str, *options: str) -> Solved:
     line = ("solve", f"scenarios/{name}.toml", *options, "-o", f"results/{name}.h5", "--json")
     solver = json.loads(command(*line, codes=CODES))["solver"]
-    return Solved(recorder.read(RESULTS / f"{name}.h5"), solver["wall_seconds"])
+    return Solved(hdf5.read(RESULTS / f"{name}.h5"), solver["wall_seconds"])
 
 
 def _draw(name: str, view: str) -> None:

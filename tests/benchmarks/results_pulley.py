@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.sheet import BLACK, BLUE, ORANGE, PURPLE, VERMILION, grid, line, put_key
-from frictionsim.run import Run
+from frictionsim.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, grid, line, put_key
+from frictionsim.simulation.simulate import Run
 from tests.benchmarks.results_common import WIDTH, figure_of, save_picture, say, solve
-from tests.problems import RAMP
+from tests.support.problems import RAMP
 
 DURATION = 10.0  # s
 ALPHA = "\N{GREEK SMALL LETTER ALPHA}"

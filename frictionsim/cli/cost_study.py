@@ -1,0 +1,167 @@
+"""`frictionsim cost`: what its options mean, and what it writes."""
+
+import sys
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.cli.monitor import watch
+from frictionsim.errors import InputError, OutputError, unknown
+from frictionsim.io.atomic_write import check_target, refuse_to_clobber
+from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.variants import TOLERANCES, Setting
+from frictionsim.work_precision import settings as ladder
+from frictionsim.work_precision.report import write_csv
+from frictionsim.work_precision.study import Study, study
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+
+
+class Options(NamedTuple):
+    """What the command line gives, as it gives it."""
+
+    backends: str | None
+    tolerances: str | None
+    max_wall: float
+    repeats: int
+    output: Path | None
+    csv: Path | None
+    plot: Path | None
+    no_clobber: bool = False
+
+
+def study_scene(scene: "Scenario", options: Options) -> Study:
+    """Run the study that the options ask for.
+
+    Raises
+    ------
+    InputError, OutputError
+        Before anything is run.
+    SolverError
+        If there is no reference.
+    """
+    if not isfinite(options.max_wall) or options.max_wall <= 0.0:
+        raise InputError(f"--max-wall: expected seconds above 0, got {options.max_wall:g}")
+    tolerances = _tolerances(options.tolerances)
+    names = _backends(options.backends, scene)
+    _check_targets(options)
+    kind = module_of(scene.kind)
+    measures = _measures(kind, scene)
+    settings = [s for s in _ladders(kind, scene, tolerances) if s.backend in names]
+    rtol = min(tolerances) * ladder.TIGHTER
+    with (
+        watch(scene.solver.duration, with_progress=False, max_wall=None) as poll,
+        _StatusLine() as show,
+    ):
+        return study(
+            scene,
+            settings,
+            _references(kind, scene, rtol),
+            measures,
+            options.max_wall,
+            options.repeats,
+            poll,
+            show,
+        )
+
+
+def write_files(found: Study, options: Options) -> None:
+    """Write the files that the options ask for.
+
+    Raises
+    ------
+    OutputError
+    """
+    if options.output is not None:
+        from frictionsim.io import hdf5
+        from frictionsim.work_precision.report import columns
+
+        hdf5.write_table(found.scene, columns(found), found.status, options.output)
+    if options.csv is not None:
+        write_csv(found, options.csv)
+    if options.plot is not None:
+        from frictionsim.plots.work_precision import draw
+
+        draw(found, options.plot)
+
+
+def _ladders(kind: Any, scene: "Scenario", tolerances: tuple[float, ...]) -> list[Setting]:
+    if hasattr(kind, "ladders"):
+        found: list[Setting] = kind.ladders(scene, tolerances)
+        return found
+    return ladder.ladders(scene, tolerances, kind.build(scene))
+
+
+def _references(kind: Any, scene: "Scenario", rtol: float) -> tuple[Setting, ...]:
+    if hasattr(kind, "references"):
+        found: tuple[Setting, ...] = kind.references(scene, rtol)
+        return found
+    return ladder.references(kind.build(scene), rtol)
+
+
+def _measures(kind: Any, scene: "Scenario") -> Any:
+    if not hasattr(kind, "MEASURES"):
+        raise InputError(f"cost: the kind '{scene.kind}' does not say what it is judged by")
+    return kind.MEASURES
+
+
+def _tolerances(text: str | None) -> tuple[float, ...]:
+    if text is None:
+        return TOLERANCES
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            f"--tolerances: expected numbers with commas between, as 1e-3,1e-6, got '{text}'"
+        ) from None
+    if not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
+        raise InputError(
+            f"--tolerances: expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
+            f" got '{text}'"
+        )
+    return tuple(sorted(set(found), reverse=True))
+
+
+def _backends(text: str | None, scene: "Scenario") -> tuple[str, ...]:
+    able = scene.BACKENDS
+    if text is None:
+        return able
+    names = tuple(part.strip() for part in text.split(","))
+    for name in names:
+        if name not in able:
+            raise InputError(f"--backends: {unknown('backend', name, list(able))}")
+    return names
+
+
+def _check_targets(options: Options) -> None:
+    """See that the files can be written, before the time to measure is spent."""
+    if options.no_clobber:
+        for target in (options.output, options.csv, options.plot):
+            if target is not None:
+                refuse_to_clobber(target)
+    if options.output is not None:
+        check_target(options.output)
+    if options.plot is not None and options.plot.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise InputError(f"{options.plot}: pictures are written as .png, .pdf, .svg; name one")
+    for target in (options.csv, options.plot):
+        if target is not None and not target.parent.is_dir():
+            raise OutputError(f"{target}: cannot write here: there is no folder '{target.parent}'")
+        if target is not None and target.is_dir():
+            raise OutputError(f"{target}: this is a folder; give a file name")
+
+
+class _StatusLine:
+    """Says what is done next in one line of a terminal, which is gone at the end."""
+
+    def __enter__(self) -> "_StatusLine":
+        self._shown = sys.stderr.isatty()
+        return self
+
+    def __call__(self, text: str) -> None:
+        if self._shown:
+            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

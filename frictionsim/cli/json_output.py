@@ -1,0 +1,62 @@
+"""The one JSON object of a run, which scripts read."""
+
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.results import finite, quantities_json
+
+if TYPE_CHECKING:
+    from frictionsim.results import Transition
+    from frictionsim.simulation.simulate import Run
+    from frictionsim.work_precision.error_estimate import Estimate
+
+
+def run_json(
+    run: "Run", scenario: str, output: str | None, estimate: "Estimate | None" = None
+) -> dict[str, Any]:
+    """Return the JSON object of a run.
+
+    Parameters
+    ----------
+    run : Run
+    scenario, output : str
+        Paths of the scenario and of the result file, None if none was written.
+    estimate : Estimate, optional
+        Gives each quantity its `error`, and the object `error_estimate`, how it was found.
+    """
+    found = _run_json(run, scenario, output)
+    if estimate is not None:
+        for name, quantity in found["quantities"].items():
+            quantity["error"] = finite(estimate.errors.get(name))
+        found["error_estimate"] = estimate.method
+    return found
+
+
+def _run_json(run: "Run", scenario: str, output: str | None) -> dict[str, Any]:
+    return {
+        "scenario": scenario,
+        "kind": run.scene.kind,
+        "backend": run.scene.solver.backend,
+        "status": run.status,
+        "reason": run.reason,
+        "failure": run.failure,
+        "quantities": quantities_json(run.quantities),
+        "events": [_event_json(e) for e in run.transitions],
+        "solver": run.counts._asdict(),
+        "effects": list(run.effects),
+        "audit": {
+            name: {"value": finite(check.value), "limit": check.limit, "ok": check.ok}
+            for name, check in run.checks.items()
+        },
+        "warnings": list(run.warnings),
+        "output": output,
+    }
+
+
+def _event_json(e: "Transition") -> dict[str, Any]:
+    event = {
+        "time": e.time,
+        "contact": e.contact,
+        "mode_from": e.mode_from,
+        "mode_to": e.mode_to,
+    }
+    return event if e.position is None else {**event, "angle": e.position}

@@ -1,0 +1,56 @@
+"""The table of a study of accuracy and its cost, on a terminal."""
+
+from typing import TYPE_CHECKING
+
+from frictionsim.cli import tables
+from frictionsim.work_precision.recommendation import advise
+
+if TYPE_CHECKING:
+    from frictionsim.work_precision.study import Row, Study
+
+
+def print_study(study: "Study") -> None:
+    """Print table, floor and advice on stdout."""
+    scene = study.scene
+    tables.print_lines(
+        f"{scene.title or scene.kind}: what accuracy costs ({study.status})",
+        *_reference_lines(study),
+    )
+    names = [measure.name for measure in study.measures]
+    headings = [
+        *("backend", "setting", ">error", *(f">{name}" for name in names)),
+        *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),
+    ]
+    tables.print_cells(headings, [_cells(row, names) for row in study.rows])
+    tables.print_lines(*(advice.sentence for advice in advise(study.rows, study.floor)))
+
+
+def _reference_lines(study: "Study") -> list[str]:
+    reference = study.reference
+    if reference is None:
+        return []
+    lines = [f"reference: {' and '.join(reference.names)}"]
+    if reference.floor:
+        apart = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
+        lines.append(f"they differ by {study.floor:.1e} ({apart}): errors below are not to be told")
+    elif len(reference.names) == 1:
+        lines.append("the second reference failed: how exact the first is, is not known")
+    return [*lines, "errors are relative, `error` the worst of them; rhs: right-hand sides"]
+
+
+def _cells(row: "Row", names: list[str]) -> list[str]:
+    def error(name: str) -> str:
+        return f"{row.errors[name].relative:.1e}" if name in row.errors else ""
+
+    return [
+        row.setting.backend,
+        row.setting.label,
+        "failed" if row.error is None else f"{row.error:.1e}",
+        *map(error, names),
+        str(row.events),
+        f"{1e3 * row.wall_seconds:.3g}",
+        str(row.steps),
+        "" if row.rejected is None else str(row.rejected),
+        str(row.rhs_evaluations),
+        row.reason,
+    ]

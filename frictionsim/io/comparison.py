@@ -1,0 +1,317 @@
+"""Comparison of a result with a golden one, for continuous integration."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import InputError, unknown
+from frictionsim.io import hdf5
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from frictionsim.io.hdf5 import Result
+
+
+class Row(NamedTuple):
+    """The worst difference in one course.
+
+    Attributes
+    ----------
+    name : str
+    difference, allowed : float or None
+        At the sample that is worst against what is allowed there.
+    at : float or None, s
+    ok : bool
+    note : str
+        What is wrong beside the numbers, or which member of the course's axis is worst.
+    """
+
+    name: str
+    difference: float | None
+    allowed: float | None
+    at: float | None
+    ok: bool
+    note: str = ""
+
+
+@dataclass
+class Comparison:
+    """The rows of a comparison, the worst first, and notes that decide nothing."""
+
+    rows: list[Row] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def same(self) -> bool:
+        return all(row.ok for row in self.rows)
+
+
+def compare(
+    result_path: Path,
+    golden_path: Path,
+    rtol: float,
+    atol: float,
+    time_atol: float,
+    ignore: list[str],
+) -> Comparison:
+    """Compare two result files course by course and event by event.
+
+    A course agrees where |result - golden| <= atol + rtol |golden| at every sample. Samples
+    within time_atol of an event of the golden file are left out: either side of a jump is right
+    there. Events agree in number and modes, and in time within time_atol.
+
+    Parameters
+    ----------
+    result_path, golden_path : Path
+    rtol, atol : float
+        atol in the unit of each course.
+    time_atol : float, s
+    ignore : list of str
+        Names or patterns (``energy_*``) of courses to leave out; ``events`` for the events.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        If the two cannot be compared: one is not readable, they are of different kinds, or two
+        runs that are done were sampled at different times.
+    """
+    result, golden = hdf5.read(result_path), hdf5.read(golden_path)
+    kinds = result.attributes["kind"], golden.attributes["kind"]
+    if kinds[0] != kinds[1]:
+        raise InputError(
+            f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
+        )
+    _see_patterns(ignore, {*result.courses, *golden.courses, "events"})
+    comparison = Comparison()
+    _compare_status(result, golden, comparison)
+    pairs = _pairs(result, golden)
+    _compare_times(result, golden, pairs, comparison, f"{result_path} and {golden_path}")
+    for key in ("backend", "frictionsim_version", "scenario"):
+        if result.attributes[key] != golden.attributes[key]:
+            comparison.notes.append(f"note: the two files differ in their {key}")
+
+    def wanted(name: str) -> bool:
+        return not any(fnmatch(name, pattern) for pattern in ignore)
+
+    for name in sorted((result.courses.keys() | golden.courses.keys()) - {"time"}):
+        if wanted(name):
+            row = _compare_course(name, result, golden, pairs, rtol, atol, time_atol)
+            comparison.rows.append(row)
+    if wanted("events"):
+        events = _compare_events(result, golden, time_atol)
+        comparison.rows.append(events)
+        if events.ok:  # the same events have sides to compare
+            comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
+    comparison.rows.sort(key=_badness, reverse=True)
+    return comparison
+
+
+def _see_patterns(ignore: list[str], names: set[str]) -> None:
+    """Refuse a pattern that leaves nothing out, and patterns that leave nothing to compare."""
+    names = names - {"time"}
+    for pattern in ignore:
+        if not any(fnmatch(name, pattern) for name in names):
+            raise InputError(f"--ignore: {unknown('course', pattern, sorted(names))}")
+    if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
+        raise InputError("--ignore: nothing is left to compare")
+
+
+def _badness(row: Row) -> tuple[bool, float]:
+    if row.difference is None or not row.allowed:
+        return not row.ok, 0.0
+    return not row.ok, row.difference / row.allowed
+
+
+def _compare_status(result: "Result", golden: "Result", comparison: Comparison) -> None:
+    statuses = result.attributes["status"], golden.attributes["status"]
+    if statuses[0] != statuses[1]:
+        note = f"'{statuses[0]}', expected '{statuses[1]}'"
+        comparison.rows.append(Row("status", None, None, None, False, note))
+
+
+class _Pairs(NamedTuple):
+    """The samples that two results have in common, by their places in each.
+
+    `complete`: the others are those at their events, which each result has at its own times.
+    """
+
+    result: Any
+    golden: Any
+    complete: bool
+
+
+def _pairs(result: "Result", golden: "Result") -> _Pairs:
+    times, expected = result.courses["time"], golden.courses["time"]
+    (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
+    complete = bool(
+        np.all(found | np.isin(times, result.events["time"]))
+        and np.all(also_found | np.isin(expected, golden.events["time"]))
+    )
+    of_golden, of_result = np.unique(places[found], return_index=True)
+    return _Pairs(np.flatnonzero(found)[of_result], of_golden, complete)
+
+
+def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
+    """Return the places of the nearest of other times, and which are the same but for rounding."""
+    places = np.zeros(times.shape, dtype=np.intp)
+    if not others.size:
+        return places, np.zeros(times.shape, dtype=bool)
+    for shift in (0, -1):
+        near = np.clip(np.searchsorted(others, times) + shift, 0, others.size - 1)
+        closer = np.abs(others[near] - times) <= np.abs(others[places] - times)
+        places = np.where(closer, near, places)
+    return places, np.isclose(times, others[places], rtol=1e-9, atol=0.0)
+
+
+def _compare_times(
+    result: "Result", golden: "Result", pairs: _Pairs, comparison: Comparison, pair: str
+) -> None:
+    """Refuse two whole runs that were sampled at different times; broken-off ones differ."""
+    times, expected = result.courses["time"], golden.courses["time"]
+    if pairs.complete:
+        return
+    counts = f"{times.size} and {expected.size} samples"
+    if result.attributes["status"] == golden.attributes["status"] == "done":
+        raise InputError(
+            f"cannot compare {pair}: they are sampled at different times ({counts}); run both with"
+            " one duration and one output.interval"
+        )
+    note = f"other times, {counts}; compared as far as both go"
+    comparison.rows.append(Row("time", None, None, None, False, note))
+
+
+def _compare_course(
+    name: str,
+    result: "Result",
+    golden: "Result",
+    pairs: _Pairs,
+    rtol: float,
+    atol: float,
+    time_atol: float,
+) -> Row:
+    if name not in result.courses or name not in golden.courses:
+        where = "the golden file" if name in result.courses else "the result"
+        return Row(name, None, None, None, False, f"missing in {where}")
+    if result.units[name] != golden.units[name]:
+        note = f"in {result.units[name]}, expected {golden.units[name]}"
+        return Row(name, None, None, None, False, note)
+    if _columns(result, name) != _columns(golden, name):
+        return Row(name, None, None, None, False, "of another axis, or of other members of it")
+    found, expected = result.courses[name][pairs.result], golden.courses[name][pairs.golden]
+    time = golden.courses["time"][pairs.golden]
+    away = _away_from(golden.events["time"], time, time_atol)
+    found, expected, time = found[away], expected[away], time[away]
+    if not found.size:
+        return Row(name, 0.0, atol, None, True)
+    allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
+    difference = _difference(found, expected)
+    # Where nothing is allowed any difference is infinitely bad, and none is none.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        badness = np.where(difference > 0.0, difference / allowed, 0.0)
+    order = np.lexsort((difference.ravel(), badness.ravel()))
+    sample, *member = worst = np.unravel_index(order[-1], difference.shape)
+    ok = bool(difference[worst] <= allowed[worst])
+    axis, names = _columns(golden, name)
+    note = f"{axis} {names[member[0]]}" if member else ""
+    return Row(name, float(difference[worst]), float(allowed[worst]), float(time[sample]), ok, note)
+
+
+def _difference(found: Any, expected: Any) -> Any:
+    """Return how far values are apart; infinitely where one of them is not a number."""
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(found - expected)
+    # Equal values agree also where both are infinite or not a number.
+    alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    return np.where(alike, 0.0, np.where(np.isnan(difference), np.inf, difference))
+
+
+def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
+    """Return the axis of a course and the names of its members; nothing for one value."""
+    axis = result.axes[name]
+    return axis, result.members[axis] if axis else ()
+
+
+def _away_from(events: Any, time: Any, time_atol: float) -> Any:
+    """Return which samples are further than time_atol from every event."""
+    away = np.ones(time.shape, dtype=bool)
+    for event in events:
+        first, last = np.searchsorted(time, (event - time_atol, event + time_atol))
+        away[first : last + 1] &= np.abs(time[first : last + 1] - event) > time_atol
+    return away
+
+
+def _compare_events(result: "Result", golden: "Result", time_atol: float) -> Row:
+    found, expected = _named_events(result), _named_events(golden)
+    if len(found) != len(expected):
+        note = f"{len(found)} events, expected {len(expected)}"
+        return Row("events", None, None, None, False, note)
+    worst = Row("events", 0.0, time_atol, None, True)
+    for (time, *what), (expected_time, *expected_what) in zip(found, expected, strict=True):
+        difference = abs(time - expected_time)
+        if what != expected_what:
+            note = f"{what} at {time:.9g} s, expected {expected_what}"
+            return Row("events", difference, time_atol, expected_time, False, note)
+        if not difference <= (worst.difference or 0.0):  # also where it is not a number
+            worst = Row("events", difference, time_atol, expected_time, difference <= time_atol)
+    return worst
+
+
+def _named_events(result: "Result") -> list[tuple[float, str, int, int]]:
+    e = result.events
+    return [
+        (float(time), result.contacts[int(contact)], int(mode_from), int(mode_to))
+        for time, contact, mode_from, mode_to in zip(
+            e["time"], e["contact"], e["mode_from"], e["mode_to"], strict=True
+        )
+    ]
+
+
+def _compare_sides(
+    result: "Result",
+    golden: "Result",
+    wanted: "Callable[[str], bool]",
+    rtol: float,
+    atol: float,
+    time_atol: float,
+) -> Iterator[Row]:
+    """Compare the courses right before and right after the events, where both results have them.
+
+    Within time_atol an event may be elsewhere, and a course goes on as fast as between the event
+    and the sample beside it.
+    """
+    for name in sorted(golden.courses.keys() & result.courses.keys()):
+        sides = [f"{name}_{side}" for side in ("before", "after")]
+        if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
+            continue
+        worst = Row(f"events/{name}", 0.0, atol, None, True)
+        for side, step in zip(sides, (-1, 1), strict=True):
+            expected = golden.events[side]
+            difference = _difference(result.events[side], expected)
+            rate = _rate_beside(golden, name, expected, step)
+            allowed = atol + rtol * np.abs(expected) + rate * time_atol
+            for found, most, at in zip(difference, allowed, golden.events["time"], strict=True):
+                row = Row(worst.name, float(found), float(most), float(at), bool(found <= most))
+                worst = max(worst, row, key=_badness)
+        yield worst
+
+
+def _rate_beside(golden: "Result", name: str, values: Any, step: int) -> Any:
+    """Return how fast a course changes between its events and the samples before or after them."""
+    time, at = golden.courses["time"], golden.events["time"]
+    if step < 0:
+        places = np.searchsorted(time, at, side="left") - 1
+    else:
+        places = np.searchsorted(time, at, side="right")
+    places = np.clip(places, 0, time.size - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rates = np.abs((golden.courses[name][places] - values) / (time[places] - at))
+    return np.where(np.isfinite(rates), rates, 0.0)

@@ -1,0 +1,153 @@
+"""The figures of a belt drive's summary, and the checks of its run."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.kernels.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
+from frictionsim.results import Check, Quantities, Quantity
+from frictionsim.simulation.averages import last_part, time_mean
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.schema import Scene
+
+    Array = npt.NDArray[np.float64]
+
+SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
+UNUSED = 1e-6  # of what the springs store: less work than that is none
+
+# A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
+# the jumps of contacts that open, which neither locates.
+ENERGY_LIMIT = 5e-3
+# A run in which less than this share of the stored energy moved has nothing to be relative to.
+STORED_SHARE = 1e-3
+ROUNDING = 1e-9
+# A body that sticks loses its last slip within tau; breaking loose meanwhile, it may be driven
+# for that long, by its limit of friction times next to no slip.
+POWER_LIMIT = 1e-3
+
+
+def figures_of(
+    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+) -> Quantities:
+    """Return the summary's quantities; means are over the last fifth of the run.
+
+    Parameters
+    ----------
+    time : (n,), s
+    seen : dict of (n, ...)
+        What the observer keeps of each sample.
+    """
+    found: Quantities = {}
+    if not time.size:
+        return found
+    last = last_part(time)
+
+    def mean(name: str) -> Any:
+        return time_mean(time[last], seen[name][last])
+
+    names = scene.mechanism.names
+    found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
+    spans = mean("_span_tension")
+    found["tension_tight"] = Quantity(float(np.max(spans)), "N")
+    found["tension_slack"] = Quantity(float(np.min(spans)), "N")
+    for i, name in enumerate(names):
+        after = names[(i + 1) % len(names)]
+        found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
+    power = time_mean(time[last], (seen["_torque"] * seen["_speed"])[last])
+    speed = mean("_speed")
+    drive, driven = int(np.argmax(power)), int(np.argmin(power))
+    if drive == driven:
+        drive, driven = 0, len(names) - 1
+    found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
+    found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
+    rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
+    moving = rim[drive] > slowest_rim(scene, time, seen)
+    slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
+    found["slip_percent"] = Quantity(slip, "%")
+    found["efficiency"] = Quantity(
+        efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
+    )
+    touching, sticking = mean("_touching"), mean("_sticking")
+    if assembly.friction is not None:
+        share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
+        found["stick_fraction"] = Quantity(share, "1")
+    for j, name in enumerate(names):
+        per_body = assembly.laws.chain.length / assembly.pulleys.table[PULLEY_RADIUS, j]
+        found[f"arc_contact_{name}"] = Quantity(float(touching[j] * per_body), "rad")
+        if assembly.friction is not None:
+            found[f"arc_stick_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
+    found["final_time"] = Quantity(float(time[-1]), "s")
+    for name, energy in seen.items():
+        if name.startswith("energy"):
+            found[name] = Quantity(float(energy[-1]), "J")
+    return found
+
+
+def slowest_rim(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> float:
+    """Return the speed below which a rim is at rest, m/s: it may vibrate."""
+    last = last_part(time)
+    tension = float(np.mean(seen["_span_tension"][last]))
+    return SLOW * float(np.sqrt(abs(tension) / scene.mechanism.belt.mass_per_length))
+
+
+def _unused_energy(seen: dict[str, "Array"]) -> float:
+    """Return an energy, J, that is nothing beside what the belt stores."""
+    return UNUSED * float(abs(seen["energy_potential"][0]))
+
+
+def losses(seen: dict[str, "Array"], last: Any) -> float:
+    """Return the heat of friction and dampers in a part of a run, J."""
+    heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
+    return float(sum(heat[-1] - heat[0] for heat in heats))
+
+
+def efficiency(time: "Array", power: "Array", lost: float, least: float) -> float | None:
+    """Return the work that pulleys take out, over that and what is lost on the way.
+
+    That is the work put in less what the drive stores meanwhile, in motion and springs. None where
+    nothing is taken out or lost.
+
+    Parameters
+    ----------
+    time : (n,), s
+    power : (np,), W
+        The mean of each pulley's, positive into the drive.
+    lost : float, J
+        In that time.
+    least : float, J
+        No more than this is nothing.
+    """
+    taken = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return taken / (taken + lost) if taken + lost > least else None
+
+
+def checks_of(
+    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+) -> dict[str, Check]:
+    """Return the audit: energies over the largest of them, forces over their limits."""
+    if not time.size:
+        return {}
+    changes = {n: v - v[0] for n, v in seen.items() if n.startswith("energy")}
+    residual = -changes["energy_input"]
+    for name, change in changes.items():
+        if name != "energy_input":
+            residual = residual + change
+    largest = max(float(np.max(np.abs(change))) for change in changes.values())
+    largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
+    checks = {"energy": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
+    if assembly.friction is not None:
+        over, limit = np.max(seen["_excess"], axis=0)
+        checks["friction"] = _relative(over, limit, ROUNDING)
+        driving, power = np.max(seen["_power"], axis=0)
+        checks["power"] = _relative(driving, power, POWER_LIMIT)
+    checks["torque_balance"] = torque_balance(scene, assembly, time, seen)
+    return checks
+
+
+def _relative(value: float, size: float, limit: float) -> Check:
+    return Check(float(value / size if size > 0.0 else value) + 0.0, limit)  # no minus zero

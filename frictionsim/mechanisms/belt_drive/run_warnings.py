@@ -1,0 +1,238 @@
+"""What a user should know before trusting the summary of a belt drive: its warnings."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.assembly import patch_bodies
+from frictionsim.mechanisms.belt_drive.kernels.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.quantities import slowest_rim
+from frictionsim.simulation.averages import (
+    LAST_PART,
+    ROUNDING,
+    last_part,
+    standard_error,
+    time_mean,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.results import Quantities
+
+    Array = npt.NDArray[np.float64]
+
+SLACK = 0.01  # of the pretension
+FEWEST_SAMPLES = 10  # for a mean
+UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
+STANDARD_ERRORS = 4.0  # by which two means may differ by chance
+FULL_SLIP = 0.99  # of the friction that sliding bodies have
+FULL_SLIP_SAMPLES = 0.01  # of the run
+CREATED = 0.01  # of the energy that the springs store at the start
+SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt without dampers
+
+
+def warnings_of(
+    scene: "Scene",
+    assembly: "Assembly",
+    time: "Array",
+    seen: dict[str, "Array"],
+    quantities: "Quantities",
+) -> tuple[str, ...]:
+    """Return what is odd about a run.
+
+    Parameters
+    ----------
+    time : (n,), s
+    seen : dict of (n, ...)
+        What the observer keeps of each sample.
+    quantities : Quantities
+        Of the summary.
+    """
+    if not time.size:
+        return ()
+    found = [
+        *_slack_spans(scene, assembly, time, seen["_span_tension"]),
+        *_full_slip(scene, time, seen),
+        *_created_energy(scene, seen),
+    ]
+    if time[-1] >= scene.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
+        found += _untouched_patch(scene, assembly, seen)
+        found += _unsteady_means(scene, assembly, time, seen)
+        found += _slip_of_corners(assembly, quantities)
+        found += _no_efficiency(quantities)
+    return tuple(found)
+
+
+def _spans(scene: "Scene") -> list[str]:
+    names = scene.mechanism.names
+    return [f"from '{a}' to '{b}'" for a, b in zip(names, [*names[1:], names[0]], strict=True)]
+
+
+def _slack_spans(
+    scene: "Scene", assembly: "Assembly", time: "Array", tension: "Array"
+) -> Iterator[str]:
+    """Say which spans went slack, and when first."""
+    slack = tension < SLACK * float(np.mean(assembly.rest.tension))
+    for i, span in enumerate(_spans(scene)):
+        if slack[:, i].any():
+            yield (
+                f"the span {span} goes slack at t = {time[np.argmax(slack[:, i])]:.6g} s: a slack"
+                " belt is chaotic, so that its motion depends on rounding; trust means only"
+            )
+
+
+def _full_slip(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> Iterator[str]:
+    """Say on which pulleys all bodies slide one way, with all the friction that there is."""
+    law = scene.effects.belt_friction
+    if law is None:
+        return
+    nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
+    full = nobody_sticks & (np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"])
+    for j, name in enumerate(scene.mechanism.names):
+        share = float(np.mean(full[:, j]))
+        loaded = name in scene.drive  # what turns freely carries nothing
+        if loaded and share > FULL_SLIP_SAMPLES and law.pulleys.get(name, law).mu_s > 0.0:
+            yield (
+                f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
+                f" first at t = {time[np.argmax(full[:, j])]:.6g} s: the load is above what its"
+                " friction can carry; give more pretension, friction or arc, or less torque"
+            )
+
+
+def _untouched_patch(
+    scene: "Scene", assembly: "Assembly", seen: dict[str, "Array"]
+) -> Iterator[str]:
+    """Say that a patch of the belt was never on a pulley."""
+    if scene.effects.patch is None:
+        return
+    if not patch_bodies(scene, assembly.laws.chain.length).any():
+        yield (
+            "effects.patch has the middle of no body in it, and changes nothing: make it longer"
+            f" than a body, {assembly.laws.chain.length:.4g} m, or take more bodies"
+        )
+    elif not seen["_patch"].any():
+        yield (
+            "no body of effects.patch is on a pulley in any sample: the patch changes nothing;"
+            " lay it elsewhere, or let the belt run further"
+        )
+
+
+def _unsteady_means(
+    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+) -> Iterator[str]:
+    """Say that the means of the summary are of too few samples, or of a motion that changes."""
+    last = last_part(time)
+    count, share = int(np.sum(last)), round(100.0 * LAST_PART)
+    if count < FEWEST_SAMPLES:
+        yield (
+            f"the means of the summary, over the last {share} % of the run, are of {count}"
+            f" sample{'s' if count > 1 else ''}; give a smaller output.interval"
+        )
+        return
+    tension = float(np.mean(seen["_span_tension"]))
+    at_rest = slowest_rim(scene, time, seen)
+    rim = seen["_speed"][last] * _radii(assembly)
+    fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
+    changing = [
+        *_changes(time[last], rim, fastest, [f"speed of '{n}'" for n in scene.mechanism.names]),
+        *_changes(
+            time[last],
+            seen["_span_tension"][last],
+            tension,
+            [f"tension {span}" for span in _spans(scene)],
+        ),
+    ]
+    if changing:
+        change, what = max(changing)
+        yield (
+            f"the last {share} % of the run, which the means of the summary are over, are not"
+            f" steady: the {what} changes by {100.0 * change:.3g} % from its first to its second"
+            " half; give a longer solver.duration, or read the channels"
+        )
+
+
+def _changes(
+    time: "Array", values: "Array", size: float, names: list[str]
+) -> list[tuple[float, str]]:
+    """Return by how much means of two halves differ, of those that change, over their size."""
+    middle = len(time) // 2
+    halves = (slice(None, middle + 1), slice(middle, None))
+    first, second = (time_mean(time[half], values[half]) for half in halves)
+    errors = [standard_error(values[half]) for half in halves]
+    change = np.abs(second - first)
+    # Of a motion that drifts, batches differ by their drift: half of the change is no chance.
+    chance = STANDARD_ERRORS * np.minimum(np.hypot(*errors), 0.1 * change)
+    return [
+        (float(c / size), name)
+        for c, by_chance, name in zip(change, chance, names, strict=True)
+        if c - by_chance > UNSTEADY * size
+    ]
+
+
+def _slip_of_corners(assembly: "Assembly", quantities: "Quantities") -> Iterator[str]:
+    """Say that the slip is no larger than what the polygon of the bodies makes of it.
+
+    Links at the angle l/R slow down by (l/R)^2/12 as they wrap, and friction takes hold of them
+    before that: a drive of unlike radii may even seem to slip backwards.
+    """
+    slip = quantities["slip_percent"].value
+    corner = 100.0 * float(np.max(assembly.laws.chain.length / _radii(assembly))) ** 2 / 12.0
+    if slip is not None and abs(slip) < corner:
+        yield (
+            f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
+            f" (l/R)^2/12 = {corner:.2g} %: take slip, and tensions on the arcs, from a belt of"
+            " more bodies"
+        )
+
+
+def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
+    """Say why there is no efficiency."""
+    if quantities["efficiency"].value is None:
+        yield (
+            f"efficiency has no value: over the last {round(100.0 * LAST_PART)} % of the run"
+            " nothing is taken out of the drive or lost in it"
+        )
+
+
+def _radii(assembly: "Assembly") -> "Array":
+    radii: Array = assembly.pulleys.table[PULLEY_RADIUS]
+    return radii
+
+
+def _created_energy(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:
+    """Say that the steps put energy into the belt, or would without its dampers.
+
+    Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not
+    see it.
+    """
+    stored = float(abs(seen["energy_potential"][0]))
+    created = float(-(seen["energy_input"][-1] - seen["energy_input"][0]))
+    for name, energy in seen.items():
+        if name.startswith("energy") and name != "energy_input":
+            created += float(energy[-1] - energy[0])
+    if created > CREATED * stored:
+        adaptive = scene.solver.backend != "moreau"
+        way_out = "solver.rtol, or take backend = 'moreau'" if adaptive else "solver.step"
+        yield (
+            f"the steps have put {created:.3g} J into the belt, {100.0 * created / stored:.2g} % of"
+            f" what it stores: give a smaller {way_out}"
+        )
+    if _held_by_dampers(scene):
+        yield (
+            f"solver.rtol = {scene.solver.rtol:g}: the energy of this belt is kept by its dampers"
+            " only; without them steps of this tolerance put energy into its waves. Results hold"
+            f" while the dampers stay; solver.rtol = {SAFE_RTOL:g} does not need them"
+        )
+
+
+def _held_by_dampers(scene: "Scene") -> bool:
+    """Return whether the adaptive steps are too loose for a belt that lost its dampers."""
+    bending, law = scene.effects.bending, scene.effects.belt_friction
+    damped = scene.effects.axial_damping is not None or (bending is not None and bending.damping)
+    stiff = law is not None and law.law != "set-valued"  # whose steps are far shorter
+    loose = scene.solver.backend == "rkf45" and scene.solver.rtol > SAFE_RTOL
+    return bool(loose and damped and not stiff)

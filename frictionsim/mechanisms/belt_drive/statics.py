@@ -1,0 +1,52 @@
+"""The figures of a belt at rest."""
+
+from math import exp
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.assembly import rest_of
+from frictionsim.results import Quantities, Quantity
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.schema import Scene
+
+
+def rest_figures(scene: "Scene") -> Quantities:
+    """Return tension, lengths, arcs and loads of the belt at rest, and what friction could hold.
+
+    capstan_ratio is exp(mu_s arc), the largest ratio of the tensions on the two sides of a
+    pulley; torque_limit what it would transmit at the belt's pretension if its sides
+    could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
+    """
+    rest, path = rest_of(scene), scene.mechanism.path()
+    bodies = scene.mechanism.belt.bodies
+    tension = float(np.mean(rest.tension))
+    found = {
+        "pretension": Quantity(tension, "N"),
+        "tension_least": Quantity(float(np.min(rest.tension)), "N"),
+        "tension_largest": Quantity(float(np.max(rest.tension)), "N"),
+        "path_length": Quantity(path.length, "m"),
+        "belt_length": Quantity(rest.body_length * bodies, "m"),
+        "body_length": Quantity(rest.body_length, "m"),
+        "strain": Quantity(tension / scene.mechanism.belt.axial_rigidity, "1"),
+        "residual_force": Quantity(rest.residual, "N"),
+    }
+    friction = scene.effects.belt_friction
+    for j, (pulley, arc) in enumerate(zip(scene.mechanism.pulleys, path.arcs, strict=True)):
+        name, on = pulley.name, rest.pulley == j
+        found[f"arc_{name}"] = Quantity(abs(arc.sweep), "rad")
+        force = (
+            rest.normal_force[on]
+            @ np.column_stack([rest.x[on] - pulley.center[0], rest.y[on] - pulley.center[1]])
+            if on.any()
+            else np.zeros(2)
+        )
+        found[f"shaft_load_{name}"] = Quantity(float(np.hypot(*force)) / pulley.radius, "N")
+        if friction is not None:
+            mu = friction.pulleys.get(name, friction).mu_s
+            ratio = exp(mu * abs(arc.sweep))
+            found[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
+            limit = 2.0 * tension * pulley.radius * (ratio - 1.0) / (ratio + 1.0)
+            found[f"torque_limit_{name}"] = Quantity(limit, "N m")
+    return found

@@ -1,0 +1,345 @@
+"""Stiff damping along the belt and friction on its pulleys, solved for together in one step.
+
+Damping per section grows with the number of bodies until it is far stiffer than the waves. With
+the damper impulses D_k = h b s_k as unknowns, s_k the rate of stretch of joint k at the mean of the
+old and new velocities, each joint meets its two neighbours only, through the bodies between them:
+
+    2 D_k/(h b) + (J M^-1 J^T D)_k = s_k(v) + s_k(v + h a + impulses of friction/m)
+
+is a cyclic tridiagonal system [1]_. A body that sticks cannot give way along t: its inverse mass
+is n n^T/m, and its velocity along t that of the rim, R omega+. The pulleys' omega+ stand in the
+right-hand side, each with a column of its own, and follow from their own equations. Who sticks is
+guessed from the step before and corrected until it agrees with |P| <= mu N h and with the
+direction of the slip. Implicit midpoint rule: of second order, stable at any stiffness.
+
+References
+----------
+.. [1] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.assembly import aligned
+from frictionsim.mechanisms.belt_drive.kernels.chain import (
+    COS,
+    PULL_X,
+    PULL_Y,
+    SIN,
+    SPIN,
+    TINY,
+    VX,
+    VY,
+)
+from frictionsim.mechanisms.belt_drive.kernels.contact import (
+    ALPHA,
+    BACKWARD_LIMIT,
+    BODY_VX,
+    BODY_VY,
+    FORWARD_LIMIT,
+    FRICTION,
+    INERTIA,
+    NX,
+    NY,
+    PULLEY_RADIUS,
+    RADIUS,
+    STUCK,
+    WISH,
+)
+from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+MOST_GUESSES = 30  # of who sticks; one or two are the rule
+
+# Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
+# its elimination, the rates of stretch; then over bodies: t, 1 where it sticks, P/m.
+EX, EY, LEVER_BEFORE, LEVER_AFTER, DIAGONAL, BESIDE, FACTOR, CORNER, RATE = range(9)
+TX, TY, HELD, KICK = range(9, 13)
+# ... and the velocities that the dampers gave the bodies in the last step, m/s.
+GIVEN_VX, GIVEN_VY = range(13, 15)
+ROWS = 15
+
+
+class StiffDamping(NamedTuple):
+    """The coefficient of a joint, N s/m, and room for the system.
+
+    `table` is (15, width); `columns` (1 + np, width) the right-hand sides and then the solutions;
+    `matrix` (np, np + 1) the equations of the pulleys.
+    """
+
+    coefficient: float
+    table: "Array"
+    columns: "Array"
+    matrix: "Array"
+
+
+def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
+    """Return the damping of joints with room to solve for it."""
+    return StiffDamping(
+        coefficient,
+        aligned(ROWS, width),
+        aligned(1 + pulleys, width),
+        np.zeros((pulleys, pulleys + 1)),
+    )
+
+
+@entry
+def damp_and_strike(h, before, after, chain, room, slots, pulleys, damping):
+    """Solve for the impulses of dampers and friction; add them to the velocities `after`.
+
+    The slots hold v . t before as SLIP, the wish -v* . t, and the limits; ALPHA the speeds that the
+    pulleys would have. Return the heat of the dampers.
+    """
+    count = pulleys.table.shape[1]
+    prepare(before, after, chain, room, damping)
+    guess(slots, pulleys)
+    for _ in range(MOST_GUESSES):
+        place(slots, count, chain, damping)
+        assemble(h, chain, slots, pulleys, damping)
+        solve_cyclic(chain.bodies, 1 + count, damping)
+        turn(chain, slots, pulleys, damping)
+        if not correct(chain, slots, pulleys, damping):
+            break
+    for j in range(count):
+        pulleys.table[ALPHA, j] = damping.matrix[j, count]
+    return apply(h, after, chain, room, damping)
+
+
+@kernel
+def expect_dampers(slots, damping):
+    """Add to the velocities in the middle of the step what the dampers may be expected to do."""
+    if damping is not None:
+        table, slot = damping.table, slots.table
+        for s in range(slots.first[-1]):
+            slot[BODY_VX, s] += 0.5 * table[GIVEN_VX, slots.body[s]]
+            slot[BODY_VY, s] += 0.5 * table[GIVEN_VY, slots.body[s]]
+
+
+@kernel
+def forget(damping):
+    """Expect nothing of the dampers."""
+    if damping is not None:
+        damping.table[GIVEN_VX, :] = 0.0
+        damping.table[GIVEN_VY, :] = 0.0
+
+
+@kernel
+def prepare(before, after, chain, room, damping):
+    """Write directions, levers and rates of stretch of the joints."""
+    n, half, table = chain.bodies, 0.5 * chain.length, damping.table
+    cos, sin = room[COS], room[SIN]
+    for k in range(n):
+        x, y = room[PULL_X, k], room[PULL_Y, k]
+        per = 1.0 / np.sqrt(x * x + y * y + TINY)
+        ex, ey = x * per, y * per
+        b = k - 1 if k > 0 else n - 1
+        table[EX, k], table[EY, k] = ex, ey
+        table[LEVER_AFTER, k] = half * (ex * sin[k] - ey * cos[k])
+        table[LEVER_BEFORE, k] = half * (ey * cos[b] - ex * sin[b])
+        vx = before[VX, k] + after[VX, k] - before[VX, b] - after[VX, b]
+        vy = before[VY, k] + after[VY, k] - before[VY, b] - after[VY, b]
+        table[RATE, k] = (
+            ex * vx
+            + ey * vy
+            + table[LEVER_AFTER, k] * (before[SPIN, k] + after[SPIN, k])
+            - table[LEVER_BEFORE, k] * (before[SPIN, b] + after[SPIN, b])
+        )
+
+
+@kernel
+def guess(slots, pulleys):
+    """Write the friction of the bodies that slide: at its limit, against the slip so far."""
+    slot = slots.table
+    for j in range(pulleys.table.shape[1]):
+        rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[ALPHA, j]
+        for s in range(slots.first[j], slots.first[j + 1]):
+            slot[FRICTION, s] = limit_towards(slot, s, rim + slot[WISH, s])
+
+
+@kernel
+def limit_towards(slot, s, direction):
+    """Return the limit of the friction in a slot that has the sign of a direction."""
+    return slot[FORWARD_LIMIT, s] if direction > 0.0 else -slot[BACKWARD_LIMIT, s]
+
+
+@kernel
+def place(slots, count, chain, damping):
+    """Write for every body whether it sticks, where t is, and what it is kicked by."""
+    table, slot = damping.table, slots.table
+    for row in (TX, TY, HELD, KICK):
+        table[row, :] = 0.0
+    for s in range(slots.first[count]):
+        if slot[RADIUS, s] > 0.0:
+            i = slots.body[s]
+            table[TX, i], table[TY, i] = -slot[NY, s], slot[NX, s]
+            table[HELD, i] = slot[STUCK, s]
+            # A body that sticks loses what it had along t; the rim's velocity comes by a column.
+            table[KICK, i] = (
+                slot[WISH, s] if slot[STUCK, s] > 0.0 else slot[FRICTION, s] / chain.mass
+            )
+
+
+@kernel
+def assemble(h, chain, slots, pulleys, damping):
+    """Write the system: its matrix, and a right-hand side for the rest and one for each pulley."""
+    n, table, columns = chain.bodies, damping.table, damping.columns
+    ex, ey, tx, ty, held = table[EX], table[EY], table[TX], table[TY], table[HELD]
+    own = 2.0 / (h * damping.coefficient)
+    per_mass, per_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
+    for k in range(n):
+        b = k - 1 if k > 0 else n - 1
+        a = k + 1 if k < n - 1 else 0
+        here, there = ex[k] * tx[k] + ey[k] * ty[k], ex[k] * tx[b] + ey[k] * ty[b]
+        after, before = table[LEVER_AFTER, k], table[LEVER_BEFORE, k]
+        free = 2.0 - held[k] * here * here - held[b] * there * there
+        table[DIAGONAL, k] = own + per_mass * free
+        table[DIAGONAL, k] += per_inertia * (after * after + before * before)
+        across = ex[k] * ex[a] + ey[k] * ey[a]
+        across -= held[k] * here * (ex[a] * tx[k] + ey[a] * ty[k])
+        table[BESIDE, k] = -per_mass * across - per_inertia * after * table[LEVER_BEFORE, a]
+        columns[0, k] = table[RATE, k] + here * table[KICK, k] - there * table[KICK, b]
+    columns[1:, :] = 0.0
+    for j in range(pulleys.table.shape[1]):
+        radius = pulleys.table[PULLEY_RADIUS, j]
+        for s in range(slots.first[j], slots.first[j + 1]):
+            if slots.table[RADIUS, s] > 0.0 and slots.table[STUCK, s] > 0.0:
+                i = slots.body[s]
+                a = i + 1 if i < n - 1 else 0
+                columns[1 + j, i] += radius * (ex[i] * tx[i] + ey[i] * ty[i])
+                columns[1 + j, a] -= radius * (ex[a] * tx[i] + ey[a] * ty[i])
+
+
+@kernel
+def solve_cyclic(n, count, damping):
+    """Solve the cyclic tridiagonal system for all right-hand sides, in their place."""
+    table, columns = damping.table, damping.columns
+    diagonal, beside, factor, corner = table[DIAGONAL], table[BESIDE], table[FACTOR], table[CORNER]
+    # The corner couples the first and the last joint: a rank-one change of a plain system.
+    edge, gamma = beside[n - 1], -diagonal[0]
+    diagonal[0] -= gamma
+    diagonal[n - 1] -= edge * edge / gamma
+    corner[0:n] = 0.0
+    corner[0], corner[n - 1] = gamma, edge
+    for k in range(1, n):
+        factor[k] = beside[k - 1] / diagonal[k - 1]
+        diagonal[k] -= factor[k] * beside[k - 1]
+    sweep(n, corner, diagonal, beside, factor)
+    below = 1.0 + corner[0] + edge * corner[n - 1] / gamma
+    for c in range(count):
+        x = columns[c]
+        sweep(n, x, diagonal, beside, factor)
+        share = (x[0] + edge * x[n - 1] / gamma) / below
+        for k in range(n):
+            x[k] -= share * corner[k]
+
+
+@kernel
+def sweep(n, x, diagonal, beside, factor):
+    """Solve the eliminated tridiagonal system for x, in its place."""
+    for k in range(1, n):
+        x[k] -= factor[k] * x[k - 1]
+    x[n - 1] /= diagonal[n - 1]
+    for k in range(n - 2, -1, -1):
+        x[k] = (x[k] - beside[k] * x[k + 1]) / diagonal[k]
+
+
+@kernel
+def pull_along(i, n, table, x):
+    """Return what the impulses x of its two joints do to body i along t."""
+    a = i + 1 if i < n - 1 else 0
+    return x[a] * (table[EX, a] * table[TX, i] + table[EY, a] * table[TY, i]) - x[i] * (
+        table[EX, i] * table[TX, i] + table[EY, i] * table[TY, i]
+    )
+
+
+@kernel
+def turn(chain, slots, pulleys, damping):
+    """Solve for the new speeds of the free pulleys, and gather the impulses of the dampers."""
+    n, table, columns, matrix = chain.bodies, damping.table, damping.columns, damping.matrix
+    pulley, count = pulleys.table, pulleys.table.shape[1]
+    matrix[:, :] = 0.0
+    for j in range(count):
+        matrix[j, j] = 1.0
+        matrix[j, count] = pulley[ALPHA, j]
+    for j in pulleys.free:
+        radius = pulley[PULLEY_RADIUS, j]
+        per = radius / pulley[INERTIA, j]
+        for s in range(slots.first[j], slots.first[j + 1]):
+            if slots.table[STUCK, s] > 0.0:
+                i = slots.body[s]
+                matrix[j, j] += per * chain.mass * radius
+                matrix[j, count] -= per * chain.mass * slots.table[WISH, s]
+                matrix[j, count] += per * pull_along(i, n, table, columns[0])
+                for other in range(count):
+                    matrix[j, other] -= per * pull_along(i, n, table, columns[1 + other])
+            else:
+                matrix[j, count] -= per * slots.table[FRICTION, s]
+    for j in range(count):
+        for row in range(j + 1, count):
+            share = matrix[row, j] / matrix[j, j]
+            for c in range(j, count + 1):
+                matrix[row, c] -= share * matrix[j, c]
+    for j in range(count - 1, -1, -1):
+        for c in range(j + 1, count):
+            matrix[j, count] -= matrix[j, c] * matrix[c, count]
+        matrix[j, count] /= matrix[j, j]
+    for j in range(count):
+        for k in range(n):
+            columns[0, k] += matrix[j, count] * columns[1 + j, k]
+
+
+@kernel
+def correct(chain, slots, pulleys, damping):
+    """Write the friction, and let go or hold where it contradicts its law; return whether it did.
+
+    FRICTION of a body that slides is its limit in the direction that it was found to slide in.
+    """
+    n, table, mass = chain.bodies, damping.table, chain.mass
+    slot, changed = slots.table, False
+    count = pulleys.table.shape[1]
+    for j in range(count):
+        rim = pulleys.table[PULLEY_RADIUS, j] * damping.matrix[j, count]
+        for s in range(slots.first[j], slots.first[j + 1]):
+            if slot[RADIUS, s] == 0.0:
+                continue
+            pulled = pull_along(slots.body[s], n, table, damping.columns[0])
+            if slot[STUCK, s] > 0.0:
+                needed = mass * (rim + slot[WISH, s]) - pulled
+                if -slot[BACKWARD_LIMIT, s] <= needed <= slot[FORWARD_LIMIT, s]:
+                    slot[FRICTION, s] = needed
+                else:
+                    slot[FRICTION, s] = limit_towards(slot, s, needed)
+                    slot[STUCK, s] = 0.0
+                    changed = True
+            else:
+                slip = rim + slot[WISH, s] - (slot[FRICTION, s] + pulled) / mass
+                if slip * slot[FRICTION, s] < 0.0:
+                    slot[STUCK, s] = 1.0
+                    changed = True
+    return changed
+
+
+@kernel
+def apply(h, after, chain, room, damping):
+    """Add the impulses of the dampers to velocities and pull; return their heat."""
+    n, table, impulse = chain.bodies, damping.table, damping.columns[0]
+    per_mass, per_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
+    heat = 0.0
+    for k in range(n):
+        a = k + 1 if k < n - 1 else 0
+        table[GIVEN_VX, k] = per_mass * (impulse[a] * table[EX, a] - impulse[k] * table[EX, k])
+        table[GIVEN_VY, k] = per_mass * (impulse[a] * table[EY, a] - impulse[k] * table[EY, k])
+        after[VX, k] += table[GIVEN_VX, k]
+        after[VY, k] += table[GIVEN_VY, k]
+        room[PULL_X, k] += impulse[k] * table[EX, k] / h
+        room[PULL_Y, k] += impulse[k] * table[EY, k] / h
+        after[SPIN, k] += per_inertia * (
+            impulse[a] * table[LEVER_BEFORE, a] - impulse[k] * table[LEVER_AFTER, k]
+        )
+        heat += impulse[k] * impulse[k] / (h * damping.coefficient)
+    return heat

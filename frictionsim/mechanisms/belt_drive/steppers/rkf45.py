@@ -1,0 +1,419 @@
+"""Adaptive RKF4(5) for belt drives, compiled, with exact stick in the right-hand side.
+
+The method, its coefficients and its choice of steps are those of
+`frictionsim.solvers.runge_kutta_fehlberg`; only the loop around them is written anew, for arrays
+and without allocation. A step is never longer than the waves in the belt allow: error control
+alone would hover at the stability limit, rejecting every other step.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import NotFinite, StepUnderflow
+from frictionsim.mechanisms.belt_drive.assembly import new_state
+from frictionsim.mechanisms.belt_drive.kernels.contact import (
+    ALPHA,
+    FRICTION,
+    SLIP,
+    STUCK,
+    deal_slots,
+    remember,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import copy, motion_in, prescribe, rates
+from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
+from frictionsim.solvers import runge_kutta_fehlberg
+from frictionsim.solvers.runge_kutta_fehlberg import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolver
+
+    Array = npt.NDArray[np.float64]
+    Indices = npt.NDArray[np.int64]
+
+to_second, to_third = kernel(runge_kutta_fehlberg.to_second), kernel(runge_kutta_fehlberg.to_third)
+to_fourth, to_fifth = kernel(runge_kutta_fehlberg.to_fourth), kernel(runge_kutta_fehlberg.to_fifth)
+to_sixth, to_end = kernel(runge_kutta_fehlberg.to_sixth), kernel(runge_kutta_fehlberg.to_end)
+to_error = kernel(runge_kutta_fehlberg.to_error)
+shrunk, grown = kernel(runge_kutta_fehlberg.shrunk), kernel(runge_kutta_fehlberg.grown)
+
+# Bodies near pulleys are given their slots anew after so many steps. In that time a body does not
+# get through the margin, a body's length, unless it is faster than an eighth of the waves.
+STEPS_OF_A_DEAL = 8
+
+FIRST_STEP = 0.01  # of the longest
+
+# Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
+# effects. Only for whoever waits.
+COMPILES_IN = 20.0
+
+RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
+
+# On the imaginary axis the solution of order 5 is damped for 2.05 < omega h < 3.61; on the real
+# one it is stable up to 3.67.
+LONGEST_OSCILLATING, LONGEST_DECAYING = 3.6, 3.5
+# So the longest step damps the fast waves of bodies that turn against each other, which nothing
+# else damps, and each shorter one makes them grow until the tolerance stops them: there they stay,
+# and so does the short step. The longest step is therefore taken with an error of some
+# tolerances; what is in excess is in those waves, and gone after a few steps. But not where it
+# makes other waves grow, those of bending in a fine mesh (by 2e-5 a step at omega h = 0.55):
+# these are kept small by a tighter tolerance.
+PATIENCE, LONGEST_BENDING, TIGHTER = 30.0, 0.55, 0.03
+STEPS_BETWEEN_TRIES = 4  # of the longest step, while steps are shorter
+
+
+class Stepper(NamedTuple):
+    """An integration between two steps, in arrays that its kernels write to.
+
+    Attributes
+    ----------
+    y0, y : (n,)
+        The states at the start and the end of the last step.
+    k : six of (n,)
+        The rates of its stages; k[0] are those at its start.
+    rates1 : (n,)
+        The rates at its end.
+    stage, error, inside : (n,)
+        Room to work in.
+    per_tolerance : (n,)
+        1 over the error that a step may make in each state, 0 for an energy.
+    clock : (4,)
+        t0, t, the length of the next step, the error of the last.
+    counts : (5,)
+        Steps, rejected steps, right-hand sides, steps since the slots were dealt, steps since the
+        longest one was tried.
+    """
+
+    y0: "Array"
+    y: "Array"
+    k: tuple["Array", ...]
+    rates1: "Array"
+    stage: "Array"
+    error: "Array"
+    inside: "Array"
+    per_tolerance: "Array"
+    clock: "Array"
+    counts: "Indices"
+
+
+@entry
+def begin(stepper, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
+    """Find who is near a pulley, and evaluate the rates at the start."""
+    clock = stepper.clock
+    prescribe(clock[1], pulleys, speeds)  # who has slip depends on it
+    deal(stepper, margin, friction, laws, room, slots, pulleys)
+    rates(
+        clock[1],
+        clock[2],
+        stepper.y,
+        stepper.rates1,
+        laws,
+        torques,
+        loads,
+        speeds,
+        room,
+        slots,
+        pulleys,
+    )
+    stepper.counts[2] += 1
+
+
+@kernel
+def deal(stepper, margin, friction, laws, room, slots, pulleys):
+    """Give slots anew to the bodies near pulleys."""
+    motion = motion_in(stepper.y, room)
+    deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
+    stepper.counts[3] = 0
+
+
+@entry
+def advance(
+    stepper,
+    limit,
+    sample,
+    longest,
+    patience,
+    most,
+    margin,
+    friction,
+    hysteresis,
+    laws,
+    torques,
+    loads,
+    speeds,
+    room,
+    slots,
+    pulleys,
+):
+    """Step until the limit is reached, or a sample time passed, or `most` steps are done.
+
+    Return RUNNING, or why no further step could be taken from (t, y).
+    """
+    clock, counts = stepper.clock, stepper.counts
+    last = counts[0] + counts[1] + most
+    while clock[1] < limit and clock[1] < sample and counts[0] + counts[1] < last:
+        if counts[3] >= STEPS_OF_A_DEAL:
+            deal(stepper, margin, friction, laws, room, slots, pulleys)
+        trouble = step(
+            stepper, limit, longest, patience, laws, torques, loads, speeds, room, slots, pulleys
+        )
+        if trouble != RUNNING:
+            return trouble
+        counts[3] += 1
+        keep_in_mind(stepper, hysteresis, laws, torques, loads, speeds, room, slots, pulleys)
+    return RUNNING
+
+
+@kernel
+def keep_in_mind(stepper, hysteresis, laws, torques, loads, speeds, room, slots, pulleys):
+    """Take over who sticks now, if static and kinetic friction differ; the rates may jump then."""
+    if hysteresis is not None and remember(slots):
+        clock = stepper.clock
+        rates(
+            clock[1],
+            clock[2],
+            stepper.y,
+            stepper.rates1,
+            laws,
+            torques,
+            loads,
+            speeds,
+            room,
+            slots,
+            pulleys,
+        )
+        stepper.counts[2] += 1
+
+
+@entry
+def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, slots, pulleys):
+    """Take one accepted step; return RUNNING or why there is none."""
+    clock, counts = stepper.clock, stepper.counts
+    y0, y, k = stepper.y0, stepper.y, stepper.k
+    copy(y, y0)
+    copy(stepper.rates1, k[0])
+    t0 = clock[1]
+    rejected_here = False
+    while True:
+        left = limit - t0
+        h = min(clock[2], longest)
+        if h >= left * NEARLY_ALL:
+            h = left
+        elif h > 0.5 * left:
+            h = 0.5 * left
+        stages(t0, h, y0, k, stepper.stage, y, laws, torques, loads, speeds, room, slots, pulleys)
+        to_error(h, k[0], k[2], k[3], k[4], k[5], stepper.error)
+        counts[2] += 5
+        error = size_of(stepper.error, stepper.per_tolerance)
+        if error <= (patience if h >= longest * NEARLY_ALL else 1.0):
+            break
+        counts[1] += 1
+        if not error < np.inf and h < 1e-3 * longest:
+            copy(y0, y)
+            return NOT_FINITE
+        rejected_here = True
+        clock[2] = shrunk(h, min(error, 1e10)) if error == error else 0.2 * h
+        if clock[2] < 4e-16 * limit:
+            copy(y0, y)
+            return TOO_SHORT
+    clock[0], clock[1] = t0, limit if h == left else t0 + h
+    rates(clock[1], h, y, stepper.rates1, laws, torques, loads, speeds, room, slots, pulleys)
+    counts[2] += 1
+    counts[0] += 1
+    error = max(error, LEAST_ERROR)
+    due = clock[2] if not rejected_here and h < clock[2] else 0.0
+    clock[2] = min(max(grown(h, error, clock[3], rejected_here), due), longest)
+    clock[3] = error
+    if patience > 1.0 and clock[2] < longest:
+        counts[4] = (counts[4] + 1) % STEPS_BETWEEN_TRIES
+        if counts[4] == 0:
+            clock[2] = longest
+    return RUNNING
+
+
+@entry
+def stages(t, h, y, k, stage, y_new, laws, torques, loads, speeds, room, slots, pulleys):
+    """Write the solution of order 5 at the end of a step, and the rates of its stages.
+
+    As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
+    have to be compiled anew in every process.
+    """
+    to_second(h, y, k[0], stage)
+    rates(t + C2 * h, h, stage, k[1], laws, torques, loads, speeds, room, slots, pulleys)
+    to_third(h, y, k[0], k[1], stage)
+    rates(t + C3 * h, h, stage, k[2], laws, torques, loads, speeds, room, slots, pulleys)
+    to_fourth(h, y, k[0], k[1], k[2], stage)
+    rates(t + C4 * h, h, stage, k[3], laws, torques, loads, speeds, room, slots, pulleys)
+    to_fifth(h, y, k[0], k[1], k[2], k[3], stage)
+    rates(t + h, h, stage, k[4], laws, torques, loads, speeds, room, slots, pulleys)
+    to_sixth(h, y, k[0], k[1], k[2], k[3], k[4], stage)
+    rates(t + C6 * h, h, stage, k[5], laws, torques, loads, speeds, room, slots, pulleys)
+    to_end(h, y, k[0], k[2], k[3], k[4], k[5], y_new)
+
+
+@kernel
+def size_of(error, per_tolerance):
+    """Return the length of the error, each state's in units of what it may be."""
+    total = 0.0
+    for i in range(len(error)):
+        e = error[i] * per_tolerance[i]
+        total += e * e
+    return np.sqrt(total)
+
+
+@entry
+def look_inside(stepper, t, laws, torques, loads, speeds, room, slots, pulleys):
+    """Evaluate the last step at a time inside it: the state goes to `inside`, forces to `room`."""
+    y, start = stepper.inside, stepper.clock[0]
+    h = t - start
+    if t < stepper.clock[1]:
+        stages(
+            start,
+            h,
+            stepper.y0,
+            stepper.k,
+            stepper.stage,
+            y,
+            laws,
+            torques,
+            loads,
+            speeds,
+            room,
+            slots,
+            pulleys,
+        )
+    else:
+        copy(stepper.y, y)
+    rates(t, h, y, stepper.stage, laws, torques, loads, speeds, room, slots, pulleys)
+
+
+class Stepping:
+    """A belt drive on its way, as the run of it sees it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    settings : BeltSolver
+    """
+
+    per_impulse = 1.0  # the slots hold forces
+    can_go_on = True
+    compiles_in = COMPILES_IN
+
+    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+        self._assembly = assembly
+        bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
+        oscillating, decaying = assembly.fastest
+        stable = min(LONGEST_OSCILLATING / oscillating, LONGEST_DECAYING / max(decaying, 1e-300))
+        self._longest = min(stable, settings.max_step or np.inf)
+        self._margin = assembly.laws.chain.length
+        tolerance, self._patience = settings.rtol + settings.atol, PATIENCE
+        if assembly.laws.regularised is not None:  # what is stiff there is the law, not a wave
+            self._patience = 1.0
+        elif assembly.fastest_bending * self._longest > LONGEST_BENDING:
+            tolerance, self._patience = TIGHTER * tolerance, 1.0
+
+        def vector() -> "Array":
+            return new_state(bodies, pulleys)
+
+        self._stepper = Stepper(
+            y0=vector(),
+            y=vector(),
+            k=tuple(vector() for _ in range(6)),
+            rates1=vector(),
+            stage=vector(),
+            error=vector(),
+            inside=vector(),
+            per_tolerance=1.0 / (tolerance * assembly.sizes),
+            clock=np.array([0.0, 0.0, FIRST_STEP * self._longest, 1.0]),
+            counts=np.zeros(5, dtype=np.int64),
+        )
+        self._stepper.y[:] = self._stepper.y0[:] = assembly.state
+        self._contacts: Array | None = None  # as the last step left them, while a sample is seen
+
+    @property
+    def t(self) -> float:
+        """The end of the last step, s."""
+        return float(self._stepper.clock[1])
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Steps, rejected steps, right-hand sides."""
+        steps, rejected, evaluations = self._stepper.counts[:3]
+        return int(steps), int(rejected), int(evaluations)
+
+    def begin(self) -> None:
+        """Evaluate the start."""
+        a = self._assembly
+        begin(self._stepper, self._margin, a.friction, *a.parts)
+
+    def prepare(self) -> None:
+        """Have the other kernels compiled, by no step and a look that changes nothing."""
+        self.advance(self.t, self.t, 0)
+        self.look(self.t)
+
+    def advance(self, limit: float, sample: float, most: int) -> None:
+        """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.
+
+        Raises
+        ------
+        SolverError
+        """
+        a, stepper = self._assembly, self._stepper
+        self._end_look()
+        trouble = advance(
+            stepper,
+            limit,
+            sample,
+            self._longest,
+            self._patience,
+            most,
+            self._margin,
+            a.friction,
+            a.hysteresis,
+            *a.parts,
+        )
+        if trouble == NOT_FINITE:
+            raise NotFinite(
+                f"the state is not finite after t = {self.t:.9g} s; is a stiffness, a torque or a"
+                " speed of the scenario too large?"
+            )
+        if trouble == TOO_SHORT:
+            raise StepUnderflow(
+                f"at t = {self.t:.9g} s the tolerance asks for a step of {stepper.clock[2]:.2g} s,"
+                " below what double precision resolves; give a larger solver.rtol"
+            )
+
+    def look(self, t: float) -> "Array":
+        """Return the state at a time in the last step; the forces are in the assembly's room.
+
+        Whatever the next steps depend on is left as it is: samples do not change a run.
+        """
+        a = self._assembly
+        alpha = a.pulleys.table[ALPHA].copy()
+        if self._contacts is None:
+            self._contacts = a.slots.table[[SLIP, FRICTION, STUCK]]
+        look_inside(self._stepper, t, *a.parts)
+        a.pulleys.table[ALPHA] = alpha
+        return self._stepper.inside
+
+    def _end_look(self) -> None:
+        """Have the contacts slip and stick as the last step left them, whatever was looked at."""
+        if self._contacts is not None:
+            self._assembly.slots.table[[SLIP, FRICTION, STUCK]] = self._contacts
+            self._contacts = None
+
+    def arrays(self) -> dict[str, "Array"]:
+        """Return all that the next steps depend on, by name; written to, it is taken up."""
+        self._end_look()
+        s, a = self._stepper, self._assembly
+        return {
+            "y": s.y,
+            "rates1": s.rates1,
+            "clock": s.clock,
+            "counts": s.counts,
+            **a.memory(),
+        }

@@ -1,0 +1,127 @@
+"""SciPy's integrators on the equations of a belt drive, for comparison.
+
+The right-hand side is that of the adaptive method, exact stick and all: with the slip of a sticking
+body decaying in a short time it is continuous, which is all that these methods ask for. They know
+nothing of the waves, and the implicit ones nothing of the structure of the equations.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.assembly import new_state
+from frictionsim.mechanisms.belt_drive.kernels.contact import SPEED, deal_slots, remember
+from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, prescribe, rates
+from frictionsim.mechanisms.belt_drive.kernels.jit import entry
+from frictionsim.scenario import methods
+from frictionsim.solvers.scipy_stepper import ScipyStepper
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolver
+
+    Array = npt.NDArray[np.float64]
+
+COMPILES_IN = 10.0  # s, as of the adaptive method
+LARGE = 1e30  # the tolerance of an energy: none
+LEAST_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
+
+
+@entry
+def fresh_rates(
+    t, state, rate, margin, friction, laws, torques, loads, speeds, room, slots, pulleys
+):
+    """Write the rates of a state, wherever its bodies are: steps may be long."""
+    first = 6 * room.shape[1] + pulleys.table.shape[1]
+    for k in range(len(pulleys.free)):
+        pulleys.table[SPEED, pulleys.free[k]] = state[first + k]
+    prescribe(t, pulleys, speeds)
+    deal_slots(motion_in(state, room), laws.chain.bodies, pulleys, margin, slots, friction)
+    rates(t, 0.0, state, rate, laws, torques, loads, speeds, room, slots, pulleys)
+
+
+class _BeltStepper(ScipyStepper):
+    """A method of SciPy that evaluates a compiled right-hand side."""
+
+    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+        method = methods.BACKENDS[settings.backend].integrator
+        super().__init__(
+            method,
+            rtol=LEAST_RTOL,
+            atol=1.0,
+            max_step=settings.max_step or np.inf,
+            max_steps=settings.max_steps,
+            what="the belt",
+        )
+        tolerance = (settings.rtol + settings.atol) * assembly.sizes
+        self._options["atol"] = np.minimum(tolerance, LARGE)
+        self._assembly = assembly
+        self._state = new_state(assembly.laws.chain.bodies, assembly.pulleys)
+        self._rate = new_state(assembly.laws.chain.bodies, assembly.pulleys)
+
+    def _rates_of(self, t: float, y: Any) -> Any:
+        self.evaluations += 1
+        self.evaluate(t, y)
+        return self._rate.copy()
+
+    def evaluate(self, t: float, y: Any) -> "Array":
+        """Evaluate the equations at a state, and return it; the room has the forces then."""
+        a = self._assembly
+        self._state[:] = y
+        fresh_rates(t, self._state, self._rate, a.laws.chain.length, a.friction, *a.parts)
+        return self._state
+
+
+class Stepping:
+    """A belt drive on its way, as the run of it sees it."""
+
+    per_impulse = 1.0  # the slots hold forces
+    can_go_on = False  # what a method remembers of its steps is its own
+    compiles_in = COMPILES_IN
+
+    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+        self._assembly = assembly
+        self._stepper = _BeltStepper(assembly, settings)
+
+    @property
+    def t(self) -> float:
+        """The end of the last step, s."""
+        return self._stepper.t
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Steps, rejected steps, right-hand sides."""
+        return self._stepper.steps, self._stepper.rejected, self._stepper.evaluations
+
+    def begin(self) -> None:
+        """Evaluate the start."""
+        self._stepper.begin(lambda t, y, dy: None, 0.0, self._assembly.state.tolist())
+        self._stepper.evaluate(0.0, self._assembly.state)
+
+    def prepare(self) -> None:
+        """Have the one kernel compiled that the start does not call, on a copy."""
+        if self._assembly.hysteresis is not None:
+            slots = self._assembly.slots
+            remember(slots._replace(table=slots.table.copy()))
+
+    def advance(self, limit: float, sample: float, most: int) -> None:
+        """Take one step, that ends at a limit, s, at the latest.
+
+        Raises
+        ------
+        SolverError
+        """
+        self._stepper.advance(limit)
+        if self._assembly.hysteresis is not None:
+            self.look(self.t)
+            remember(self._assembly.slots)
+
+    def look(self, t: float) -> "Array":
+        """Return the state at a time in the last step; the forces are in the assembly's room."""
+        return self._stepper.evaluate(t, self._stepper.state_at(t))
+
+    def arrays(self) -> dict[str, "Array"]:
+        """Return nothing: there is no going on from it."""
+        return {}

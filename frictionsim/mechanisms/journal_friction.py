@@ -1,0 +1,63 @@
+"""Dry friction of a journal on its shaft."""
+
+from math import hypot
+from typing import Self
+
+from pydantic import model_validator
+
+from frictionsim.scenario.schema import Params, misfit, quantity
+
+
+def friction_radius(shaft_radius: float, mu: float) -> float:
+    """Return the radius of the circle that the reaction of a dry journal touches [1]_.
+
+    r_f = r sin(atan mu) = r mu / sqrt(1 + mu^2); the friction torque is r_f R.
+    Valid while the shaft itself does not accelerate.
+
+    Parameters
+    ----------
+    shaft_radius : float, m
+    mu : float, dimensionless, not negative
+
+    Returns
+    -------
+    float, m
+
+    References
+    ----------
+    .. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering
+       Research 13(11), 2018, 8871-8881, eqs 5-6 and 50-51.
+    """
+    return shaft_radius * mu / hypot(1.0, mu)
+
+
+class ShaftFriction(Params):
+    """Dry friction of a journal on a fixed shaft.
+
+    Sticking holds while |M| <= r_s R; sliding gives a torque r_k R against the motion, with
+    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft.
+    """
+
+    shaft_radius: float = quantity("m", gt=0)
+    mu_s: float = quantity("1", ge=0)
+    mu_k: float = quantity("1", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        if self.mu_k > self.mu_s:
+            raise misfit(
+                ("mu_k",),
+                f"{self.mu_k} is above mu_s = {self.mu_s}; sliding friction does not exceed the"
+                " static limit, so give 0 <= mu_k <= mu_s",
+            )
+        return self
+
+    @property
+    def static_radius(self) -> float:
+        """r_s, m."""
+        return friction_radius(self.shaft_radius, self.mu_s)
+
+    @property
+    def kinetic_radius(self) -> float:
+        """r_k, m."""
+        return friction_radius(self.shaft_radius, self.mu_k)

@@ -1,0 +1,482 @@
+"""A marble machine: a pinion drives a gear whose slots lift marbles, on a dry shaft.
+
+theta is the angle of the gear, n = slots/2 marbles ride on its rising half at delta + p j,
+j = 0 .. n - 1, from the bottom, with the pitch p = 2 pi/slots and delta = theta mod p. Where
+delta passes p one marble leaves at the top as the next is picked up at the bottom.
+
+    I theta'' = k T_p - M_L(theta) - b theta' + T,    I = I_gear + n m R^2 + k^2 J
+    M_L = m g R sum_j sin(delta + p j) = m g R cos(delta - p/2)/sin(p/2)
+    |T| <= r_s R_shaft sticking,  T = -s r_k R_shaft sliding
+    R_shaft = sqrt((c_z T_m)^2 + (W + c_y T_m)^2),   T_m = T_p - J k theta''
+
+T_p is the torque on the pinion, k the gear ratio, W the weight of gear and marbles. The teeth
+press with T_m/(r_p cos alpha) along the line of action: with the pinion at azimuth psi from the
+horizontal through the gear's centre and a gear that turns counter-clockwise, at psi + 90 deg +
+alpha; c_z and c_y are its components per torque, c_y downwards.
+
+The structure is that of [1]_; what the paper does not give is reconstructed (README). The
+centripetal load of the marbles and the impact of the pick-up are not in the equation.
+
+References
+----------
+.. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering Research 13(11),
+   2018, 8871-8881, eqs 24 and 53-58.
+"""
+
+from collections.abc import Mapping
+from math import cos as cosine
+from math import pi, radians, sqrt
+from math import sin as sine
+from sys import float_info
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
+
+from pydantic import model_validator
+
+from frictionsim.mechanisms.effects import AirDrag, Gravity
+from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.results import OF_ONE_COORDINATE, STICK, Channel, Measure, Quantities, Quantity
+from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import CourseInTime, course_of
+from frictionsim.scenario.signals import Constant, Course
+from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
+
+if TYPE_CHECKING:
+    from frictionsim.simulation.base import Simulation
+
+# The moment is a difference of products, and the limit a third: a few roundings of each.
+ROUNDING = 16 * float_info.epsilon
+GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
+
+CHANNELS = {
+    "angle": Channel("rad", "angle of the gear"),
+    "angular_velocity": Channel("rad/s", "angular velocity of the gear"),
+    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the gear"),
+    "motor_torque": Channel("N m", "torque on the pinion"),
+    "load_torque": Channel("N m", "moment of the marbles on the gear"),
+    "shaft_reaction": Channel("N", "reaction of the shaft of the gear"),
+    "friction_torque": Channel("N m", "torque of the dry friction on the gear"),
+    "carried_marbles": Channel("1", "marbles on the gear"),
+    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
+    "energy_input": Channel("J", "work of the torque on the pinion"),
+    "energy_kinetic": Channel("J", "kinetic energy of gear, marbles and motor"),
+    "energy_potential": Channel("J", "potential energy of the marbles, delivered ones included"),
+    "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
+    "energy_damping": Channel("J", "heat of the air"),
+}
+PANELS = ("motor_torque", "load_torque", "friction_torque", "angular_velocity", "angle")
+
+# What the cost of accuracy is judged by.
+MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
+
+
+class Geometry(Params):
+    """`[mechanism]`."""
+
+    pinion_radius: float = quantity("m", gt=0)
+    pressure_angle_deg: float = quantity("deg", ge=0, lt=90)
+    gear_ratio: float = quantity("1", gt=0)
+    mesh_azimuth_deg: float = quantity("deg")
+    slots: int = quantity("1", gt=0)
+    marble_mass: float = quantity("kg", ge=0)
+    marble_circle_radius: float = quantity("m", gt=0)
+    gear_mass: float = quantity("kg", ge=0)
+    gear_inertia: float = quantity("kg m^2", gt=0)
+    initial_angle_deg: float = quantity("deg", 0.0)
+    initial_angular_velocity: float = quantity("rad/s", 0.0)
+
+    @model_validator(mode="after")
+    def _one_leaves_as_one_comes(self) -> Self:
+        if self.slots % 2:
+            raise misfit(
+                ("slots",),
+                f"expected an even number, so that one marble leaves the gear as the next comes,"
+                f" got {self.slots}",
+            )
+        return self
+
+    @property
+    def carried(self) -> int:
+        """n: marbles on the rising half."""
+        return self.slots // 2
+
+    @property
+    def pitch(self) -> float:
+        """p, rad."""
+        return 2.0 * pi / self.slots
+
+
+class Motor(Params):
+    """A gear motor: T_p = stall_torque (1 - w/no_load_speed) at the speed w of the pinion."""
+
+    stall_torque: float = quantity("N m", gt=0)
+    no_load_speed: float = quantity("rad/s", gt=0)
+    name: str = ""
+
+
+class Drive(Params):
+    """`[drive]`: a torque on the pinion, or a motor on it."""
+
+    torque: CourseInTime | None = quantity("N m", None)
+    motor: Motor | None = None
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.torque is None) == (self.motor is None):
+            raise misfit((), "give one of torque and motor")
+        return self
+
+
+class MotorInertia(Params):
+    """Inertia of motor and pinion, about the pinion's axis."""
+
+    inertia: float = quantity("kg m^2", ge=0)
+
+
+class Effects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    gravity: Gravity | None = None
+    shaft_friction: ShaftFriction | None = None
+    air_drag: AirDrag | None = None
+    motor_inertia: MotorInertia | None = None
+
+
+class Scene(Scenario):
+    """A scenario of kind `marble_machine`."""
+
+    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
+    kind: Literal["marble_machine"]
+    mechanism: Geometry
+    drive: Drive
+    effects: Effects = Effects()
+
+    @property
+    def largest_torque(self) -> float:
+        """The largest torque of the drive on the pinion at rest, N m."""
+        motor, torque = self.drive.motor, self.drive.torque
+        if motor is not None:
+            return motor.stall_torque
+        return extremes(torque, self.solver.duration)[1]
+
+    def warnings(self) -> list[str]:
+        """Return what is odd about the scene: also a drive that cannot lift the marbles."""
+        found = super().warnings()
+        if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
+            return found
+        largest, worst = self.largest_torque, torques_of_rest(self)["torque_to_lift_worst"].value
+        what = "the stall torque of the motor" if self.drive.motor else "the torque of the drive"
+        if worst is None:
+            found.append("no torque on the pinion lifts the marbles: the friction grows with it")
+        elif largest <= worst:
+            found.append(
+                f"{what} is {largest:.6g} N m at most, not above the {worst:.6g} N m that lift the"
+                " marbles from where they are heaviest: it will stall or run back"
+            )
+        return found
+
+
+class _Mesh(NamedTuple):
+    """The tooth force on the gear per torque of the pinion, 1/m: sideways and down."""
+
+    c_z: float
+    c_y: float
+
+    def reaction(self, torque: Value, weight: float) -> Value:
+        """Return the reaction of the shaft, N."""
+        sideways, down = self.c_z * torque, weight + self.c_y * torque
+        return (sideways * sideways + down * down) ** 0.5
+
+
+def mesh_of(geometry: Geometry) -> _Mesh:
+    """Return the components of the tooth force per torque on the pinion."""
+    alpha = radians(geometry.pressure_angle_deg)
+    direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
+    force = 1.0 / (geometry.pinion_radius * cosine(alpha))
+    return _Mesh(force * cosine(direction), -force * sine(direction))
+
+
+def simulation(scene: Scene) -> "Simulation":
+    """Return what simulates a scene."""
+    from frictionsim.simulation.single_dof import (
+        OneCoordinate,  # numpy, which `check` does without
+    )
+
+    return OneCoordinate(scene, build(scene))
+
+
+def build(scene: Scene) -> Mechanism:
+    """Compose the equation of the gear from the effects that the scene names."""
+    geometry, effects = scene.mechanism, scene.effects
+    k, p, n = geometry.gear_ratio, geometry.pitch, geometry.carried
+    mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
+    weight = (geometry.gear_mass + n * geometry.marble_mass) * g
+    lift = geometry.marble_mass * g * geometry.marble_circle_radius  # m g R
+    motor_inertia = effects.motor_inertia.inertia if effects.motor_inertia else 0.0
+    inertia = (
+        geometry.gear_inertia
+        + n * geometry.marble_mass * geometry.marble_circle_radius**2
+        + k * k * motor_inertia
+    )
+
+    def load(angle: Value) -> Value:
+        return (lift / sine(0.5 * p)) * cos(angle % p - 0.5 * p)
+
+    def potential(angle: Value, velocity: Value) -> Value:
+        delta = angle % p
+        lifted = 2.0 * (angle // p) + sin(delta - 0.5 * p) / sine(0.5 * p) + 1.0
+        return lift * lifted
+
+    drive, pinion_torque = _pinion_torque(scene)
+    moment = _moment(scene, pinion_torque, load)
+    powers = {"energy_input": lambda u, angle, velocity: k * pinion_torque(u, velocity) * velocity}
+    stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
+    if effects.gravity is not None:
+        stores["energy_potential"] = potential
+    if effects.air_drag is not None:
+        b = effects.air_drag.coefficient
+        powers["energy_damping"] = lambda u, angle, velocity: b * velocity * velocity
+
+    contact = None
+    if effects.shaft_friction is not None:
+        r_s = effects.shaft_friction.static_radius
+        scale = lift / sine(0.5 * p)
+        contact = Contact(
+            name="shaft",
+            static_limit=lambda u, angle: r_s * mesh.reaction(pinion_torque(u, 0.0), weight),
+            kinetic_limit=_kinetic_limit(
+                effects.shaft_friction.kinetic_radius,
+                mesh,
+                weight,
+                pinion_torque,
+                moment,
+                motor_inertia * k / inertia,
+            ),
+            rounding=lambda u, angle: ROUNDING * (k * abs(u) + scale),
+        )
+
+    def channels(series: Series) -> dict[str, Value]:
+        torque = pinion_torque(series.drive, series.velocity)
+        through_mesh = torque - motor_inertia * k * series.acceleration
+        courses = {
+            "angle": series.position,
+            "angular_velocity": series.velocity,
+            "angular_acceleration": series.acceleration,
+            "motor_torque": torque,
+            "shaft_reaction": mesh.reaction(through_mesh, weight),
+            "carried_marbles": n,
+        }
+        if effects.gravity is not None:
+            courses["load_torque"] = load(series.position)
+        if contact is not None:
+            courses["friction_torque"], courses["mode"] = series.friction, series.mode
+        return courses
+
+    def figures(series: Series) -> Quantities:
+        found = torques_of_rest(scene)
+        if series.time.size:
+            cell = series.position // p
+            found["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
+            torque = pinion_torque(series.drive, series.velocity)
+            found["motor_torque_peak"] = Quantity(float(abs(torque).max()), "N m")
+            span = float(series.time[-1])
+            if span > 0.0:
+                work = float(series.ledger["energy_input"][-1])
+                found["motor_power_mean"] = Quantity(work / span, "W")
+        return found
+
+    def run_warnings(series: Series) -> list[str]:
+        return _run_warnings(scene, series, pinion_torque(series.drive, series.velocity))
+
+    return Mechanism(
+        drive=drive,
+        inertia=inertia,
+        moment=moment,
+        contact=contact,
+        powers=powers,
+        stores=stores,
+        channels=channels,
+        channel_info=CHANNELS,
+        figures=figures,
+        run_warnings=run_warnings,
+        effects=scene.effect_names,
+        position=radians(geometry.initial_angle_deg),
+        velocity=geometry.initial_angular_velocity,
+        kinks=(Kink(every=p, event="transfer"),),
+    )
+
+
+def _run_warnings(scene: Scene, series: Series, torque: Any) -> list[str]:
+    """Return that the gear went the wrong way, or stands still under a torque that drives."""
+    from frictionsim.simulation.run_warnings import (
+        against_drive,  # numpy, which `check` does without
+    )
+
+    found = []
+    back = against_drive(series.time, torque, series.position)
+    cell = series.position // scene.mechanism.pitch
+    if back and series.position[-1] < series.position[0]:
+        found.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
+    rests = [e.time for e in series.transitions if e.mode_to == STICK != e.mode_from]
+    if scene.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
+        found.append(
+            f"the gear stands still from {rests[-1]:.6g} s on, under {torque[-1]:.6g} N m on the"
+            " pinion at the end"
+        )
+    return found
+
+
+def _pinion_torque(scene: Scene) -> tuple[Course, Any]:
+    """Return the input u over time, and the torque T_p of u and the speed of the gear."""
+    motor = scene.drive.motor
+    if motor is None:
+        assert scene.drive.torque is not None  # the model of the drive sees to it
+        return course_of(scene.drive.torque), lambda u, velocity: u
+    slope = scene.mechanism.gear_ratio / motor.no_load_speed
+    return Constant(motor.stall_torque), lambda u, velocity: u * (1.0 - slope * velocity)
+
+
+def _moment(scene: Scene, pinion_torque: Any, load: Any) -> Any:
+    """Return k T_p - M_L - b theta', of the terms that the scene has."""
+    k, effects = scene.mechanism.gear_ratio, scene.effects
+    if effects.air_drag is None:
+        if effects.gravity is None:
+            return lambda u, angle, velocity: k * pinion_torque(u, velocity)
+        return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle)
+    b = effects.air_drag.coefficient
+    if effects.gravity is None:
+        return lambda u, angle, velocity: k * pinion_torque(u, velocity) - b * velocity
+    return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle) - b * velocity
+
+
+def _kinetic_limit(
+    r_k: float, mesh: _Mesh, weight: float, pinion_torque: Any, moment: Any, share: float
+) -> Any:
+    """Return the kinetic limit F = r_k R_shaft(T_m), a function of u, angle, velocity, direction.
+
+    Without motor inertia T_m = T_p. With it, share = J k/I > 0 and I theta'' = M - s F:
+
+        T_m = T_0 + share s F,  T_0 = T_p - share M
+        A F^2 - 2 B F - C = 0,  A = 1 - (r_k c share)^2,  B = r_k^2 share s (c^2 T_0 + W c_y),
+        C = (r_k R_shaft(T_0))^2,  c^2 = c_z^2 + c_y^2
+
+    with one root that is not negative, since r_k c share < 1: a shaft is thinner than its gear.
+    """
+    if share == 0.0:
+        return lambda u, angle, velocity, direction: (
+            r_k * mesh.reaction(pinion_torque(u, velocity), weight)
+        )
+    c_2 = mesh.c_z**2 + mesh.c_y**2
+    a = 1.0 - r_k * r_k * c_2 * share * share
+
+    def limit(u: Value, angle: Value, velocity: Value, direction: Value) -> Value:
+        t_0 = pinion_torque(u, velocity) - share * moment(u, angle, velocity)
+        b = r_k * r_k * share * direction * (c_2 * t_0 + weight * mesh.c_y)
+        c = (r_k * mesh.reaction(t_0, weight)) ** 2
+        return (b + (b * b + a * c) ** 0.5) / a
+
+    return limit
+
+
+class Limits(NamedTuple):
+    """The pinion torques between which the gear rests, N m; None where no torque lifts."""
+
+    lift: float | None
+    hold: float
+
+
+def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: float) -> Limits:
+    """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
+
+    (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
+
+    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which does not
+    cancel where the friction is small.
+
+    Parameters
+    ----------
+    k : float
+        Gear ratio.
+    radius : float, m
+        Friction radius.
+    mesh : _Mesh
+    moment : float, N m
+        M_L.
+    weight : float, N
+
+    Returns
+    -------
+    Limits
+        A `hold` below zero means that the shaft holds the load by itself.
+    """
+    c_2 = mesh.c_z**2 + mesh.c_y**2
+    a = k * k - radius**2 * c_2
+    if a <= 0.0:
+        return Limits(None, 0.0)
+    b = k * moment + radius**2 * weight * mesh.c_y
+    inner = c_2 * moment**2 + 2.0 * k * moment * weight * mesh.c_y
+    inner += (k * weight) ** 2 - (radius * weight * mesh.c_z) ** 2
+    root = radius * sqrt(max(inner, 0.0))
+    return Limits((b + root) / a, (b - root) / a)
+
+
+def torques_of_rest(scene: Scene) -> Quantities:
+    """Return the torques to lift and to hold: at a transfer, as in the paper, and at the worst.
+
+    At the transfer n + 1 marbles are on the gear, the first and the last without a moment. In
+    between there are n, and their moment is largest half a pitch further.
+    """
+    geometry, journal = scene.mechanism, scene.effects.shaft_friction
+    radius = journal.static_radius if journal else 0.0
+    g = scene.effects.gravity.g if scene.effects.gravity else 0.0
+    mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
+    lift = geometry.marble_mass * g * geometry.marble_circle_radius
+    weights = [
+        (geometry.gear_mass + n * geometry.marble_mass) * g
+        for n in (geometry.carried + 1, geometry.carried)
+    ]
+    moments = [lift * cosine(half) / sine(half), lift / sine(half)]
+    at_transfer, between = (
+        limit_torques(geometry.gear_ratio, radius, mesh, moment, weight)
+        for moment, weight in zip(moments, weights, strict=True)
+    )
+    worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
+    held = max(at_transfer.hold, between.hold)
+    found = {
+        "torque_to_lift": Quantity(at_transfer.lift, "N m"),
+        "torque_to_hold": Quantity(at_transfer.hold, "N m"),
+        "torque_to_lift_worst": Quantity(worst.lift, "N m"),
+        "torque_to_hold_worst": Quantity(held, "N m"),
+        "self_locking": Quantity(float(held <= 0.0), "1"),
+    }
+    if at_transfer.lift is not None and worst.lift is not None:
+        grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
+        found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
+        motor = scene.drive.motor
+        # A single marble has no moment at a transfer; what rounding leaves of it is no load.
+        if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
+            found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
+        if motor is not None and worst.lift > 0.0:
+            found["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
+    return found
+
+
+def statics(scene: Scene) -> Quantities:
+    """Solve eq 24 for the torque on the pinion, and show what it is made of."""
+    geometry, journal = scene.mechanism, scene.effects.shaft_friction
+    mesh, g = mesh_of(geometry), scene.effects.gravity.g if scene.effects.gravity else 0.0
+    half = 0.5 * geometry.pitch
+    lift = geometry.marble_mass * g * geometry.marble_circle_radius
+    found = torques_of_rest(scene)
+    found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
+    found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
+    found["angle_of_the_worst"] = Quantity(half, "rad")
+    found["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
+    found["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
+    found["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
+    return found

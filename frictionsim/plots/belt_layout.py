@@ -1,0 +1,291 @@
+"""The picture of a belt drive in place: tension, forces on the arcs, sticking and slipping."""
+
+from collections.abc import Sequence
+from math import floor, log10
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
+
+from frictionsim.plots.belt_geometry import Pulley, has_friction, pulleys_of
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    VERMILION,
+    WIDTH,
+    Style,
+    blank,
+    need,
+    put_key,
+    verbatim,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from frictionsim.io.hdf5 import Result
+
+NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
+PULLEY_COLOUR = "#EEEEEE"
+TENSIONS = "cividis"  # for all eyes, and from dark to light in grey print
+MOST_IN_A_ROW, MOST_DETAILS = 4, 8
+MOST_SIDE = 3.0  # inches, of a detail
+LEAST_HEIGHT, HIGH, MOST_HEIGHT = 0.8, 2.0, 4.0  # inches, of the drive as a whole
+MARGIN = 0.8  # inches, for the title and the colours
+TITLE = 0.5  # inches, of a detail
+WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
+LONGEST_BAR = 0.6  # radii
+GAP = 0.11  # radii, between the belt and the bars
+POINTS = 72.0  # of an inch
+ROOM = 5.0  # points from body to body, from which on bars have their full width
+
+NORMAL: Style = {"color": BLUE, "linewidth": 1.8}
+FORWARD: Style = {"color": VERMILION, "linewidth": 2.2}
+BACKWARD: Style = {"color": GREY, "linewidth": 0.9}
+EDGED = [withStroke(linewidth=3.6, foreground=BLACK)]
+STICK: Style = {"color": BLACK, "linewidth": 2.4, "path_effects": EDGED}
+SLIP: Style = STICK | {"color": "white"}
+HALO = [withStroke(linewidth=2.0, foreground="white")]
+
+
+class _Touch(NamedTuple):
+    """Bodies on one pulley at the last sample.
+
+    `place` and `normal` are (n, 2), the normal from the centre of the pulley outwards; `halves`
+    are (n, 3, 2), from joint to joint; friction is positive counter-clockwise about the pulley, on
+    the belt. Without friction, nobody sticks.
+    """
+
+    place: Any
+    halves: Any
+    normal: Any
+    normal_force: Any
+    friction: Any
+    sticks: Any
+
+
+class _Belt(NamedTuple):
+    """The belt at the last sample: pieces from body to body, their tension, and its colours."""
+
+    pieces: Any
+    pitch: float  # m, from body to body
+    tension: Any
+    colours: ScalarMappable
+
+
+def drive(result: "Result") -> "Figure":
+    """Draw belt and pulleys in place at the last sample, and each pulley again with its forces.
+
+    The belt is coloured by its tension. Bars outwards are the normal forces on its bodies, bars
+    inwards the friction forces. A strip on the belt is black where it sticks, white where it slips.
+    """
+    rubs = has_friction(result)
+    need(result, "drive", (*NEEDED, *(("friction_force", "sticking") if rubs else ())))
+    pulleys, belt = pulleys_of(result), _belt(result)
+    touches = [_touch(result, i, pulley, belt, rubs) for i, pulley in enumerate(pulleys)]
+    shown = pulleys[:MOST_DETAILS]
+    columns = min(len(shown), MOST_IN_A_ROW)
+    rows = -(-len(shown) // columns)
+    side = min(WIDTH / columns, MOST_SIDE)
+    height = _height_of_whole(belt)
+    heights = [MARGIN + height, *[side + TITLE] * rows]
+    figure = blank(result, sum(heights), *_notes(result, pulleys))
+    parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
+    whole = figure.add_subplot(parts[0, :])
+    _draw_whole(whole, pulleys, belt, touches)
+    share = 0.5 if height > HIGH else 1.0
+    colours = figure.colorbar(
+        belt.colours, ax=whole, location="bottom", shrink=share, aspect=60 * share
+    )
+    colours.set_label("tension, N")
+    force = _largest_force(touches)
+    for i, pulley in enumerate(shown):
+        panel = figure.add_subplot(parts[1 + i // columns, i % columns])
+        panel.set_axis_off()
+        room = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
+        panel.set_title(_caption(result, i, pulley), fontsize="small")
+        _draw_detail(panel, pulleys, i, belt)
+        _draw_forces(panel, pulley, touches[i], force, room)
+    put_key(figure, _handles(rubs), columns=3)
+    return figure
+
+
+def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
+    """Return what the title says besides: the time, and that pulleys are left out below."""
+    notes = [f"at {result.courses['time'][-1]:.6g} s"]
+    if len(pulleys) > MOST_DETAILS:
+        notes.append(f"forces on the first {MOST_DETAILS} of {len(pulleys)} pulleys")
+    return notes
+
+
+def _belt(result: "Result") -> _Belt:
+    bodies = np.column_stack([result.courses["x"][-1], result.courses["y"][-1]])
+    tension = result.courses["tension"][-1]
+    scale = Normalize(float(np.min(tension)), float(np.max(tension)))
+    pieces = np.stack([np.roll(bodies, 1, axis=0), bodies], axis=1)
+    pitch = float(np.median(np.hypot(*(pieces[:, 1] - pieces[:, 0]).T)))
+    return _Belt(pieces, pitch, tension, ScalarMappable(scale, TENSIONS))
+
+
+def _touch(result: "Result", number: int, pulley: Pulley, belt: _Belt, rubs: bool) -> _Touch:
+    courses = result.courses
+    on = courses["pulley_index"][-1] == number
+    joints, bodies = belt.pieces.mean(axis=1), belt.pieces[:, 1]
+    halves = np.stack([joints, bodies, np.roll(joints, -1, axis=0)], axis=1)
+    place = bodies[on]
+    away = place - (pulley.x, pulley.y)
+    none = np.zeros(len(place))
+    return _Touch(
+        place,
+        halves[on],
+        away / np.maximum(np.hypot(*away.T), np.finfo(float).tiny)[:, None],
+        courses["normal_force"][-1][on],
+        courses["friction_force"][-1][on] if rubs else none,
+        (courses["sticking"][-1][on] if rubs else none) > 0,
+    )
+
+
+def _height_of_whole(belt: _Belt) -> float:
+    """Return the inches that the drive is high when it is as wide as the picture."""
+    wide, high = np.ptp(belt.pieces.reshape(-1, 2), axis=0)
+    return float(np.clip(WIDTH * high / max(wide, 1e-9 * high), LEAST_HEIGHT, MOST_HEIGHT))
+
+
+def _largest_force(touches: Sequence[_Touch]) -> float:
+    forces = [np.abs([touch.normal_force, touch.friction]) for touch in touches]
+    return max((float(force.max()) for force in forces if force.size), default=0.0)
+
+
+def _draw_whole(
+    panel: Any,
+    pulleys: Sequence[Pulley],
+    belt: _Belt,
+    touches: Sequence[_Touch],
+) -> None:
+    for pulley in pulleys:
+        panel.add_patch(_disc(pulley))
+        panel.annotate(
+            verbatim(pulley.name),
+            (pulley.x, pulley.y),
+            ha="center",
+            va="center",
+            fontsize="x-small",
+            zorder=6,
+            path_effects=HALO,
+        )
+    _draw_belt(panel, belt, width=4.5)
+    for touch in touches:
+        _mark_modes(panel, touch, width=1.2)
+    panel.set_aspect("equal")
+    panel.margins(0.03, 0.12)
+    panel.set_xlabel("x, m")
+    panel.set_ylabel("y, m")
+
+
+def _disc(pulley: Pulley) -> Circle:
+    return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_COLOUR, ec=GREY, linewidth=0.6)
+
+
+def _draw_belt(panel: Any, belt: _Belt, width: float) -> None:
+    """Draw the belt with a dark edge, without which its light parts would fade into the paper."""
+    panel.add_collection(
+        LineCollection(belt.pieces, colors=BLACK, linewidths=width + 1.2, capstyle="round")
+    )
+    lines = LineCollection(
+        belt.pieces, cmap=TENSIONS, norm=belt.colours.norm, linewidths=width, capstyle="round"
+    )
+    lines.set_array(belt.tension)
+    panel.add_collection(lines)
+
+
+def _mark_modes(panel: Any, touch: _Touch, width: float) -> None:
+    """Draw a strip on the bodies: black where they stick, white with a black edge elsewhere."""
+    edge = LineCollection(touch.halves, colors=BLACK, linewidths=width + 1.0, zorder=5)
+    strip = LineCollection(touch.halves[~touch.sticks], colors="white", linewidths=width, zorder=5)
+    panel.add_collection(edge)
+    panel.add_collection(strip)
+
+
+def _draw_detail(panel: Any, pulleys: Sequence[Pulley], number: int, belt: _Belt) -> None:
+    """Draw what is about one of the pulleys."""
+    for pulley in pulleys:
+        panel.add_patch(_disc(pulley))
+    _draw_belt(panel, belt, width=6.0)
+    x, y, reach = pulleys[number].x, pulleys[number].y, WINDOW * pulleys[number].radius
+    panel.set_xlim(x - reach, x + reach)
+    panel.set_ylim(y - reach, y + reach)
+    panel.set_aspect("equal")
+
+
+def _draw_forces(panel: Any, pulley: Pulley, touch: _Touch, force: float, room: float) -> None:
+    """Draw forces and modes of the bodies on a pulley, that stand `room` points apart."""
+    if force > 0.0:
+        _draw_bars(panel, touch, pulley.radius, LONGEST_BAR * pulley.radius / force, room)
+        _draw_ruler(panel, pulley, force)
+    _mark_modes(panel, touch, width=2.2)
+
+
+def _draw_bars(panel: Any, touch: _Touch, radius: float, per_force: float, room: float) -> None:
+    """Draw the normal forces outwards from the belt and the friction forces inwards."""
+    forward = touch.friction > 0.0
+    for style, which, lengths in (
+        (NORMAL, touch.normal_force > 0.0, touch.normal_force),
+        (FORWARD, forward, -touch.friction),
+        (BACKWARD, ~forward, touch.friction),
+    ):
+        foot = touch.place + GAP * radius * np.sign(lengths)[:, None] * touch.normal
+        tip = foot + (per_force * lengths)[:, None] * touch.normal
+        width = style["linewidth"] * min(1.0, room / ROOM)
+        bars = np.stack([foot, tip], axis=1)[which]
+        panel.add_collection(LineCollection(bars, colors=style["color"], linewidths=width))
+
+
+def _draw_ruler(panel: Any, pulley: Pulley, force: float) -> None:
+    """Draw the length of a round force about the centre, where no bar comes."""
+    value = _round_below(force)
+    half = 0.5 * LONGEST_BAR * pulley.radius * value / force
+    ends = [pulley.x - half, pulley.x + half]
+    panel.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
+    panel.annotate(
+        f"{value:g} N",
+        (pulley.x, pulley.y),
+        (0.0, 4.0),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize="x-small",
+    )
+
+
+def _round_below(value: float) -> float:
+    """Return the largest of 1, 2, 5, 10, ... that is not above a value."""
+    power = 10.0 ** floor(log10(value))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
+
+
+def _caption(result: "Result", number: int, pulley: Pulley) -> str:
+    """Return the name of a pulley, and below it its speed and torque if they are known."""
+    known = [
+        f"{result.courses[name][-1, number]:.4g} {result.units[name]}"
+        for name in ("pulley_speed", "pulley_torque")
+        if name in result.courses
+    ]
+    numbers = ", ".join(known).replace("-", "\N{MINUS SIGN}")
+    return "\n".join(text for text in (verbatim(pulley.name), numbers) if text)
+
+
+def _handles(rubs: bool) -> list[Any]:
+    handles = [Line2D([], [], **NORMAL, label="normal force")]
+    if not rubs:
+        return [*handles, Line2D([], [], **SLIP, label="touching")]
+    for style, words in ((FORWARD, "counter-clockwise"), (BACKWARD, "clockwise")):
+        handles.append(Line2D([], [], **style, label=f"friction on the belt, {words}"))
+    for style, words in ((STICK, "sticking"), (SLIP, "slipping")):
+        handles.append(Line2D([], [], **style, label=words))
+    return handles

@@ -1,0 +1,215 @@
+"""The pictures of a belt drive over time and along the belt."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.plots.belt_geometry import (
+    BeltLine,
+    has_friction,
+    middle_of_first_span,
+    pulleys_of,
+    runs,
+)
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    VERMILION,
+    Style,
+    blank,
+    grid,
+    label,
+    line,
+    need,
+    put_key,
+    verbatim,
+)
+from frictionsim.plots.time_history import LEAST_GAP, rows_for, stack, write_above
+from frictionsim.simulation.averages import last_part, time_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from frictionsim.io.hdf5 import Result
+
+TENSION_HEIGHT = 4.0  # inches
+MOST_SAMPLES = 200  # in that mean
+TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of pulleys, by turns
+NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
+
+
+def speeds(result: "Result") -> "Figure":
+    """Draw the speeds of the pulleys and the torques on them over time."""
+    names = ("pulley_speed", "pulley_torque")
+    need(result, "speeds", names)
+    figure, panels = stack(result, names)
+    for name, panel in panels.items():
+        handles = _draw_pulleys(panel, result, name)
+    put_key(figure, handles)
+    return figure
+
+
+def _draw_pulleys(panel: Any, result: "Result", name: str) -> list[Any]:
+    """Draw a course of each pulley; return the handles."""
+    time, columns = result.courses["time"], result.courses[name].T
+    members = result.members[result.axes[name]]
+    return [
+        panel.plot(time, column, **line(i), label=verbatim(members[i]))[0]
+        for i, column in enumerate(columns)
+    ]
+
+
+def tension(result: "Result") -> "Figure":
+    """Draw the tension over the place along the belt, at the end and on average before it.
+
+    The mean is that at a place past which the belt runs, over the last fifth of the run.
+    """
+    need(result, "tension", ("x", "y", "pulley_index", "tension"))
+    belt = BeltLine(result, -1)
+    at_end = result.courses["tension"][-1][np.append(belt.order, belt.order[0])]
+    figure = blank(result, TENSION_HEIGHT)
+    panel = figure.subplots()
+    handles = [
+        *panel.plot(belt.place, at_end, **line(0), label="last sample"),
+        *panel.plot(
+            belt.place,
+            belt.mean(result, _last(result)),
+            **line(1),
+            label="mean over the last fifth",
+        ),
+    ]
+    grid(panel)
+    handles += _draw_spans(panel, result, belt)
+    handles += _shade_arcs(panel, result, belt)
+    panel.set_ylabel("tension, N")
+    name = verbatim(pulleys_of(result)[0].name)
+    panel.set_xlabel(f"place along the belt, from where it leaves {name}, m")
+    put_key(figure, handles)
+    return figure
+
+
+def _last(result: "Result") -> Any:
+    """Return the samples of the last fifth, or some of them spread over it."""
+    samples = np.flatnonzero(last_part(result.courses["time"]))
+    return samples[:: -(-len(samples) // MOST_SAMPLES)]
+
+
+def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
+    """Draw the mean tension of each span where it is at the end: the numbers of the summary."""
+    touched = result.courses["pulley_index"][-1][belt.order]
+    means, style = mean_spans(result), line(2)
+    drawn = [
+        panel.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
+        for value, first, stop in runs(touched)
+        if value < 0 and first > 0 and touched[first - 1] != touched[stop % len(touched)]
+    ]
+    if len(touched) and touched[0] < 0 <= touched[-1]:
+        stop = int(np.argmax(touched >= 0))
+        drawn += panel.plot(belt.place[[0, stop]], [means[int(touched[-1])]] * 2, **style)
+    for one in drawn[:1]:
+        one.set_label("mean of a span, as in the summary")
+    return drawn[:1]
+
+
+def mean_spans(result: "Result") -> Any:
+    """Return the mean tension of each span over the last fifth of a run, N."""
+    last = np.flatnonzero(last_part(result.courses["time"]))
+    tension, touched = result.courses["tension"], result.courses["pulley_index"]
+    count = len(pulleys_of(result))
+    spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])
+    return time_mean(result.courses["time"][last], spans)
+
+
+def _shade_arcs(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
+    """Shade where the belt touches a pulley; body k is between the joints k and k + 1."""
+    pulleys = pulleys_of(result)
+    touched = result.courses["pulley_index"][-1][belt.order]
+    longest: dict[int, tuple[float, float]] = {}
+    for value, first, stop in runs(touched):
+        number = int(value)
+        if number < 0:
+            continue
+        arc = belt.place[first], belt.place[stop]
+        panel.axvspan(*arc, color=TOUCH_COLOURS[0], linewidth=0)
+        if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
+            longest[number] = arc
+    names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
+    rows = rows_for([at for at, _ in names], NAME_GAP * belt.length, most=3)
+    for (at, name), row in zip(names, rows, strict=False):
+        write_above(panel, at, verbatim(name), row)
+    return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
+
+
+def body(result: "Result", number: int | None = None) -> "Figure":
+    """Draw what one body of the belt meets: tension beside it, forces, relative velocity.
+
+    Parameters
+    ----------
+    result : Result
+    number : int, optional
+        Of the body; that in the middle of the first span at the start if left out.
+    """
+    names = ["pulley_speed", "tension", "normal_force"]
+    names += ["friction_force", "slip_velocity"] if has_friction(result) else []
+    need(result, "body", [*names, "pulley_index"])
+    touched = result.courses["pulley_index"]
+    number = middle_of_first_span(touched[0]) if number is None else number
+    _refuse_body(number, touched.shape[1])
+    figure, panels = stack(result, names)
+    for name, panel in panels.items():
+        panel.axhline(0.0, color=BLACK, linewidth=0.5)
+        if name == "pulley_speed":
+            handles = _draw_pulleys(panel, result, name)
+        else:
+            _draw_body(panel, result, name, number)
+    panels["tension"].set_ylabel(label(result, "tension", f"tension before\nbody {number}"))
+    handles += _shade_touch(list(panels.values()), result, number)
+    if "slip_velocity" in panels:
+        handles += _mark_sticking(panels["slip_velocity"], result, number)
+    put_key(figure, handles)
+    return figure
+
+
+def _refuse_body(number: int, count: int) -> None:
+    if not 0 <= number < count:
+        raise InputError(f"there is no body {number}; the bodies of this belt are 0 to {count - 1}")
+
+
+def _draw_body(panel: Any, result: "Result", name: str, number: int) -> None:
+    values = result.courses[name][:, number]
+    if name != "tension":  # the others are of a touch
+        values = np.where(result.courses["pulley_index"][:, number] < 0, np.nan, values)
+    panel.plot(result.courses["time"], values, color=BLUE, linewidth=1.2)
+
+
+def _shade_touch(panels: Sequence[Any], result: "Result", number: int) -> list[Any]:
+    """Shade when the body touches a pulley, each pulley in its own grey."""
+    time = result.courses["time"]
+    names = [pulley.name for pulley in pulleys_of(result)]
+    handles = {}
+    for value, first, stop in runs(result.courses["pulley_index"][:, number]):
+        if value < 0:
+            continue
+        pulley = int(value)
+        colour = TOUCH_COLOURS[pulley % len(TOUCH_COLOURS)]
+        span = time[first], time[min(stop, len(time) - 1)]
+        for panel in panels:
+            panel.axvspan(*span, color=colour, linewidth=0)
+        if np.ptp(span) > LEAST_GAP * np.ptp(time):
+            write_above(panels[0], float(np.mean(span)), verbatim(names[pulley]), row=0)
+        handles[pulley] = Patch(color=colour, label=verbatim(f"body {number} on {names[pulley]}"))
+    return [handles[pulley] for pulley in sorted(handles)]
+
+
+def _mark_sticking(panel: Any, result: "Result", number: int) -> list[Any]:
+    if "sticking" not in result.courses:
+        return []
+    sticks = result.courses["sticking"][:, number] > 0
+    style: Style = {"color": VERMILION, "linewidth": 3.0, "solid_capstyle": "butt"}
+    panel.plot(result.courses["time"], np.where(sticks, 0.0, np.nan), **style)
+    return [Line2D([], [], **style, label="sticking")] if sticks.any() else []

@@ -1,0 +1,105 @@
+"""The work-precision diagram: error against wall time and against right-hand sides."""
+
+from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from frictionsim.errors import OutputError
+
+if TYPE_CHECKING:
+    from frictionsim.work_precision.study import Row, Study
+
+# Okabe and Ito without their yellow, then a grey and a wine: told apart also by colour-blind
+# readers. Marker and line style differ, too, for print in grey.
+COLOURS = (
+    *("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"),
+    *("#56B4E9", "#000000", "#777777", "#882255"),
+)
+MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
+LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
+FLOOR_COLOUR = "#E5E5E5"
+LEAST = 1e-16  # what has no error at all is drawn here
+WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand sides"))
+
+
+def draw(study: "Study", path: Path) -> None:
+    """Draw a line for each backend; settings that failed stand at the upper edge.
+
+    Parameters
+    ----------
+    study : Study
+    path : Path
+        Ends in .png, .pdf or .svg.
+
+    Raises
+    ------
+    OutputError
+        If the picture cannot be written.
+    """
+    figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for panel, (quantity, label) in zip(panels, WORK, strict=True):
+        _draw_panel(panel, study, quantity)
+        panel.set_xlabel(label)
+    panels[0].set_ylabel("worst relative error")
+    handles, labels = panels[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
+    title = (study.scene.title or study.scene.kind).replace("$", r"\$")  # no formula
+    figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
+    try:
+        with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
+            simplefilter("ignore")  # a title in letters that the font does not have
+            figure.savefig(path, dpi=100)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+
+
+def _draw_panel(panel: Any, study: "Study", quantity: str) -> None:
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.grid(linewidth=0.3)
+    errors = [max(row.error, LEAST) for row in study.rows if row.error is not None]
+    floor_height = max(study.floor, LEAST)
+    lowest = 10.0 ** floor(log10(min([floor_height, *errors]))) / 10.0
+    panel.set_ylim(lowest, 10.0 * max([1.0, *errors]))
+    if study.reference and study.reference.floor:
+        panel.axhspan(lowest, floor_height, color=FLOOR_COLOUR, linewidth=0, label="not to be told")
+    names = list(dict.fromkeys(row.setting.line for row in study.rows))
+    for number, name in enumerate(names):
+        rows = [row for row in study.rows if row.setting.line == name]
+        _draw_backend(panel, rows, quantity, number, name)
+
+
+def _draw_backend(panel: Any, rows: "list[Row]", quantity: str, number: int, name: str) -> None:
+    colour = COLOURS[number % len(COLOURS)]
+    done = [row for row in rows if row.error is not None]
+    if done:
+        panel.plot(
+            [getattr(row, quantity) for row in done],
+            [max(row.error or 0.0, LEAST) for row in done],
+            color=colour,
+            marker=MARKERS[number % len(MARKERS)],
+            linestyle=LINES[number % len(LINES)],
+            linewidth=1.2,
+            markersize=6,
+            label=name,
+        )
+    failed = [row for row in rows if row.error is None]
+    if failed:
+        panel.plot(
+            [getattr(row, quantity) for row in failed],
+            [1.0] * len(failed),
+            color=colour,
+            marker="x",
+            linestyle="",
+            markersize=9,
+            markeredgewidth=2.0,
+            clip_on=False,
+            transform=panel.get_xaxis_transform(),
+            label=f"{name}: {len(failed)} failed",
+        )

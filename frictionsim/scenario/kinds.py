@@ -1,0 +1,16 @@
+"""The kinds of mechanism, by the name that a scenario gives as `kind`."""
+
+from importlib import import_module
+from types import ModuleType
+
+KINDS = {
+    "pulley": "frictionsim.mechanisms.pulley",
+    "marble_machine": "frictionsim.mechanisms.marble_machine",
+    "epicyclic": "frictionsim.mechanisms.epicyclic",
+    "belt_drive": "frictionsim.mechanisms.belt_drive",
+}
+
+
+def module_of(kind: str) -> ModuleType:
+    """Import the module of a kind; the others stay unloaded."""
+    return import_module(KINDS[kind])

@@ -1,0 +1,162 @@
+"""The wording of what is wrong with a scenario: where, what was wanted, what was found."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple, get_args, get_origin
+
+from pydantic import BaseModel
+
+from frictionsim.errors import unknown
+from frictionsim.scenario.signal_tables import COURSE_TAGS, FORMS_BESIDE_NUMBER
+from frictionsim.scenario.toml_positions import KeyPath
+
+LONGEST_VALUE = 40  # characters of a found value that a message shows
+
+
+class _Place(NamedTuple):
+    """Where an error is: its keys as in the TOML file, the table they are in, the unit there.
+
+    `items` is what a list has there.
+    """
+
+    path: KeyPath
+    table: type[BaseModel] | None
+    unit: str
+    items: str
+
+
+def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
+    """Return the key that an error of pydantic is about, and a sentence on it.
+
+    Parameters
+    ----------
+    error : dict
+        One of ``ValidationError.errors()``.
+    model : type
+        The model that was validated.
+
+    Returns
+    -------
+    (path, text)
+        The path as in the TOML file, without pydantic's names of union branches.
+    """
+    place = _place(model, error["loc"])
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "misfit":
+        return (*place.path, *context["where"]), context["message"]
+    if kind == "extra_forbidden":
+        return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
+    wanted = _wanted(kind, context, place)
+    if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
+        wanted = f"{wanted}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
+    if kind == "missing":
+        return place.path, f"missing; expected {wanted}"
+    return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
+
+
+def toml_text(value: Any) -> str:
+    """Return a value as a TOML file has it, shortened."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table" if value else "an empty table"
+    if isinstance(value, str):
+        text = f"'{value}'"
+    elif isinstance(value, list | tuple):
+        text = f"a list of {len(value)}"
+    else:
+        text = str(value)
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def key_names(model: type[BaseModel] | None) -> list[str]:
+    """Return the keys of a table as its TOML has them."""
+    if model is None:
+        return []
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+BOUNDS = {
+    "greater_than": ("gt", "above"),
+    "greater_than_equal": ("ge", "of at least"),
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "of at most"),
+}
+
+
+def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
+    unit = place.unit
+    if kind in BOUNDS:
+        bound, relation = BOUNDS[kind]
+        return f"a number {relation} {context[bound]:g}{unit and ' ' + unit}"
+    if kind in FORMS_BESIDE_NUMBER:
+        return f"a number, {FORMS_BESIDE_NUMBER[kind]}"
+    if kind == "literal_error":
+        return str(context["expected"])
+    return {
+        "missing": f"a number in {unit}" if unit else "this key or table",
+        "float_type": f"a number in {unit}" if unit else "a number",
+        "finite_number": f"a finite number in {unit}" if unit else "a finite number",
+        "int_type": "a whole number",
+        "string_type": "text in quotes",
+        "bool_type": "true or false",
+        "model_type": "a table",
+        "model_attributes_type": "a table",
+        "tuple_type": f"a list of {place.items} in brackets",
+        "too_short": _at_least(context.get("min_length", 1), place.items),
+    }.get(kind, f"another value ({kind.replace('_', ' ')})")
+
+
+def _at_least(count: int, items: str) -> str:
+    return f"at least {count} {items}" if count > 1 else f"at least one {items.removesuffix('s')}"
+
+
+def _place(model: type[BaseModel], location: KeyPath) -> _Place:
+    """Follow the location of an error through the models."""
+    path: KeyPath = ()
+    unit, items = "", "numbers"
+    table: type[BaseModel] | None = None
+    here: type[BaseModel] | None = model
+    at_course = at_name = False
+    for part in location:
+        if at_course:  # the form of the course, which is no key
+            here, at_course = COURSE_TAGS.get(str(part)), False
+            continue
+        path = (*path, part)
+        if isinstance(part, int) or at_name:  # a place in a list, a name that is free to choose
+            at_name = False
+            continue
+        table, field = here, _field(here, part)
+        if field is None:
+            here, unit = None, ""
+            continue
+        extra = field.json_schema_extra
+        unit = extra["unit"] if isinstance(extra, dict) else unit
+        models = list(_models(field.annotation))
+        items = "numbers" if not _has_text(field.annotation) else "names"
+        items = "tables" if models else items
+        at_name = get_origin(field.annotation) is dict
+        at_course = len(models) > 1
+        here = models[0] if models else None
+    return _Place(path, table, "" if unit == "1" else str(unit), items)
+
+
+def _field(model: type[BaseModel] | None, key: Any) -> Any:
+    if model is None:
+        return None
+    for name, field in model.model_fields.items():
+        if key == (field.alias or name):
+            return field
+    return None
+
+
+def _has_text(annotation: Any) -> bool:
+    """Return whether an annotation is of text or of something that holds text."""
+    return annotation is str or any(map(_has_text, get_args(annotation)))
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the table models that an annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)

@@ -1,0 +1,45 @@
+"""What every table of a scenario has in common: strict, frozen, finite, with units."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+
+class Params(BaseModel):
+    """A table of a scenario. Unknown keys, wrong types, inf and nan are refused."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        defer_build=True,  # only the scene that is loaded is built, not each of its tables
+    )
+
+
+def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
+    """Declare a field with its SI unit, from which messages and documents read it.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, or ``"1"`` for a pure number.
+    default : optional
+        Left out, the key is required.
+    **bounds
+        As pydantic's ``Field`` has them: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
+    """
+    return Field(default, json_schema_extra={"unit": unit}, **bounds)
+
+
+def misfit(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
+    """Return the error of values that are each right but do not go together.
+
+    Parameters
+    ----------
+    where : tuple of str or int
+        The key to report, relative to the table whose validator raises this.
+    message : str
+    """
+    return PydanticCustomError("misfit", "{message}", {"message": message, "where": where})

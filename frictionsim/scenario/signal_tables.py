@@ -1,0 +1,226 @@
+"""Courses in time of a force, a torque or a speed, and where they kink and turn.
+
+A solver ends its steps on kinks, where a derivative jumps, so that no step straddles one.
+Between two turns a course is monotone: whatever threshold it crosses there, it crosses once,
+which is what makes the search for a breakaway rigorous.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import pi, radians
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
+
+from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.signals import Constant, Course, PiecewiseLinear, Sine, SmoothStep
+
+
+class PointsTable(Params):
+    """`{time = [...], value = [...]}`: linear between the points, constant outside."""
+
+    time: tuple[float, ...] = quantity("s", min_length=1, strict=False)
+    value: tuple[float, ...] = Field(min_length=1, strict=False)
+
+    @model_validator(mode="after")
+    def _points_make_a_course(self) -> Self:
+        _see_points("time", self.time, "s", self.value)
+        return self
+
+    def course(self) -> Course:
+        if len(set(self.value)) == 1:
+            return Constant(self.value[0])
+        return PiecewiseLinear(self.time, self.value)
+
+
+class SpeedTable(Params):
+    """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
+
+    speed: tuple[float, ...] = quantity("rad/s", min_length=1, strict=False)
+    value: tuple[float, ...] = Field(min_length=1, strict=False)
+
+    @model_validator(mode="after")
+    def _points_make_a_course(self) -> Self:
+        _see_points("speed", self.speed, "rad/s", self.value)
+        return self
+
+
+def _see_points(name: str, places: Sequence[float], unit: str, values: Sequence[float]) -> None:
+    """See that there is a value at each of the places, and that these increase."""
+    if len(places) != len(values):
+        raise misfit(
+            ("value",), f"{len(values)} values for {len(places)} {name}s; give one for each"
+        )
+    for i, (earlier, later) in enumerate(pairwise(places)):
+        if not later > earlier:
+            raise misfit(
+                (name,),
+                f"{name}s must increase from point to point, but point {i + 2} at {later} {unit}"
+                f" follows one at {earlier} {unit}",
+            )
+
+
+class SineShape(Params):
+    mean: float = 0.0
+    amplitude: float
+    frequency_hz: float = quantity("Hz", gt=0)
+    phase_deg: float = quantity("deg", 0.0)
+
+
+class SineTable(Params):
+    """`{sine = {mean, amplitude, frequency_hz, phase_deg}}`."""
+
+    sine: SineShape
+
+    def course(self) -> Course:
+        s = self.sine
+        if s.amplitude == 0.0:
+            return Constant(s.mean)
+        return Sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, radians(s.phase_deg))
+
+
+class SmoothStepShape(Params):
+    before: float = Field(alias="from")
+    after: float = Field(alias="to")
+    start: float = quantity("s")
+    stop: float = quantity("s")
+
+    @model_validator(mode="after")
+    def _stop_after_start(self) -> Self:
+        if not self.stop > self.start:
+            raise misfit(("stop",), f"{self.stop} s is not after start = {self.start} s")
+        return self
+
+
+class SmoothStepTable(Params):
+    """`{smooth_step = {from, to, start, stop}}`."""
+
+    smooth_step: SmoothStepShape
+
+    def course(self) -> Course:
+        s = self.smooth_step
+        if s.before == s.after:
+            return Constant(s.before)
+        return SmoothStep(s.before, s.after, s.start, s.stop)
+
+
+def _read_csv(table: Any, info: ValidationInfo) -> Any:
+    """Replace `{csv = "file.csv"}` by its points; the path is relative to the scenario."""
+    if not (isinstance(table, dict) and table.keys() == {"csv"}):
+        return table
+    name = table["csv"]
+    if not isinstance(name, str):
+        raise misfit(("csv",), "expected the name of a file, in quotes")
+    folder: Path = (info.context or {}).get("folder", Path())
+    path = folder / name
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or (
+            "it is not text in UTF-8" if isinstance(error, UnicodeError) else error
+        )
+        raise misfit(
+            ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
+        ) from None
+    times: list[float] = []
+    values: list[float] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+        if not cells:
+            continue
+        try:
+            time, value = map(float, cells)
+        except ValueError:
+            if not times and not any(_is_number(cell) for cell in cells):
+                continue  # a line of column names above the numbers
+            raise misfit(
+                ("csv",),
+                f"line {number} of '{path}' is not two numbers, a time and a value: '{line[:60]}'",
+            ) from None
+        times.append(time)
+        values.append(value)
+    if not times:
+        raise misfit(("csv",), f"'{path}' has no line with a time and a value")
+    return {"time": times, "value": values}
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+_NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
+_FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
+# The tag names the form in a validation error's location; it is no key of the scenario.
+COURSE_TAGS: dict[str, type[Params]] = {
+    "<points>": PointsTable,
+    "<sine>": SineTable,
+    "<smooth step>": SmoothStepTable,
+    "<of speed>": SpeedTable,
+}
+# What may stand where a number of this tag may; the tag is also the type of the error if none does.
+FORMS_BESIDE_NUMBER = {
+    _NUMBER: f'{_FORMS} or {{csv = "file.csv"}}',
+    _NUMBER_OR_OF_SPEED: f'{_FORMS}, {{csv = "file.csv"}} or {{speed = [...], value = [...]}}',
+}
+
+
+def _course_form(table: Any) -> str | None:
+    if isinstance(table, Params):
+        return next(tag for tag, model in COURSE_TAGS.items() if isinstance(table, model))
+    if not isinstance(table, dict):
+        return _NUMBER
+    if "sine" in table:
+        return "<sine>"
+    if "smooth_step" in table:
+        return "<smooth step>"
+    if "time" in table or "value" in table:
+        return "<points>"
+    return None
+
+
+def _course_form_or_of_speed(table: Any) -> str | None:
+    if isinstance(table, dict) and "speed" in table:
+        return "<of speed>"
+    form = _course_form(table)
+    return _NUMBER_OR_OF_SPEED if form == _NUMBER else form
+
+
+def _discriminator(form: Any, number: str) -> Discriminator:
+    # The type of the error says which forms there are; a context would not be hashable.
+    return Discriminator(form, custom_error_type=number, custom_error_message="expected a course")
+
+
+CourseInTime = Annotated[
+    Annotated[float, Tag(_NUMBER)]
+    | Annotated[PointsTable, Tag("<points>")]
+    | Annotated[SineTable, Tag("<sine>")]
+    | Annotated[SmoothStepTable, Tag("<smooth step>")],
+    _discriminator(_course_form, _NUMBER),
+    BeforeValidator(_read_csv),
+]
+CourseOfSpeedOrTime = Annotated[
+    Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
+    | Annotated[PointsTable, Tag("<points>")]
+    | Annotated[SineTable, Tag("<sine>")]
+    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[SpeedTable, Tag("<of speed>")],
+    _discriminator(_course_form_or_of_speed, _NUMBER_OR_OF_SPEED),
+    BeforeValidator(_read_csv),
+]
+
+
+def course_of(table: float | PointsTable | SineTable | SmoothStepTable) -> Course:
+    """Return the function of time that a course of the scenario describes."""
+    return Constant(table) if isinstance(table, int | float) else table.course()

@@ -1,0 +1,135 @@
+"""Signals: functions of time that drive a mechanism, and where they kink and turn.
+
+A solver ends its steps on kinks, where a derivative jumps, so that no step straddles one.
+Between two turns a signal is monotone: whatever threshold it crosses there, it crosses once,
+which is what makes the search for a breakaway rigorous.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from math import ceil, cos, inf, pi, sin
+from typing import Protocol
+
+
+class Course(Protocol):
+    """A continuous, piecewise smooth function of time."""
+
+    def __call__(self, t: float) -> float:
+        """Return the value at time t, s."""
+
+    def slope(self, t: float) -> float:
+        """Return the derivative at time t, s; at a kink that of after it."""
+
+    def next_kink(self, t: float) -> float:
+        """Return the first time after t, s, at which a derivative jumps; inf if none."""
+
+    def next_turn(self, t: float) -> float:
+        """Return a time after t, s, up to which the course is monotone and smooth."""
+
+
+class Constant:
+    """The same value at all times."""
+
+    def __init__(self, value: float) -> None:
+        self._value = value
+
+    def __call__(self, t: float) -> float:
+        return self._value
+
+    def slope(self, t: float) -> float:
+        return 0.0
+
+    def next_kink(self, t: float) -> float:
+        return inf
+
+    def next_turn(self, t: float) -> float:
+        return inf
+
+
+class PiecewiseLinear:
+    """Straight lines from point to point, constant before the first and after the last."""
+
+    def __init__(self, times: Sequence[float], values: Sequence[float]) -> None:
+        self._times = list(times)
+        # Horizontal lines outside: a point before the first and the last point stand in for them.
+        self._from_time = [times[0], *times]
+        self._from_value = [values[0], *values]
+        slopes = [
+            (v1 - v0) / (t1 - t0)
+            for t0, t1, v0, v1 in zip(times, times[1:], values, values[1:], strict=False)
+        ]
+        self._slope = [0.0, *slopes, 0.0]
+
+    def __call__(self, t: float) -> float:
+        i = bisect_right(self._times, t)
+        return self._from_value[i] + self._slope[i] * (t - self._from_time[i])
+
+    def slope(self, t: float) -> float:
+        return self._slope[bisect_right(self._times, t)]
+
+    def next_kink(self, t: float) -> float:
+        i = bisect_right(self._times, t)
+        return self._times[i] if i < len(self._times) else inf
+
+    next_turn = next_kink
+
+
+class Sine:
+    """mean + amplitude sin(angular_frequency t + phase)."""
+
+    def __init__(
+        self, mean: float, amplitude: float, angular_frequency: float, phase: float
+    ) -> None:
+        self._mean = mean
+        self._amplitude = amplitude
+        self._angular_frequency = angular_frequency
+        self._phase = phase
+
+    def __call__(self, t: float) -> float:
+        return self._mean + self._amplitude * sin(self._angular_frequency * t + self._phase)
+
+    def slope(self, t: float) -> float:
+        omega = self._angular_frequency
+        return self._amplitude * omega * cos(omega * t + self._phase)
+
+    def next_kink(self, t: float) -> float:
+        return inf
+
+    def next_turn(self, t: float) -> float:
+        half_turns = (self._angular_frequency * t + self._phase - pi / 2) / pi
+        k = ceil(half_turns)
+        while True:
+            turn = (pi / 2 + k * pi - self._phase) / self._angular_frequency
+            # Rounding can put the turn on t itself.
+            if turn > t:
+                return turn
+            k += 1
+
+
+class SmoothStep:
+    """From one value to another along 3 x^2 - 2 x^3, constant before and after.
+
+    The slope is continuous; the curvature jumps at both ends.
+    """
+
+    def __init__(self, before: float, after: float, start: float, stop: float) -> None:
+        self._before = before
+        self._rise = after - before
+        self._start = start
+        self._stop = stop
+        self._duration = stop - start
+
+    def __call__(self, t: float) -> float:
+        x = min(max((t - self._start) / self._duration, 0.0), 1.0)
+        return self._before + self._rise * (x * x * (3.0 - 2.0 * x))
+
+    def slope(self, t: float) -> float:
+        x = min(max((t - self._start) / self._duration, 0.0), 1.0)
+        return self._rise * 6.0 * x * (1.0 - x) / self._duration
+
+    def next_kink(self, t: float) -> float:
+        if t < self._start:
+            return self._start
+        return self._stop if t < self._stop else inf
+
+    next_turn = next_kink

@@ -1,0 +1,66 @@
+"""One scenario under other settings of its solver."""
+
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from frictionsim.scenario.loading import apply_override, resolved_toml, validate
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+
+
+# Of a study, unless others are asked for.
+TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+ATOL_OVER_RTOL = 1e-3
+
+
+class Setting(NamedTuple):
+    """A way to solve a scene.
+
+    Attributes
+    ----------
+    backend : str
+    label : str
+        What tells it from others of its backend, "rtol 1e-5".
+    overrides : tuple of str
+        `a.b=VALUE` each, as --set has them.
+    family : str
+        Those of one family are joined by a line in the diagram; empty for the backend.
+    """
+
+    backend: str
+    label: str
+    overrides: tuple[str, ...]
+    family: str = ""
+
+    @property
+    def line(self) -> str:
+        """The name of the line in the diagram."""
+        return self.family or self.backend
+
+
+def with_overrides(scene: "Scenario", overrides: Iterable[str]) -> "Scenario":
+    """Return a scene with some of its keys set, `a.b=VALUE` each."""
+    data = tomllib.loads(resolved_toml(scene))
+    for override in overrides:
+        apply_override(data, override)
+    return validate(data, Path())  # courses of files are filled in already
+
+
+def with_tolerance(backend: str, rtol: float) -> Setting:
+    """Return the setting of an adaptive backend at a relative tolerance."""
+    return Setting(backend, f"rtol {short(rtol)}", tolerance_overrides(rtol))
+
+
+def tolerance_overrides(rtol: float) -> tuple[str, ...]:
+    return f"solver.rtol={rtol:.6g}", f"solver.atol={rtol * ATOL_OVER_RTOL:.6g}"
+
+
+def short(value: float) -> str:
+    """Return a number as short as it can be: 1e-5, 0.03."""
+    if value >= 0.01:
+        return f"{value:.6g}"
+    digits, exponent = f"{value:.5e}".split("e")
+    return f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"

@@ -1,0 +1,204 @@
+"""The simulation of a mechanism of one coordinate: its samples, and what follows from them."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.results import STICK, Observed, Quantities, Quantity, Transition
+from frictionsim.scenario import methods
+from frictionsim.simulation.audit import audit
+from frictionsim.simulation.checkpoint import Arrays, exported, restore, taken
+from frictionsim.simulation.event_samples import Samples, samples_of
+from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
+from frictionsim.solvers import solution_of
+from frictionsim.solvers.common import Recording, SampleTimes
+from frictionsim.solvers.mechanism import Mechanism, Series
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+
+
+# Channels that /events has under names of its own.
+OF_EVENTS = ("angle", "mode")
+
+
+class OneCoordinate:
+    """The `Simulation` of a mechanism of one coordinate.
+
+    Parameters
+    ----------
+    scene : Scenario
+    mechanism : Mechanism
+        Built from it.
+    """
+
+    def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
+        self._settings, self._mechanism = scene.solver, mechanism
+        self._at_events, self._interval = scene.output.at_events, scene.interval
+        # Smoothed friction creeps where it should stick and has no limits that it must keep.
+        backend = methods.BACKENDS[scene.solver.backend]
+        smoothed = backend.regularised and not mechanism.prescribed
+        self._set_valued = None if smoothed else mechanism.contact
+        self._can_go_on = not backend.integrator
+        self._recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
+        solution = solution_of(scene.solver.backend, mechanism.prescribed)
+        self._solution = solution(mechanism, scene.solver, self._recording)
+        self._width = Recording.COLUMNS + len(mechanism.ledger)
+        self.effects = mechanism.effects
+        self.states = len(mechanism.initial_state)
+        self.channel_info = mechanism.channel_info
+        self.axes: Mapping[str, tuple[str, ...]] = {}
+
+    def prepare(self, poll: Callable[[float], Any]) -> float:
+        """Return 0 s: nothing has to be compiled."""
+        return 0.0
+
+    def solve(self, poll: Callable[[float], Any]) -> None:
+        """Have the backend of the scene step to the end."""
+        self._solution.run(poll)
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return steps, rejected steps and evaluations of the right-hand side so far."""
+        stepper = self._solution.stepper
+        return stepper.steps, stepper.rejected, stepper.evaluations
+
+    def state(self) -> Arrays | None:
+        """Return all that the rest of the run depends on; None where SciPy keeps it to itself."""
+        if not self._can_go_on:
+            return None
+        parts = self._solution.saved_parts
+        state = {k: v for name, part in parts.items() for k, v in exported(part, name).items()}
+        transitions = self._recording.transitions
+        state["transitions.contact"] = np.array([e.contact for e in transitions], dtype=np.bytes_)
+        state["transitions"] = np.array(
+            [(e.time, e.mode_from, e.mode_to, e.position) for e in transitions], dtype=np.float64
+        ).reshape(-1, 4)
+        return state
+
+    def restore(self, state: Arrays) -> None:
+        """Take over the state of another simulation of the same scene.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene.
+        """
+        for name, part in self._solution.saved_parts.items():
+            restore(part, name, state)
+        contacts = taken(state, "transitions.contact", np.bytes_, ndim=1)
+        rows = taken(state, "transitions", np.float64, ndim=2)
+        self._recording.transitions[:] = [
+            Transition(time, contact.decode(), int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(
+                contacts.tolist(), rows.tolist(), strict=True
+            )
+        ]
+        if self._solution.started:
+            self._solution.go_on()
+
+    def series(self) -> Series:
+        """Return the samples before the first that is not finite."""
+        samples = self._samples()
+        return self._series_of(samples.rows, samples.transitions)
+
+    def _samples(self) -> Samples:
+        return samples_of(self._recording, self._width, self._at_events)
+
+    def _series_of(self, rows: Any, transitions: list[Transition]) -> Series:
+        """Return rows as the arrays that figures and channels are made of."""
+        mechanism, columns = self._mechanism, rows.T.copy()
+        time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
+        acceleration, friction, mode = others
+        return Series(
+            time,
+            drive,
+            position,
+            velocity,
+            acceleration,
+            friction,
+            mode,
+            ledger=dict(zip(mechanism.ledger, columns[Recording.COLUMNS :], strict=True)),
+            stores={
+                name: np.asarray(energy(position, velocity))
+                for name, energy in mechanism.stores.items()
+            },
+            transitions=transitions,
+        )
+
+    def observe(self) -> Observed:
+        """Return the samples that are finite, and what follows from them."""
+        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
+        series = self._series_of(samples.rows, samples.transitions)
+        return Observed(
+            time=series.time,
+            courses=_courses(mechanism, series),
+            transitions=series.transitions,
+            quantities=_figures(mechanism, series),
+            checks=audit(
+                series, self._set_valued, settings.rtol, settings.atol, _size(mechanism, series)
+            ),
+            unsound=samples.unsound,
+            warnings=tuple(self._run_warnings(series)),
+            sides={
+                f"{name}_{side}": course
+                for side, rows in (("before", samples.before), ("after", samples.after))
+                for name, course in self._side(rows, samples.transitions).items()
+            },
+        )
+
+    def _run_warnings(self, series: Series) -> list[str]:
+        """Return what is odd about the run; nothing of one that stopped short of its end."""
+        mechanism, duration = self._mechanism, self._settings.duration
+        if series.time.size < 2 or series.time[-1] < duration:
+            return []
+        found = nothing_moves(mechanism, series) + mechanism.run_warnings(series)
+        if self._set_valued is not None:  # what is smoothed passes through stick at each reversal
+            found += hidden_stick_slip(series.transitions, self._interval, duration)
+        return found
+
+    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
+        """Return the channels that may jump, on one side of the events."""
+        series = self._series_of(rows, transitions)
+        channels = self._mechanism.channels(series)
+        return {
+            name: np.broadcast_to(values, series.time.shape)
+            for name, values in channels.items()
+            if name not in OF_EVENTS
+        }
+
+
+def _size(mechanism: Mechanism, series: Series) -> float:
+    """Return an energy of the size of the scene, whatever the solver made of it, J."""
+    moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
+    at_start = mechanism.stores["energy_kinetic"](mechanism.position, mechanism.velocity)
+    return float(np.max(np.abs(moment), initial=0.0)) + float(at_start)
+
+
+def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:
+    """Return every course by the name it has in the result file."""
+    found = {**mechanism.channels(series), **series.ledger, **series.stores}
+    # A course that is constant may be given as a number.
+    return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
+
+
+def _figures(mechanism: Mechanism, series: Series) -> Quantities:
+    """Return the summary's quantities: the mechanism's own, then those of any motion.
+
+    breakaway_time is when a contact first goes over from stick to slip; None if it never does.
+    A run that failed may have gone on after its last sample, of which no figure speaks.
+    """
+    found = mechanism.figures(series)
+    if mechanism.contact is not None:
+        seen = [e for e in series.transitions if e.time <= np.max(series.time, initial=-np.inf)]
+        slips = (e.time for e in seen if e.mode_from == STICK)
+        rests = [e.time for e in seen if e.mode_to == STICK]
+        found["breakaway_time"] = Quantity(next(slips, None), "s")
+        found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
+    if series.time.size:
+        found["final_time"] = Quantity(float(series.time[-1]), "s")
+        found["final_angle"] = Quantity(float(series.position[-1]), "rad")
+        found["final_angular_velocity"] = Quantity(float(series.velocity[-1]), "rad/s")
+        for name, energy in (*series.ledger.items(), *series.stores.items()):
+            found[name] = Quantity(float(energy[-1]), "J")
+    return found

@@ -1,0 +1,131 @@
+"""A mechanism whose velocity is given: what torque does it take?
+
+Every backend hands such a scene over to this one: there is no breakaway to find, and the only
+unknowns are the position and the energies. The drive torque u follows from the equation,
+
+    u = inertia dv/dt - moment(0, q, v) - T,   T = -s kinetic_limit,
+
+where the moment of a mechanism with a prescribed velocity has u as a summand. At rest the friction
+can be anything up to its static limit; it is taken as zero.
+"""
+
+from math import inf, nextafter
+from typing import TYPE_CHECKING
+
+from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.solvers.base import Solution
+from frictionsim.solvers.common import Recording, Row, advance, row
+from frictionsim.solvers.root_finding import sign_change
+from frictionsim.solvers.runge_kutta_fehlberg import Rates, State
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Solver
+    from frictionsim.solvers.mechanism import Mechanism
+
+
+def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+    """Return what follows the prescribed velocity to settings.duration."""
+    return _Following(mechanism, settings, recording)
+
+
+class _Following(Solution):
+    """A run along pieces on which the velocity is smooth and of one direction, `mode`."""
+
+    SAVED = (*Solution.SAVED, "mode", "limit")
+
+    def __init__(self, mechanism: "Mechanism", settings: "Solver", recording: Recording) -> None:
+        super().__init__(mechanism, settings, recording)
+        self.mode, self.limit = STICK, 0.0
+
+    def start(self) -> None:
+        self.mode = self.next_direction(0.0)
+        self.begin_piece(0.0, self.mechanism.initial_state)
+
+    def go_on(self) -> None:
+        self.torques = _Torques(self.mechanism, self.mode, self.limit)
+        self.stepper.go_on(self.torques.rates())
+
+    def next_direction(self, t: float) -> int:
+        """Set the limit of the piece that starts at t, and return its direction."""
+        self.limit = _end_of_piece(self.mechanism, t, self.end)
+        return _sign(self.mechanism.drive(0.5 * (t + self.limit)))
+
+    def begin_piece(self, t: float, y: State) -> None:
+        self.torques = _Torques(self.mechanism, self.mode, self.limit)
+        self.stepper.begin(self.torques.rates(), t, y)
+
+    def go_over(self, t: float, y: State) -> None:
+        """Begin the next piece, and note the change of direction if it brings one."""
+        before, ended = self.mode, self.row(t, y, self.mode)
+        self.mode = self.next_direction(t)
+        self.begin_piece(t, y)
+        if self.mode != before:
+            contact = self.mechanism.contact
+            name = contact.name if contact else "drive"
+            y = self.stepper.y
+            begun = self.row(t, y, self.mode)
+            self.recording.event(Transition(t, name, before, self.mode, y[0]), ended, begun)
+
+    def step(self) -> None:
+        stepper = self.stepper
+        if stepper.t >= self.limit:
+            self.go_over(stepper.t, stepper.y)
+        self.note(advance(stepper, self.mechanism, self.limit))  # what is given cannot blow up
+        self.t = stepper.t
+
+    def is_known(self, t: float) -> bool:
+        return t < self.stepper.t or t <= self.stepper.t == self.end
+
+    def sample(self, t: float) -> None:
+        self.recording.add(self.row(t, self.stepper.state_at(t), self.mode))
+
+    def row(self, t: float, y: State, mode: int) -> Row:
+        u, velocity, friction, acceleration = self.torques.at(t, y[0])
+        return row(t, u, [y[0], velocity, *y[2:]], acceleration, friction, mode)
+
+
+class _Torques:
+    """Velocity, friction and drive torque on a piece along which the direction is one."""
+
+    def __init__(self, mechanism: "Mechanism", direction: int, limit: float) -> None:
+        self._mechanism, self._direction = mechanism, direction
+        # The slope at the end of the piece is that of before it, not of after it.
+        self._last = nextafter(limit, -inf)
+
+    def at(self, t: float, q: float) -> tuple[float, float, float, float]:
+        """Return drive torque, velocity, friction torque and acceleration."""
+        mechanism, s = self._mechanism, self._direction
+        v, a = mechanism.drive(t), mechanism.drive.slope(min(t, self._last))
+        friction = 0.0
+        if mechanism.contact is not None and s != STICK:
+            friction = -s * mechanism.contact.kinetic_limit(0.0, q, v, s)
+        u = mechanism.inertia * a - mechanism.moment(0.0, q, v) - friction
+        return u, v, friction, a
+
+    def rates(self) -> Rates:
+        powers = tuple(enumerate(self._mechanism.powers.values(), start=2))
+        heat = 2 + len(powers) if self._mechanism.contact is not None else 0
+
+        def rates(t: float, y: State, dy: State) -> None:
+            u, v, friction, a = self.at(t, y[0])
+            dy[0], dy[1] = v, a
+            for i, power in powers:
+                dy[i] = power(u, y[0], v)
+            if heat:
+                dy[heat] = -friction * v
+
+        return rates
+
+
+def _end_of_piece(mechanism: "Mechanism", t: float, end: float) -> float:
+    """Return a time up to which the velocity is smooth and of one sign."""
+    drive = mechanism.drive
+    b = min(end, drive.next_turn(t))
+    direction = _sign(drive(b))  # a product of two small velocities may be zero
+    if _sign(drive(t)) * direction < 0:
+        _, b = sign_change(lambda x: direction * drive(x), t, b)
+    return b
+
+
+def _sign(v: float) -> int:
+    return FORWARD if v > 0.0 else BACKWARD if v < 0.0 else STICK

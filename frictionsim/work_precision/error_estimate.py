@@ -1,0 +1,90 @@
+"""How far off the figures of a run are: it is solved again, more exactly, and compared.
+
+An adaptive run is solved again with a tenth of its tolerances and, where it smooths friction,
+of its transition speed; what changes is about the error of the first run. Steps of a fixed length
+are halved, and what changes is doubled: across a switch of the friction the error is of first
+order in the step, so that half of it is left in the second run (Richardson).
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.variants import Setting, short, with_overrides
+from frictionsim.simulation.simulate import Run, run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from frictionsim.scenario.settings import Scenario
+
+TIGHTER = 0.1
+LEAST_RTOL = 1e-14  # that a scenario may have
+RICHARDSON = 2.0
+
+
+class Estimate(NamedTuple):
+    """The errors of the figures of a run by their names, None where a figure is none.
+
+    `method` says how they were found, or why there are none; `exit_code` is that of a second run
+    which a signal ended.
+    """
+
+    errors: dict[str, float | None]
+    method: str
+    exit_code: int = 0
+
+
+def estimate(first: Run, poll: "Callable[[float], Any]") -> Estimate:
+    """Solve the scene of a run again, more exactly.
+
+    Parameters
+    ----------
+    first : Run
+        That is done.
+    poll : callable
+        Called with the time after each step.
+    """
+    setting = tighter(first.scene)
+    second = run(with_overrides(first.scene, setting.overrides), poll)
+    if second.status != "done":
+        reason = f"no error estimate: with {setting.label} {second.status}: {second.reason}"
+        return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
+    halved = any(override.startswith("solver.step=") for override in setting.overrides)
+    factor = RICHARDSON if halved else 1.0
+    return Estimate(
+        {
+            name: _difference(quantity.value, second, name, factor)
+            for name, quantity in first.quantities.items()
+        },
+        f"error: {'twice ' if halved else ''}the difference from a run with {setting.label}",
+    )
+
+
+def _difference(value: float | None, second: Run, name: str, factor: float) -> float | None:
+    other = second.quantities[name].value if name in second.quantities else None
+    return None if value is None or other is None else factor * abs(value - other)
+
+
+def tighter(scene: "Scenario") -> Setting:
+    """Return a more exact setting of the backend of a scene; its kind may know a better one."""
+    kind = module_of(scene.kind)
+    found: Setting | None = kind.tighter(scene) if hasattr(kind, "tighter") else None
+    if found is not None:
+        return found
+    solver = scene.solver
+    if solver.step is not None:
+        step = 0.5 * solver.step
+        return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))
+    rtol, atol = max(LEAST_RTOL, TIGHTER * solver.rtol), TIGHTER * solver.atol
+    label, overrides = f"rtol {short(rtol)}", [f"solver.rtol={rtol!r}"]
+    if atol > 0.0:  # a belt may do without
+        label += f", atol {short(atol)}"
+        overrides.append(f"solver.atol={atol!r}")
+    if BACKENDS[solver.backend].regularised:
+        from frictionsim.solvers.regularised import TRANSITION_SPEED
+
+        speed = TIGHTER * (solver.transition_speed or TRANSITION_SPEED)
+        label += f", transition speed {short(speed)}"
+        overrides.append(f"solver.transition_speed={speed!r}")
+    return Setting(solver.backend, label, tuple(overrides))

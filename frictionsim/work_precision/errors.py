@@ -1,0 +1,108 @@
+"""The errors of a run against a reference, measure by measure."""
+
+from collections.abc import Iterable
+from math import inf
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from frictionsim.results import Array, Check, Measure, Quantity, Transition
+
+# What is missing, or not the same at all, is wrong by all of it.
+WRONG = 1.0
+
+
+class Outcome(Protocol):
+    """A run, or an exact solution in its place."""
+
+    @property
+    def courses(self) -> "Mapping[str, Array]": ...
+
+    @property
+    def transitions(self) -> "Sequence[Transition]": ...
+
+    @property
+    def quantities(self) -> "Mapping[str, Quantity]": ...
+
+    @property
+    def checks(self) -> "Mapping[str, Check]": ...
+
+
+class Error(NamedTuple):
+    """An error in its unit, None where it cannot be told, and relative to what matters."""
+
+    absolute: float | None
+    relative: float
+
+
+def judge(
+    measures: "Iterable[Measure]", found: Outcome, reference: Outcome, duration: float
+) -> dict[str, Error]:
+    """Return the error of each measure by its name.
+
+    Parameters
+    ----------
+    measures : iterable of Measure
+    found, reference : Outcome
+        Sampled at the same times.
+    duration : float, s
+        What times of events are compared with.
+    """
+    return {measure.name: _error(measure, found, reference, duration) for measure in measures}
+
+
+def headline(errors: "Mapping[str, Error]") -> float:
+    """Return the worst relative error."""
+    return max((error.relative for error in errors.values()), default=0.0)
+
+
+def _error(measure: "Measure", found: Outcome, reference: Outcome, duration: float) -> Error:
+    if measure.what == "events":
+        return _of_events(found.transitions, reference.transitions, duration)
+    if measure.what == "check":
+        value = found.checks[measure.source].value
+        return Error(value, value)
+    if measure.what == "course":
+        return _of_course(found.courses.get(measure.source), reference.courses[measure.source])
+    return _of_quantity(measure, found, reference)
+
+
+def _of_events(
+    found: "Sequence[Transition]", wanted: "Sequence[Transition]", duration: float
+) -> Error:
+    same = [(e.contact, e.mode_from, e.mode_to) for e in found] == [
+        (e.contact, e.mode_from, e.mode_to) for e in wanted
+    ]
+    if not same:
+        return Error(None, WRONG)
+    worst = max((abs(a.time - b.time) for a, b in zip(found, wanted, strict=True)), default=0.0)
+    return Error(worst, worst / duration)
+
+
+def _of_course(found: "Array | None", wanted: "Array") -> Error:
+    if found is None or found.shape != wanted.shape:
+        return Error(None, WRONG)
+    return _over(float(np.mean(np.abs(found - wanted))), float(np.mean(np.abs(wanted))))
+
+
+def _of_quantity(measure: "Measure", found: Outcome, reference: Outcome) -> Error:
+    values = [
+        side.quantities[measure.source].value if measure.source in side.quantities else None
+        for side in (found, reference)
+    ]
+    if values[0] is None or values[1] is None:
+        return Error(None, WRONG) if values[0] is not values[1] else Error(0.0, 0.0)
+    scale = abs(values[1])
+    if measure.scale:
+        course = reference.courses[measure.scale]
+        scale = float(np.max(np.abs(course - course[0])))
+    return _over(abs(values[0] - values[1]), scale)
+
+
+def _over(error: float, scale: float) -> Error:
+    if error == 0.0:
+        return Error(0.0, 0.0)
+    return Error(error, error / scale if scale > 0.0 else inf)

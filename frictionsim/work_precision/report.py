@@ -1,0 +1,115 @@
+"""What a study leaves: one JSON object, columns for CSV and HDF5."""
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.errors import OutputError
+from frictionsim.results import Column, finite
+from frictionsim.work_precision.recommendation import advise
+
+if TYPE_CHECKING:
+    from frictionsim.work_precision.study import Row, Study
+
+
+def study_json(study: "Study", scenario: str) -> dict[str, Any]:
+    """Return the JSON object of a study."""
+    reference = study.reference
+    return {
+        "scenario": scenario,
+        "kind": study.scene.kind,
+        "status": study.status,
+        "reason": study.reason,
+        "measures": {measure.name: {"unit": measure.unit} for measure in study.measures},
+        "references": list(reference.names) if reference else [],
+        "floor": _errors_json(reference.floor) if reference else {},
+        "settings": [_row_json(row) for row in study.rows],
+        "recommendations": [
+            {
+                "wanted": advice.wanted,
+                "backend": advice.row.setting.backend if advice.row else None,
+                "setting": advice.row.setting.label if advice.row else None,
+                "overrides": list(advice.row.setting.overrides) if advice.row else None,
+                "sentence": advice.sentence,
+            }
+            for advice in advise(study.rows, study.floor)
+        ],
+    }
+
+
+def _row_json(row: "Row") -> dict[str, Any]:
+    return {
+        "backend": row.setting.backend,
+        "setting": row.setting.label,
+        "overrides": list(row.setting.overrides),
+        "status": row.status,
+        "reason": row.reason,
+        "error": finite(row.error),
+        "errors": _errors_json(row.errors),
+        "events": row.events,
+        "wall_seconds": row.wall_seconds,
+        "repeats": row.repeats,
+        "steps": row.steps,
+        "rejected": row.rejected,
+        "rhs_evaluations": row.rhs_evaluations,
+        "states": row.states,
+    }
+
+
+def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: {"absolute": finite(error.absolute), "relative": finite(error.relative)}
+        for name, error in errors.items()
+    }
+
+
+def columns(study: "Study") -> list[Column]:
+    """Return the table of a study as columns; what is not known is nan."""
+    rows, nan = study.rows, float("nan")
+
+    def known(value: float | None) -> float:
+        return nan if value is None else float(value)
+
+    found = [
+        Column("backend", "", "backend", [row.setting.backend for row in rows]),
+        Column("setting", "", "setting of the backend", [row.setting.label for row in rows]),
+        Column("overrides", "", "keys it sets", [" ".join(row.setting.overrides) for row in rows]),
+        Column("status", "", "done or failed", [row.status for row in rows]),
+        Column("reason", "", "why it failed", [row.reason for row in rows]),
+        Column("error", "1", "worst relative error", [known(row.error) for row in rows]),
+    ]
+    for m in study.measures:
+        errors = [row.errors.get(m.name) for row in rows]
+        absolute = [known(e and e.absolute) for e in errors]
+        relative = [known(e and e.relative) for e in errors]
+        found.append(Column(f"{m.name}_error", m.unit, f"error of {m.name}", absolute))
+        found.append(Column(f"{m.name}_relative", "1", f"relative error of {m.name}", relative))
+    for name, unit, long_name in (
+        ("events", "1", "events of the run"),
+        ("wall_seconds", "s", "median wall time of the solution alone"),
+        ("repeats", "1", "runs that were timed"),
+        ("steps", "1", "accepted steps"),
+        ("rejected", "1", "rejected steps"),
+        ("rhs_evaluations", "1", "evaluations of the right-hand side"),
+        ("states", "1", "length of the state vector"),
+    ):
+        values = [known(getattr(row, name)) for row in rows]
+        found.append(Column(name, unit, long_name, values))
+    return found
+
+
+def write_csv(study: "Study", path: Path) -> None:
+    """Write the table of a study, a setting a line; units stand in the heading.
+
+    Raises
+    ------
+    OutputError
+    """
+    table = columns(study)
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in table])
+            writer.writerows(zip(*(c.values for c in table), strict=True))
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write the table: {error.strerror}") from None

@@ -1,0 +1,285 @@
+"""Runs a scene with one setting after another: what each is off by, and what it takes."""
+
+import gc
+from collections.abc import Callable, Iterable
+from math import inf
+from statistics import median
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.errors import BudgetSpent, SolverError
+from frictionsim.results import failures
+from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.variants import Setting
+from frictionsim.simulation.simulate import Run, run
+from frictionsim.work_precision.errors import Error, Outcome, headline, judge
+from frictionsim.work_precision.settings import Variants
+
+if TYPE_CHECKING:
+    from frictionsim.results import Measure
+    from frictionsim.scenario.settings import Scenario
+
+# A setting that takes this long in all is not repeated: its time is told well enough.
+SECONDS_OF_REPEATS = 1.0
+# References are few and worth waiting for.
+PATIENCE_FOR_REFERENCES = 10.0
+CALLS_BETWEEN_LOOKS = 32  # at the clock
+
+Poll = Callable[[float], Any]
+
+
+class Row(NamedTuple):
+    """What became of a setting.
+
+    Attributes
+    ----------
+    setting : Setting
+    status : str
+        `done` or `failed`; `interrupted` is not kept.
+    reason : str
+        Why it failed, or what its audit found.
+    wall_seconds : float, s
+        Median over the repeats; of the run that failed otherwise.
+    repeats : int
+    steps, rejected, rhs_evaluations, states : int
+        Without those of samples. `rejected` is None where the backend does not tell.
+    events : int
+    errors : dict of Error
+        By measure; empty if it failed.
+    """
+
+    setting: Setting
+    status: str
+    reason: str
+    wall_seconds: float
+    repeats: int
+    steps: int
+    rejected: int | None
+    rhs_evaluations: int
+    states: int
+    events: int
+    errors: dict[str, Error]
+
+    @property
+    def error(self) -> float | None:
+        """The worst relative error; None if it failed."""
+        return headline(self.errors) if self.status == "done" else None
+
+
+class Reference(NamedTuple):
+    """What the settings are judged by.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    names : tuple of str
+        How it was found.
+    floor : dict of Error
+        By measure, how far two of them are apart; empty if there is but one.
+    """
+
+    outcome: Outcome
+    names: tuple[str, ...]
+    floor: dict[str, Error]
+
+
+class Study(NamedTuple):
+    """A scene in all its settings, as far as they were run."""
+
+    scene: "Scenario"
+    measures: "tuple[Measure, ...]"
+    reference: Reference | None
+    rows: list[Row]
+    status: str
+    reason: str
+    exit_code: int
+
+    @property
+    def floor(self) -> float:
+        """The worst relative difference of the references; below it no error can be told."""
+        return headline(self.reference.floor) if self.reference else 0.0
+
+
+class Budget:
+    """Called with the time of the simulation: ends a run that takes too long.
+
+    Parameters
+    ----------
+    poll : callable
+        Called on.
+    max_wall : float, s
+    """
+
+    def __init__(self, poll: Poll, max_wall: float) -> None:
+        self._poll, self._max_wall = poll, max_wall
+        self._end = perf_counter() + max_wall
+        if hasattr(poll, "compiling"):
+            self.compiling = poll.compiling
+        self._calls = 0
+
+    def __call__(self, t: float) -> None:
+        self._poll(t)
+        self._calls += 1
+        if self._calls % CALLS_BETWEEN_LOOKS == 0 and perf_counter() > self._end:
+            raise BudgetSpent(f"{self._max_wall:g} s of wall time are spent at t = {t:.6g} s")
+
+
+class Stopped(Exception):
+    """A signal ended a run of the study."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run.reason)
+        self.run = run
+
+
+class Laboratory:
+    """Runs settings of one scene within their budgets."""
+
+    def __init__(
+        self, variants: Variants, measures: "Iterable[Measure]", max_wall: float, repeats: int
+    ) -> None:
+        self._variants, self._measures = variants, tuple(measures)
+        self._checks = {m.source for m in self._measures if m.what == "check"}
+        self._max_wall, self._repeats = max_wall, repeats
+        self._warm: set[str] = set()
+
+    def reference(self, settings: tuple[Setting, ...], poll: Poll) -> Reference:
+        """Solve with each of the settings; the first that comes to its end is the reference.
+
+        Raises
+        ------
+        SolverError
+            If none does.
+        Stopped
+        """
+        runs, names, reasons = [], [], []
+        for setting in settings:
+            self._warm_up(setting, poll)
+            patience = self._max_wall * PATIENCE_FOR_REFERENCES
+            found = _run(self._variants.judged(setting), poll, patience)
+            name = f"{setting.backend}, {setting.label}"
+            if found.status == "done":
+                runs.append(found)
+                names.append(name)
+            else:
+                reasons.append(f"{name}: {found.reason}")
+        if not runs:
+            raise SolverError(f"there is no reference to judge by: {'; '.join(reasons)}")
+        duration = runs[0].scene.solver.duration
+        floor = judge(self._measures, runs[1], runs[0], duration) if len(runs) > 1 else {}
+        return Reference(runs[0], tuple(names), floor)
+
+    def row(self, setting: Setting, reference: Outcome, poll: Poll) -> Row:
+        """Solve once to judge, and some times more to take the time.
+
+        Raises
+        ------
+        Stopped
+        """
+        self._warm_up(setting, poll)
+        judged = _run(self._variants.judged(setting), poll, self._max_wall)
+        last, seconds = judged, [judged.counts.wall_seconds]
+        errors: dict[str, Error] = {}
+        if judged.status == "done":
+            duration = judged.scene.solver.duration
+            last, seconds = self._timed(setting, poll)
+            if last.status == "done":
+                errors = judge(self._measures, judged, reference, duration)
+        counts = last.counts
+        tells = BACKENDS[setting.backend].tells_rejected
+        return Row(
+            setting=setting,
+            status=last.status,
+            reason=last.reason or _audit_text(judged, self._checks),
+            wall_seconds=median(seconds),
+            repeats=len(seconds),
+            steps=counts.steps,
+            rejected=counts.rejected if tells else None,
+            rhs_evaluations=counts.rhs_evaluations,
+            states=counts.states,
+            events=len(judged.transitions),
+            errors=errors,
+        )
+
+    def _warm_up(self, setting: Setting, poll: Poll) -> None:
+        """Have loaded and compiled what a line of the diagram needs."""
+        if setting.line not in self._warm:
+            _run(self._variants.warm_up(setting), poll, inf)
+            self._warm.add(setting.line)
+
+    def _timed(self, setting: Setting, poll: Poll) -> tuple[Run, list[float]]:
+        scene = self._variants.timed(setting)
+        gc.collect()  # it is switched off while the program runs
+        seconds: list[float] = []
+        while True:
+            found = _run(scene, poll, self._max_wall)
+            seconds.append(found.counts.wall_seconds)
+            enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
+            if enough or found.status != "done":
+                return found, seconds
+
+
+def _run(scene: "Scenario", poll: Poll, max_wall: float) -> Run:
+    found = run(scene, Budget(poll, max_wall))
+    if found.status == "interrupted":
+        raise Stopped(found)
+    return found
+
+
+def _audit_text(found: Run, judged: set[str]) -> str:
+    """Return what the audit found wrong, beside what is a measure and has a column of its own."""
+    failed = failures({name: c for name, c in found.checks.items() if name not in judged})
+    return f"self-audit failed: {failed}" if failed and found.status == "done" else ""
+
+
+def study(
+    scene: "Scenario",
+    settings: list[Setting],
+    references: tuple[Setting, ...],
+    measures: "tuple[Measure, ...]",
+    max_wall: float,
+    repeats: int,
+    poll: Poll,
+    show: Callable[[str], Any],
+) -> Study:
+    """Run all settings.
+
+    Parameters
+    ----------
+    scene : Scenario
+    settings : list of Setting
+    references : tuple of Setting
+        Different methods, tighter than any of the settings.
+    measures : tuple of Measure
+    max_wall : float, s
+        Of each run.
+    repeats : int
+        At most so many runs of each setting are timed.
+    poll : callable
+        Called with the time after each step; it may raise Interrupted.
+    show : callable
+        Called with what is done next.
+
+    Returns
+    -------
+    Study
+        Also of one that a signal stopped, with the rows up to there.
+
+    Raises
+    ------
+    SolverError
+        If no reference comes to its end.
+    """
+    laboratory = Laboratory(Variants(scene), measures, max_wall, repeats)
+    rows: list[Row] = []
+    reference = None
+    try:
+        show("references")
+        reference = laboratory.reference(references, poll)
+        for number, setting in enumerate(settings, start=1):
+            show(f"{number} of {len(settings)}: {setting.backend}, {setting.label}")
+            rows.append(laboratory.row(setting, reference.outcome, poll))
+    except Stopped as stop:
+        reason, code = stop.run.reason, stop.run.exit_code
+        return Study(scene, measures, reference, rows, "interrupted", reason, code)
+    return Study(scene, measures, reference, rows, "done", "", 0)

@@ -1,0 +1,29 @@
+"""Small belts that the tests of belts share, and that they are what those take them for."""
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from tests.support.belt_scenarios import pair, scene_of, trio
+from tests.support.scenarios import Scenario
+
+
+@pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
+def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
+    assembly = assemble(scene_of(data))
+    touching = np.bincount(assembly.rest.pulley[assembly.rest.pulley >= 0])
+    assert len(touching) == len(data["mechanism"]["pulleys"])
+    assert np.all(touching >= 3)
+    # Contact damping is neither nearly absent nor in full at the depth of rest.
+    depth = assembly.rest.normal_force.max() / data["effects"]["contact"]["c2"]
+    assert 0.1e-3 < depth < 1e-3
+
+
+def test_the_belt_on_three_pulleys_has_every_effect() -> None:
+    scene = scene_of(trio())
+    assert all(effect is not None for _, effect in scene.effects)
+    laws = assemble(scene).laws
+    assert [name for name in laws._fields if getattr(laws, name) is None] == [
+        "regularised",
+        "creep",
+    ]

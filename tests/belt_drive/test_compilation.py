@@ -1,0 +1,204 @@
+"""Compilation of kernels: announced, not counted as solving, ended by a signal at once."""
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numba
+import numpy as np
+import pytest
+
+from frictionsim.cli.monitor import watch
+from frictionsim.cli.tables import print_run
+from frictionsim.errors import Interrupted
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.kernels.jit import compilation
+from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
+from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
+from tests.support.belt_scenarios import SCENES, STEPS, scene_of, trio
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
+
+ANNOUNCED = "frictionsim: compiling the kernels of this combination of effects, once: about "
+OLD = b"the result of yesterday"
+
+
+class Listening:
+    """A poll that notes when it is told of a compilation."""
+
+    def __init__(self) -> None:
+        self.told: list[float] = []
+        self.inside = False
+
+    def __call__(self, t: float) -> None:
+        pass
+
+    @contextmanager
+    def compiling(self, expected: float) -> Iterator[None]:
+        self.told.append(expected)
+        self.inside = True
+        yield
+        self.inside = False
+
+
+def test_a_compilation_is_told_of_once_and_timed() -> None:
+    first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
+    poll = Listening()
+    with compilation(3.0, poll) as found:
+        assert not poll.told
+        assert first(second(1)) == 3
+        assert poll.inside
+    assert poll.told == [3.0]
+    assert not poll.inside
+    assert found.seconds > 0.0
+
+
+def test_kernels_that_are_there_are_no_compilation() -> None:
+    function, poll = numba.njit(lambda x: x + 1), Listening()
+    function(1)
+    with compilation(3.0, poll) as found:
+        function(1)
+    assert (poll.told, found.seconds) == ([], 0.0)
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
+    quiet: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = signal.set_wakeup_fd(-1)
+    signal.set_wakeup_fd(before)
+    with watch(1.0, with_progress=False, quiet=quiet) as poll, poll.compiling(24.4):
+        pass
+    assert capsys.readouterr().err == ("" if quiet else f"{ANNOUNCED}24 s\n")
+    assert signal.set_wakeup_fd(before) == before
+
+
+class Calls:
+    """Notes the types of what the kernels that Python calls are given: each is compiled for."""
+
+    ENTRIES: ClassVar = {
+        rkf45: ("begin", "advance", "look_inside"),
+        moreau: ("look", "walk"),
+        scipy: ("fresh_rates", "remember"),
+    }
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.seen: set[tuple[str, ...]] = set()
+        for module, names in self.ENTRIES.items():
+            for name in names:
+                monkeypatch.setattr(module, name, self._noting(name, getattr(module, name)))
+
+    def _noting(self, name: str, kernel: Any) -> Any:
+        def call(*arguments: Any) -> Any:
+            self.seen.add((name, *(str(numba.typeof(argument)) for argument in arguments)))
+            return kernel(*arguments)
+
+        return call
+
+
+@pytest.mark.parametrize(
+    "data", [*SCENES.values(), trio(solver__backend="rk45")], ids=[*SCENES, "rk45, every effect"]
+)
+def test_all_kernels_are_compiled_before_the_first_step(
+    data: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that the seconds of solving have none of it; also of a run that is resumed."""
+    calls = Calls(monkeypatch)
+    scene = scene_of(changed(data, solver__duration=5e-3, output__interval=1e-3))
+    polled: list[float] = []
+
+    def stop(t: float) -> None:
+        polled.append(t)
+        if len(polled) == 3:
+            raise Interrupted(signal.SIGINT, t)
+
+    drive = BeltDrive(scene)
+    drive.prepare(stop)
+    prepared = calls.seen.copy()
+    assert prepared
+    with pytest.raises(Interrupted):
+        drive.solve(stop)
+    assert calls.seen == prepared
+    state = drive.state()
+    if state is None:  # SciPy's methods do not go on
+        return
+    calls.seen.clear()
+    resumed = BeltDrive(scene)
+    resumed.restore(state)
+    resumed.prepare(stop)
+    prepared = calls.seen.copy()
+    resumed.solve(lambda t: None)
+    assert calls.seen == prepared
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
+    def end(times: int) -> dict[str, Any]:
+        scene = scene_of(SCENES[name])
+        assembly = assemble(scene)
+        module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
+        stepping = module.Stepping(assembly, scene.solver)
+        stepping.begin()
+        stepping.advance(1.0, 1.0, STEPS)
+        for _ in range(times):
+            stepping.prepare()
+        stepping.advance(1.0, 1.0, STEPS)
+        return {**stepping.arrays(), "work": np.array(stepping.counts)}
+
+    prepared, plain = end(2), end(0)
+    for part, values in plain.items():
+        np.testing.assert_array_equal(prepared[part], values, err_msg=part)
+
+
+def test_the_table_has_the_seconds_of_compilation_where_there_was_one(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done = simulate(pulley())
+    counts = done.counts._replace(wall_seconds=2.1)
+    print_run(done._replace(counts=counts), "a.h5")
+    assert "solved in 2.1 s; " in capsys.readouterr().out
+    print_run(done._replace(counts=counts._replace(compile_seconds=24.0)), "a.h5")
+    assert "solved in 2.1 s, after 24 s of compilation; " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("number", "option"), [(signal.SIGINT, "-o"), (signal.SIGTERM, "--json -o")]
+)
+def test_a_signal_ends_a_compilation_at_once(
+    number: signal.Signals, option: str, tmp_path: Path
+) -> None:
+    """The compiler is in one call for seconds, in which Python runs no handler."""
+    (tmp_path / "a.h5").write_bytes(OLD)
+    cache = tmp_path / "cache"
+    scenario = SCENARIOS / "belt_verification.toml"
+    command = [sys.executable, "-m", "frictionsim", "solve", str(scenario), *shlex.split(option)]
+    process = subprocess.Popen(
+        [*command, "a.h5"],
+        cwd=tmp_path,
+        env={**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith(ANNOUNCED)
+        time.sleep(1.0)  # of the ten seconds and more that the kernels take
+        process.send_signal(number)
+        out, said = process.communicate()
+    assert process.returncode == 128 + number
+    assert said == (
+        f"frictionsim: interrupted by {number.name} while compiling kernels;"
+        " nothing was computed or written\n"
+    )
+    assert out == ""
+    assert (tmp_path / "a.h5").read_bytes() == OLD
+    assert sorted(os.listdir(tmp_path)) == ["a.h5", "cache"]
+    # Had it been waited for, the kernels would be on the disk.
+    assert not list(cache.rglob("*advance*"))

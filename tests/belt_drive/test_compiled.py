@@ -1,0 +1,86 @@
+"""Kernels as plain Python: the same numbers as compiled, and two runs alike to the last bit."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.kernels.jit import kernel_sources
+from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from tests.support.belt_scenarios import SCENES, STEPS, scene_of
+from tests.support.scenarios import ROOT, Scenario, simulate
+
+
+def ends(data: Scenario) -> dict[str, Any]:
+    """Return all that the next step depends on after a few steps from a start with some motion."""
+    scene = scene_of(data)
+    assembly = assemble(scene)
+    width, n = assembly.room.shape[1], assembly.laws.chain.bodies
+    assembly.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
+    module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
+    stepping = module.Stepping(assembly, scene.solver)
+    stepping.begin()
+    stepping.advance(1.0, 1.0, STEPS)
+    inside = stepping.look(0.3 * stepping.t)
+    found = {name: array.tolist() for name, array in stepping.arrays().items()}
+    return {**found, "inside": inside.tolist(), "work": list(stepping.counts)}
+
+
+def everything() -> str:
+    return json.dumps({name: ends(data) for name, data in SCENES.items()})
+
+
+@pytest.fixture(scope="module")
+def plain() -> dict[str, Any]:
+    """The ends as a process finds them in which nothing is compiled."""
+    code = f"from {__name__} import everything; print(everything())"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_compiled_as_plain(name: str, plain: dict[str, Any]) -> None:
+    compiled = ends(SCENES[name])
+    assert compiled.keys() == plain[name].keys()
+    assert compiled["work"] == plain[name]["work"]
+    for key, found in compiled.items():
+        expected = np.array(plain[name][key])
+        # Compiled sums are reordered: rounding of positions, 1e-16 m, which the stiffness of a
+        # joint over the mass of a body, 1e8/s^2, and an exact stick, 1e5/s, make much of: 2e-8. The
+        # estimate of the error, in the clock, is a difference and shows more of it.
+        close = 1e-6 if key == "clock" else 1e-7
+        size = np.max(np.abs(expected), axis=-1, keepdims=True, initial=1e-300)
+        assert np.all(np.abs(found - expected) <= close * size), key
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
+    once, again = simulate(SCENES[name]), simulate(SCENES[name])
+    assert once.status == again.status == "done"
+    assert once.courses.keys() == again.courses.keys()
+    assert all(np.array_equal(once.courses[key], again.courses[key]) for key in once.courses)
+    assert once.quantities == again.quantities
+    assert once.checks == again.checks
+    assert once.counts[:4] == again.counts[:4]
+
+
+def test_the_cache_is_told_apart_by_every_file_with_kernels() -> None:
+    modules = [m for name, m in sys.modules.items() if name.startswith("frictionsim")]
+    kernels = [v for m in modules for v in vars(m).values() if hasattr(v, "py_func")]
+    files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
+    assert len(files) > 5
+    assert files <= set(kernel_sources())

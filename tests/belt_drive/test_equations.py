@@ -1,0 +1,271 @@
+"""The rates of a belt drive against a program of the same equations that shares nothing."""
+
+from itertools import pairwise
+from math import inf
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
+from frictionsim.mechanisms.belt_drive.kernels.chain import PULL_X, PULL_Y, cos_sin
+from frictionsim.mechanisms.belt_drive.kernels.contact import (
+    ALPHA,
+    FRICTION,
+    NORMAL,
+    RADIUS,
+    SLIP,
+    SPEED,
+    STUCK,
+    TORQUE,
+    deal_slots,
+    remember,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, rates
+from frictionsim.mechanisms.belt_drive.kernels.signals import (
+    pieces_in_time,
+    pieces_of,
+    slope,
+    value,
+)
+from frictionsim.mechanisms.belt_drive.schema import Scene
+from frictionsim.scenario.signal_tables import course_of
+from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations
+from tests.support.belt_scenarios import Array, kinematics, pair, reference, scene_of, trio
+from tests.support.scenarios import Scenario
+
+# Of the largest of its kind. Coordinates of 0.3 m are rounded by 1e-16 m, which a joint of 4e5 N/m
+# turns into 1e-10 N of some 100 N; sums in another order add a few of these.
+CLOSE = 1e-11
+# The slip of 1e-2 m/s is rounded by the speed of the rim, and an exact stick divides it by tau.
+CLOSE_STUCK = 1e-10
+
+STEP = 2e-5  # s, which the creep law asks for
+
+
+def disturbed(assembly: Assembly, seed: int) -> Array:
+    """Return a state near the rest position: contacts open and closed, bodies stuck and sliding."""
+    random = np.random.default_rng(seed)
+    state, width = assembly.state.copy(), assembly.room.shape[1]
+    n, m = assembly.laws.chain.bodies, assembly.pulleys.table.shape[1]
+    for row, size in enumerate((2e-4, 2e-4, 5e-3, 6e-3, 6e-3, 1.0)):
+        state[row * width : row * width + n] += size * random.standard_normal(n)
+    free = len(assembly.pulleys.free)
+    state[6 * width : 6 * width + m] = random.uniform(-9.0, 9.0, m)
+    state[6 * width + m : 6 * width + m + free] = 0.05 * random.standard_normal(free)
+    return state
+
+
+def coefficients(
+    scene: Scene, body_length: float, near: Array, held: Array, slip: Array
+) -> tuple[Array, Array]:
+    """Return mu of each body for T > 0 and for T < 0: of the pulley it is near, of the patch.
+
+    At rest where it is held; sliding, only the friction that brakes its slip.
+    """
+    law, patch = scene.effects.belt_friction, scene.effects.patch
+    forward, backward = np.zeros(len(near)), np.zeros(len(near))
+    for i, j in enumerate(near):
+        at = law.pulleys.get(scene.mechanism.names[j], law)
+        if patch is not None and patch.start <= (i + 0.5) * body_length < patch.end:
+            at = patch
+        if held[i] or at.mu_s == at.mu_k:
+            forward[i] = backward[i] = at.mu_s
+        elif slip[i] > 0.0:
+            forward[i] = at.mu_k
+        else:
+            backward[i] = at.mu_k
+    return forward, backward
+
+
+class Both:
+    """The rates at one state, of the kernels and of the reference."""
+
+    def __init__(self, data: Scenario, seed: int) -> None:
+        self.scene = scene_of(data)
+        self.assembly = a = assemble(self.scene)
+        self.t = 0.025 * (seed + 1) + 1e-5  # the prescribed speed is near zero
+        self.state = disturbed(a, seed)
+        self.rate = np.full_like(self.state, np.nan)
+        self._deal(seed)
+        rates(self.t, STEP, self.state, self.rate, *a.parts)
+        self.expected = self._reference()
+
+    def _deal(self, seed: int) -> None:
+        """Have every third body stick before, and others somewhat later."""
+        a = self.assembly
+        n, table = a.laws.chain.bodies, a.pulleys.table
+        table[SPEED] = self._kinematics()[7]
+        deal_slots(
+            motion_in(self.state, a.room), n, a.pulleys, a.laws.chain.length, a.slots, a.friction
+        )
+        self.held = (np.arange(n) + seed) % 3 == 0
+        count = a.slots.first[-1]
+        a.slots.table[STUCK, :count] = self.held[a.slots.body[:count].astype(int)]
+        if a.friction is not None:
+            remember(a.slots)
+
+    def _reference(self) -> Accelerations:
+        a, length = self.assembly, self.assembly.laws.chain.length
+        belt = reference(self.scene, length, a.laws.exact.tau if a.laws.exact else 1e-5)
+        parts = self._kinematics()
+        away = np.hypot(
+            parts[0][:, None] - belt.centres[:, 0], parts[1][:, None] - belt.centres[:, 1]
+        )
+        near = np.argmin(away - belt.radii, axis=1)
+        law = self.scene.effects.belt_friction
+        x, y = parts[0] - belt.centres[near, 0], parts[1] - belt.centres[near, 1]
+        slip = belt.radii[near] * parts[7][near] - (parts[4] * x - parts[3] * y) / np.hypot(x, y)
+        mu = coefficients(self.scene, length, near, self.held, slip) if law else 0.0
+        return accelerations(belt, self.t, *parts, mu=mu, h=STEP)
+
+    def _kinematics(self) -> list[Array]:
+        """Return the motion at the state, with the speeds that are prescribed."""
+        parts = kinematics(self.state, self.assembly)
+        for j, name in enumerate(self.scene.mechanism.names):
+            if name in self.scene.drive and self.scene.drive[name].speed is not None:
+                parts[7][j] = course_of(self.scene.drive[name].speed)(self.t)
+        return parts
+
+    def of_bodies(self, row: int) -> Array:
+        """Return what the slots hold in a row for the bodies that touch a pulley, else 0."""
+        slots, found = self.assembly.slots, np.zeros(self.assembly.laws.chain.bodies)
+        for s in range(slots.first[-1]):
+            if slots.table[RADIUS, s] > 0.0 and slots.table[NORMAL, s] > 0.0:
+                found[slots.body[s]] = slots.table[row, s]
+        return found
+
+    def motion_rates(self) -> Array:
+        width, n = self.assembly.room.shape[1], self.assembly.laws.chain.bodies
+        return self.rate[: 6 * width].reshape(6, width)[:, :n]
+
+    def ledger(self) -> Array:
+        at = 6 * self.assembly.room.shape[1] + self.assembly.pulleys.table.shape[1]
+        at += len(self.assembly.pulleys.free)
+        return self.rate[at : at + 3]
+
+
+def assert_close(found: Any, expected: Any, close: float) -> None:
+    np.testing.assert_allclose(found, expected, rtol=0, atol=close * np.max(np.abs(expected)))
+
+
+def assert_same(both: Both, close: float) -> None:
+    e, a = both.expected, both.assembly
+    motion, parts = both.motion_rates(), kinematics(both.state, a)
+    assert np.array_equal(motion[:3], parts[3:6])
+    force = np.array([e.ax, e.ay])
+    assert_close(motion[3:5], force, close)
+    assert_close(motion[5], e.aphi, close)
+    table = a.pulleys.table
+    assert_close(table[ALPHA], e.alpha, close)
+    assert_close(table[TORQUE], e.torque, close)
+    pull = np.hypot(a.room[PULL_X], a.room[PULL_Y])[: len(e.tension)]
+    assert_close(pull, e.tension, close)
+    assert_close(both.of_bodies(NORMAL), e.N, close)
+    assert_close(both.of_bodies(FRICTION), e.T, close)
+    assert_close(both.of_bodies(SLIP) * (e.pulley != NO_PULLEY), e.slip * (e.N > 0.0), close)
+    p = e.powers
+    lost = [p.input, p.friction, p.joint + p.bending + p.contact]
+    assert_close(both.ledger(), lost, close)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_all_effects_together(seed: int) -> None:
+    both = Both(trio(), seed)
+    stuck = both.of_bodies(STUCK)[both.expected.N > 0.0]
+    assert 0.0 < np.mean(stuck) < 0.9
+    assert np.sum((both.expected.p == 0.0) & (both.assembly.rest.pulley >= 0)) > 0
+    assert len(set(both.expected.pulley)) == 4
+    assert_same(both, CLOSE_STUCK)
+
+
+def test_a_prescribed_speed_is_its_course() -> None:
+    both = Both(trio(), 1)
+    course = course_of(both.scene.drive["driver"].speed)
+    table = both.assembly.pulleys.table
+    # The sine of 2 rad and its derivative, in another order of operations.
+    assert table[SPEED, 0] == pytest.approx(course(both.t), rel=1e-14)
+    assert table[ALPHA, 0] == pytest.approx(course.slope(both.t), rel=1e-13)
+    speeds = kinematics(both.rate, both.assembly)[6]
+    assert np.array_equal(speeds, table[SPEED])
+
+
+WITHOUT = ["axial_damping", "bending", "belt_friction", "contact__damping"]
+
+
+@pytest.mark.parametrize("effect", WITHOUT)
+def test_without_an_effect(effect: str) -> None:
+    both = Both(pair(**{f"effects__{effect}": None}), 1)
+    assert_same(both, CLOSE_STUCK)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_free_pulleys(seed: int) -> None:
+    assert_same(Both(pair(), seed), CLOSE_STUCK)
+
+
+LAWS = {
+    "regularised": {"law": "regularised", "transition_speed": 6e-3},
+    "creep": {"law": "creep", "transition_speed": 6e-3, "maximum_creep": 1e-6},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("seed", [0, 2])
+def test_laws_of_the_slip(law: str, seed: int) -> None:
+    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS[law]}
+    both = Both(pair(effects__belt_friction=friction), seed)
+    size = np.abs(both.expected.slip[both.expected.N > 0.0])
+    # Bodies on each branch of the law: below the transition, up to 1.5 of it, and beyond.
+    assert all(np.any((a <= size) & (size < b)) for a, b in pairwise((0.0, 6e-3, 9e-3, inf)))
+    assert_same(both, CLOSE)
+
+
+def test_creep_depends_on_the_step() -> None:
+    """In eq 13 the creep is the way slipped in the step of the integration."""
+    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}
+    both = Both(pair(effects__belt_friction=friction), 0)
+    once = both.of_bodies(FRICTION)
+    rates(both.t, 0.5 * STEP, both.state, both.rate, *both.assembly.parts)
+    halved = both.of_bodies(FRICTION)
+    slow = (np.abs(both.expected.slip) < 6e-3) & (both.expected.N > 0.0)
+    assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
+    assert np.array_equal(halved[~slow], once[~slow])
+
+
+def test_sine_and_cosine_up_to_many_turns() -> None:
+    random = np.random.default_rng(0)
+    turns = np.arange(-1600, 1600) * np.pi
+    near = [turns, turns + 1e-9, turns / 2 - 1e-9, turns / 4]
+    angle = np.concatenate([random.uniform(-1e4, 1e4, 100_000), *near, np.linspace(-7, 7, 50_001)])
+    cos, sin = np.empty_like(angle), np.empty_like(angle)
+    cos_sin(len(angle), angle, cos, sin)
+    # Rounding of the series, which grows fourfold in two doublings; half a unit in the last place
+    # of the angle for the turns that are taken off, where no fused operation keeps it, and 0.35
+    # of one for the rounding of 2 pi, 2.4e-16, in each of them; and a little for their product.
+    limit = 1.5e-15 + 1.1 * np.spacing(np.abs(angle))
+    assert np.all(np.abs(cos - np.cos(angle)) <= limit)
+    assert np.all(np.abs(sin - np.sin(angle)) <= limit)
+    assert np.all(np.abs(cos * cos + sin * sin - 1.0) <= 4e-15)
+
+
+COURSES = {
+    "number": 3.0,
+    "points": {"time": [0.1, 0.2, 0.5], "value": [1.0, -2.0, 4.0]},
+    "one point": {"time": [0.1], "value": [1.5]},
+    "smooth step": {"smooth_step": {"from": 1.0, "to": -3.0, "start": 0.2, "stop": 0.4}},
+}
+
+
+def test_courses_are_those_of_the_scenario() -> None:
+    tables = [
+        scene_of(pair(drive__driver={"torque": table})).drive["driver"].torque
+        for table in COURSES.values()
+    ]
+    pieces = pieces_of([pieces_in_time(table) for table in tables])
+    for j, table in enumerate(tables):
+        course = course_of(table)
+        for t in np.linspace(0.0, 0.6, 61) + 1e-9:
+            # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
+            assert value(pieces, j, t) == pytest.approx(course(t), abs=1e-13)
+            assert slope(pieces, j, t) == pytest.approx(course.slope(t), abs=1e-11)

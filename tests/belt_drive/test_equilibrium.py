@@ -1,0 +1,380 @@
+"""The belt at rest against balances of forces and an energy that is written a second time."""
+
+from itertools import pairwise
+from math import atan, atan2, cos, fsum, hypot, pi, sin, tan
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium, NoEquilibrium, equilibrium
+from frictionsim.mechanisms.belt_drive.geometry import Pulley, route
+
+Array = NDArray[np.float64]
+
+RESIDUAL = 1e-7  # of the tension: what `equilibrium` promises
+MEAN = 1e-7  # of the mean tension: 1e-9 is sought, rounding leaves 1e-8 at the lowest tension
+
+
+class Drive(NamedTuple):
+    pulleys: list[Pulley]
+    bodies: int
+    parameters: dict[str, Any]
+
+    def rest(self, **changes: Any) -> Equilibrium:
+        parameters = self.parameters | changes
+        return equilibrium(route(self.pulleys), self.pulleys, self.bodies, **parameters)
+
+
+def heavy(bodies: int, **changes: Any) -> Drive:
+    parameters = {
+        "axial_rigidity": 1e4,
+        "bending_rigidity": 0.0208,
+        "mass_per_length": 1.036,
+        "c1": 0.0,
+        "c2": 5e6,
+        "pretension": 250.0,
+    }
+    pulleys = [Pulley("drive", (0.0, 0.0), 0.08125), Pulley("driven", (0.253, 0.0), 0.08125)]
+    return Drive(pulleys, bodies, parameters | changes)
+
+
+PAIR = [Pulley("drive", (0.0, 0.0), 0.027), Pulley("driven", (0.515, 0.0), 0.027)]
+LEANING = [Pulley("small", (0.0, 0.0), 0.027), Pulley("large", (0.5, 0.1), 0.06)]
+TENSIONED = [*PAIR, Pulley("roller", (0.2575, 0.03), 0.02, "outside")]
+
+
+def light(bodies: int, pulleys: list[Pulley] = PAIR, **changes: Any) -> Drive:
+    parameters = {
+        "axial_rigidity": 1.52e5,
+        "bending_rigidity": 0.026,
+        "mass_per_length": 0.096,
+        "c1": 3.0256e9 * 150 / bodies,
+        "c2": 6.5e5 * 150 / bodies,
+        "pretension": 555.0,
+    }
+    return Drive(pulleys, bodies, parameters | changes)
+
+
+WEIGHT = (0.0, -9.81)
+
+DRIVES = {
+    "heavy 12": heavy(12),
+    "heavy 60": heavy(60),
+    "heavy 60 in gravity": heavy(60, gravity=WEIGHT),
+    "heavy 12 at a strain of 0.5": heavy(12, pretension=5000.0),
+    "light 45": light(45),
+    "light 45 without bending": light(45, bending_rigidity=0.0),
+    "light 150": light(150),
+    "light 150 at 0.5 N": light(150, pretension=0.5),
+    "light 151 leaning": light(151, LEANING, gravity=(3.0, -9.0)),
+    "light 150 with a roller": light(150, TENSIONED),
+    "light 1200 at 0.5 N": light(1200, pretension=0.5),
+    "light 1200": light(1200),
+}
+
+
+def energy_near(drive: Drive, rest: Equilibrium, k: int, body: Array) -> float:
+    """Return the energy that depends on body k, body by body, when it is at (x, y, phi)."""
+    p, n, size = drive.parameters, drive.bodies, rest.body_length
+    turn = route(drive.pulleys).turn
+
+    def place(i: int) -> tuple[float, float, float]:
+        if i == k:
+            return body[0], body[1], body[2]
+        laps, j = divmod(i, n)
+        return rest.x[j], rest.y[j], rest.angle[j] + laps * turn
+
+    terms = []
+    for left, right in pairwise([place(k - 1), place(k), place(k + 1)]):
+        gap_x = right[0] - left[0] - 0.5 * size * (cos(left[2]) + cos(right[2]))
+        gap_y = right[1] - left[1] - 0.5 * size * (sin(left[2]) + sin(right[2]))
+        terms.append(0.5 * p["axial_rigidity"] / size * (gap_x**2 + gap_y**2))
+        terms.append(0.5 * p["bending_rigidity"] / size * (right[2] - left[2]) ** 2)
+    for pulley in drive.pulleys:
+        depth = pulley.radius - hypot(body[0] - pulley.center[0], body[1] - pulley.center[1])
+        if depth > 0.0:
+            terms.append(p["c1"] * depth**3 / 3 + p["c2"] * depth**2 / 2)
+    g = p.get("gravity", (0.0, 0.0))
+    terms.append(-p["mass_per_length"] * size * (g[0] * body[0] + g[1] * body[1]))
+    return fsum(terms)
+
+
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+def test_no_force_is_left(drive: Drive) -> None:
+    rest = drive.rest()
+    tension = drive.parameters["pretension"]
+    assert np.mean(rest.tension) == pytest.approx(tension, rel=MEAN)
+    assert rest.residual <= RESIDUAL * tension
+    assert rest.residual_moment <= RESIDUAL * tension * rest.body_length
+    assert rest.x.shape == rest.y.shape == rest.angle.shape == (drive.bodies,)
+    assert np.array_equal(rest.pulley >= 0, rest.normal_force > 0.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "heavy 12",
+        "heavy 60 in gravity",
+        "light 45",
+        "light 150",
+        "light 151 leaning",
+        "light 150 with a roller",
+    ],
+)
+def test_the_energy_is_stationary(name: str) -> None:
+    drive = DRIVES[name]
+    rest = drive.rest()
+    tension, step = drive.parameters["pretension"], 1e-7
+    for k in range(drive.bodies):
+        body = np.array([rest.x[k], rest.y[k], rest.angle[k]])
+        for i, lever in enumerate((1.0, 1.0, rest.body_length)):
+            move = np.zeros(3)
+            move[i] = step / lever
+            after, before = (energy_near(drive, rest, k, body + s * move) for s in (1, -1))
+            # The third derivative, 2 c1 <= 2e10 N/m^2, leaves c1 step^2/3 = 4e-5 N; rounding of
+            # an energy of 0.1 J leaves 1e-10 N.
+            assert abs(after - before) / (2 * step) <= 2 * RESIDUAL * tension + 4e-5
+
+
+@pytest.mark.parametrize("name", ["heavy 12", "light 45", "light 151 leaning"])
+def test_the_energy_rises_from_the_rest_position(name: str) -> None:
+    drive = DRIVES[name]
+    rest = drive.rest()
+    for k in range(drive.bodies):
+        body = np.array([rest.x[k], rest.y[k], rest.angle[k]])
+        least = energy_near(drive, rest, k, body)
+        for i in range(3):
+            move = np.zeros(3)
+            move[i] = 1e-6
+            assert energy_near(drive, rest, k, body + move) > least
+            assert energy_near(drive, rest, k, body - move) > least
+
+
+def joint_forces(drive: Drive, rest: Equilibrium) -> Array:
+    """Return the force of joint k on body k - 1."""
+    along = np.column_stack([np.cos(rest.angle), np.sin(rest.angle)])
+    centers = np.column_stack([rest.x, rest.y])
+    left, right = centers - 0.5 * rest.body_length * along, centers + 0.5 * rest.body_length * along
+    stiffness = drive.parameters["axial_rigidity"] / rest.body_length
+    force: Array = stiffness * (left - np.roll(right, 1, axis=0))
+    return force
+
+
+def test_tension_is_that_of_the_joints() -> None:
+    drive = DRIVES["light 150"]
+    rest = drive.rest()
+    # Rounding of a position, 1e-16 m, times the stiffness of a joint, 2e7 N/m.
+    assert np.hypot(*joint_forces(drive, rest).T) == pytest.approx(rest.tension, abs=1e-8)
+
+
+def test_normal_force_in_the_middle_of_an_arc() -> None:
+    """Far from the spans the polygon is regular: N = 2 T sin(a/2) with a from body to body."""
+    drive = light(1200, bending_rigidity=0.0)
+    p, rest = drive.parameters, drive.rest()
+    middle = int(np.argmax(rest.x))
+    size, tension = rest.body_length, rest.tension[middle]
+    gap = tension * size / p["axial_rigidity"]
+    angle = 0.0
+    for _ in range(20):  # tan(a/2) = (l/2 + (g/2) cos(a/2))/(R - p - (g/2) sin(a/2))
+        force = 2 * tension * sin(angle / 2)
+        depth = (-p["c2"] + (p["c2"] ** 2 + 4 * p["c1"] * force) ** 0.5) / (2 * p["c1"])
+        arm = 0.5 * (size + gap * cos(angle / 2))
+        angle = 2 * atan(arm / (0.027 - depth - 0.5 * gap * sin(angle / 2)))
+    # The spans leave a trace of alternating forces that has not quite died away after 45 bodies.
+    assert rest.normal_force[middle] == pytest.approx(force, rel=2e-3)
+    assert np.mean(rest.normal_force[middle - 4 : middle + 4]) == pytest.approx(force, rel=5e-4)
+
+
+@pytest.mark.parametrize(("bodies", "spread"), [(150, 1e-2), (300, 1e-2), (600, 3e-3)])
+def test_without_bending_all_joints_pull_alike(bodies: int, spread: float) -> None:
+    """The corner at the end of an arc is bent by up to a = l/R: tensions vary by a^2/8."""
+    rest = light(bodies, bending_rigidity=0.0).rest()
+    assert spread >= (rest.body_length / 0.027) ** 2 / 10
+    assert np.ptp(rest.tension) <= spread * 555.0
+
+
+@pytest.mark.parametrize("name", ["heavy 60", "light 150", "light 150 with a roller"])
+def test_force_on_a_pulley_is_that_of_its_spans(name: str) -> None:
+    drive = DRIVES[name]
+    rest = drive.rest()
+    joints = joint_forces(drive, rest)
+    path, centers = route(drive.pulleys), np.column_stack([rest.x, rest.y])
+    for i, pulley in enumerate(drive.pulleys):
+        touching = np.flatnonzero(rest.pulley == i)
+        outward = centers[touching] - pulley.center
+        outward /= np.hypot(*outward.T)[:, None]
+        on_pulley = -rest.normal_force[touching] @ outward
+        before, after = (
+            joints[np.argmin(np.hypot(*(centers - np.mean(span, axis=0)).T))]
+            for span in (path.spans[i - 1], path.spans[i])
+        )
+        # The residuals of some forty bodies add up.
+        assert on_pulley == pytest.approx(after - before, abs=1e-6)
+        # The spans are those of the ideal line, but for the depth of the contact, 2e-4 m, and the
+        # corners, a l/8 = 3e-4 m, over 0.25 m; tensions differ by 2 per cent where it bends.
+        ideal = [np.subtract(*span[::-1]) for span in (path.spans[i - 1], path.spans[i])]
+        incoming, outgoing = (d / np.hypot(*d) for d in ideal)
+        tension = float(np.mean(rest.tension))
+        assert on_pulley == pytest.approx(tension * (outgoing - incoming), abs=0.05 * tension)
+
+
+def test_pulleys_carry_the_weight() -> None:
+    drive = DRIVES["heavy 60 in gravity"]
+    rest = drive.rest()
+    lift = 0.0
+    for i, pulley in enumerate(drive.pulleys):
+        on = rest.pulley == i
+        height, width = rest.y[on] - pulley.center[1], rest.x[on] - pulley.center[0]
+        lift += float(np.sum(rest.normal_force[on] * height / np.hypot(width, height)))
+    weight = 1.036 * 60 * rest.body_length * 9.81
+    assert lift == pytest.approx(weight, abs=60 * RESIDUAL * 250.0)
+
+
+def asymmetry(rest: Equilibrium, pulleys: list[Pulley]) -> float:
+    """Return how far the bodies are from their mirror image in the line of the centres."""
+    (x0, y0), (x1, y1) = pulleys[0].center, pulleys[1].center
+    angle = atan2(y1 - y0, x1 - x0)
+    along = (rest.x - x0) * cos(angle) + (rest.y - y0) * sin(angle)
+    beside = (rest.y - y0) * cos(angle) - (rest.x - x0) * sin(angle)
+    here, mirrored = along + 1j * beside, along - 1j * beside
+    return float(np.max(np.min(np.abs(here[:, None] - mirrored), axis=1)))
+
+
+@pytest.mark.parametrize("name", ["heavy 12", "heavy 60", "light 150", "light 1200"])
+def test_a_symmetric_drive_has_a_symmetric_belt(name: str) -> None:
+    drive = DRIVES[name]
+    rest = drive.rest()
+    # The belt slides almost freely, so that rounding is seen some ten times larger.
+    assert asymmetry(rest, drive.pulleys) <= 1e-12
+    center = 0.5 * (drive.pulleys[0].center[0] + drive.pulleys[1].center[0])
+    here, turned = rest.x + 1j * rest.y, 2 * center - rest.x - 1j * rest.y
+    assert np.max(np.min(np.abs(here[:, None] - turned), axis=1)) <= 1e-12
+
+
+def test_a_leaning_drive_has_a_symmetric_belt() -> None:
+    assert asymmetry(light(150, LEANING).rest(), LEANING) <= 1e-12
+
+
+def test_bodies_follow_the_path() -> None:
+    drive = light(150, TENSIONED)
+    path, rest = route(TENSIONED), drive.rest()
+    line = path.at((np.arange(2000) + 0.5) * path.length / 2000)
+    for k in range(150):
+        away = np.hypot(*(line.position - (rest.x[k], rest.y[k])).T)
+        # Indentation 2e-4 m, corners of a l/8 = 3e-4 m, half a step of the line, 3e-4 m, and the
+        # bow of the bent belt off its tangent, EI/(2 T R) = 1.2e-3 m at the roller.
+        assert np.min(away) <= 2e-3
+    # Bending lets the angle run before and after the arc by a few bodies of 0.3 rad.
+    assert abs(rest.angle[0] - line.angle[0]) <= 0.6
+    assert abs(rest.angle[-1] + rest.angle[0] - line.angle[-1] - line.angle[0]) <= 0.6
+    assert np.max(np.abs(np.diff(rest.angle))) <= 1.5 * rest.body_length / 0.02
+
+
+@pytest.mark.parametrize("drive", [heavy(12), heavy(60), light(150), light(45)])
+def test_a_belt_of_the_length_found_has_the_tension_again(drive: Drive) -> None:
+    rest = drive.rest()
+    again = drive.rest(pretension=None, length=drive.bodies * rest.body_length)
+    assert again.body_length == pytest.approx(rest.body_length, rel=1e-15)
+    # The same minimum: the strain of 1e-3 and more carries the roundings of the lengths.
+    assert np.mean(again.tension) == pytest.approx(drive.parameters["pretension"], rel=1e-7)
+
+
+@pytest.mark.parametrize("strain", [1e-4, 3e-3, 0.1, 0.45])
+def test_a_belt_of_given_length(strain: float) -> None:
+    drive = light(600, bending_rigidity=0.0, pretension=None)
+    length = route(PAIR).length / (1.0 + strain)
+    rest = drive.rest(length=length)
+    assert rest.body_length == length / 600
+    tension = float(np.mean(rest.tension))
+    assert rest.residual <= RESIDUAL * tension
+    # It stretches over arcs of R - p, as a polygon that is longer by a^2/12 on its arcs.
+    radius = 0.027 - float(np.max(0.027 - np.hypot(*_offsets(rest).T)))
+    half = 0.5 * (1.0 + strain) * length / 600 / radius
+    taut = 2 * 0.515 + 2 * pi * radius * tan(atan(half)) / atan(half)
+    # The corners at the ends of the arcs, some 1e-4 of the length, and the deepest body standing
+    # for all: the depth of the others is less by 0.1 to 0.2 mm, 1e-3 of the length, at most.
+    assert tension / 1.52e5 == pytest.approx(taut / length - 1.0, abs=2e-4 + 2e-3 * strain)
+
+
+def _offsets(rest: Equilibrium) -> Array:
+    on = rest.pulley == 0
+    return np.column_stack([rest.x[on], rest.y[on]])
+
+
+@pytest.mark.parametrize("pretension", [0.5, 5.0, 50.0, 500.0, 5000.0])
+@pytest.mark.parametrize("drive", [heavy(12), heavy(60), light(45), light(150)])
+def test_pretensions_of_four_decades(drive: Drive, pretension: float) -> None:
+    rest = drive.rest(pretension=pretension)
+    assert np.mean(rest.tension) == pytest.approx(pretension, rel=MEAN)
+    assert rest.residual <= RESIDUAL * pretension
+
+
+def test_pretension_and_length_exclude_each_other() -> None:
+    for both in ({"length": 1.0}, {"pretension": None}):
+        with pytest.raises(ValueError, match="either the pretension or the length"):
+            heavy(12).rest(**both)
+
+
+def refusal(drive: Drive, **changes: Any) -> str:
+    with pytest.raises(NoEquilibrium) as caught:
+        drive.rest(**changes)
+    return str(caught.value)
+
+
+def test_too_few_bodies_are_refused() -> None:
+    assert refusal(heavy(3)) == "a belt needs at least 4 bodies, not 3"
+
+
+def test_a_strain_above_a_half_is_refused() -> None:
+    assert refusal(heavy(60), pretension=6000.0) == (
+        "the pretension of 6000 N strains the belt by 0.6, more than 0.5: "
+        "its axial rigidity is 10000 N"
+    )
+    assert refusal(heavy(60), pretension=None, length=0.6) == (
+        "the belt is too short for its path: 0.6 m unstretched on 1.01651 m, a strain of 0.6942, "
+        "more than 0.5"
+    )
+
+
+def test_a_slack_belt_is_refused() -> None:
+    message = refusal(heavy(12), pretension=None, length=1.1)
+    assert message.startswith(
+        "the belt is slack: it is 1.1 m long unstretched, its path 1.01651 m, and "
+    )
+    assert message.endswith(" m as a polygon of 12 bodies. Shorten it or move the pulleys apart")
+
+
+def test_a_belt_that_hangs_through_is_refused() -> None:
+    message = refusal(heavy(12), pretension=0.5, gravity=WEIGHT)  # the belt weighs 10 N
+    assert "Raise the pretension" in message
+
+
+def test_bodies_too_long_for_their_pulleys_are_refused() -> None:
+    """With so few bodies the belt contracts and slips off past the pulleys' centres."""
+    path = route(TENSIONED)
+    assert refusal(light(8, TENSIONED)) == (
+        f"the belt slips off its pulleys: bodies of {path.length / 8:.4g} m are too long for its "
+        f"arcs, of which the shortest has {0.02 * -path.arcs[2].sweep:.4g} m, or the contact is "
+        "too soft. Take more bodies or raise its stiffness"
+    )
+
+
+def test_a_pulley_between_two_bodies_is_refused() -> None:
+    barely = [*PAIR, Pulley("roller", (0.2575, 0.0465), 0.02, "outside")]
+    path = route(barely)
+    assert refusal(light(30, barely)) == (
+        f"no body of the belt rests on pulley roller: bodies of {path.length / 30:.4g} m are too "
+        f"long for its arc of {0.02 * -path.arcs[2].sweep:.4g} m, or the belt leaves it. "
+        "Take more bodies or raise the pretension"
+    )
+
+
+def test_a_contact_softer_than_the_pretension_is_refused() -> None:
+    message = refusal(heavy(60, c2=500.0))
+    assert message.startswith("a tension of 250 N presses the belt ")
+    assert message.endswith(
+        " m deep into pulley drive, more than its radius of 0.08125 m: "
+        "raise the stiffness of the contact"
+    )

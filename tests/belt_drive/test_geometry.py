@@ -1,0 +1,186 @@
+"""The line of the ideal belt against elementary geometry, and what it refuses."""
+
+from math import asin, atan2, degrees, hypot, pi, sqrt, tau
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.geometry import PathError, Pulley, route
+
+R, D = 0.08125, 0.253
+EXACT = 1e-14  # a few roundings of lengths and angles of the order of one
+
+EQUAL = [Pulley("drive", (0.0, 0.0), R), Pulley("driven", (D, 0.0), R)]
+UNEQUAL = [Pulley("small", (0.1, -0.2), 0.03), Pulley("large", (0.4, 0.2), 0.09)]
+ROLLER = [
+    Pulley("a", (0.0, 0.0), 0.1),
+    Pulley("b", (1.0, 0.0), 0.1),
+    Pulley("roller", (0.5, 0.08), 0.05, "outside"),
+]
+TRIANGLE = [
+    Pulley("a", (0.0, 0.0), 0.1),
+    Pulley("b", (1.0, 0.1), 0.2),
+    Pulley("c", (0.3, 0.8), 0.15),
+]
+CLOCKWISE = [TRIANGLE[0], TRIANGLE[2], TRIANGLE[1]]
+DRIVES = {
+    "equal": EQUAL,
+    "unequal": UNEQUAL,
+    "roller": ROLLER,
+    "triangle": TRIANGLE,
+    "clockwise": CLOCKWISE,
+}
+
+
+def test_two_equal_pulleys() -> None:
+    path = route(EQUAL)
+    assert path.length == pytest.approx(2 * D + tau * R, abs=EXACT)
+    assert [arc.sweep for arc in path.arcs] == pytest.approx([pi, pi], abs=EXACT)
+    assert path.spans[0].start == pytest.approx((0.0, -R), abs=EXACT)
+    assert path.spans[0].end == pytest.approx((D, -R), abs=EXACT)
+    assert path.spans[1].start == pytest.approx((D, R), abs=EXACT)
+    assert path.marks == pytest.approx(np.cumsum([0.0, D, pi * R, D, pi * R]), abs=EXACT)
+
+
+def test_two_unequal_pulleys() -> None:
+    small, large = UNEQUAL
+    d = hypot(0.3, 0.4)
+    lean = asin((large.radius - small.radius) / d)
+    path = route(UNEQUAL)
+    assert path.arcs[0].sweep == pytest.approx(pi - 2 * lean, abs=EXACT)
+    assert path.arcs[1].sweep == pytest.approx(pi + 2 * lean, abs=EXACT)
+    straight = 2 * sqrt(d * d - (large.radius - small.radius) ** 2)
+    curved = small.radius * (pi - 2 * lean) + large.radius * (pi + 2 * lean)
+    assert path.length == pytest.approx(straight + curved, abs=EXACT)
+
+
+def test_a_roller_on_the_back_is_wrapped_the_other_way() -> None:
+    a, _, roller = ROLLER
+    half, height = roller.center
+    reach = a.radius + roller.radius
+    lean = asin(reach / hypot(half, height)) - atan2(height, half)
+    path = route(ROLLER)
+    sweeps = [pi + lean, pi + lean, -2 * lean]
+    assert [arc.sweep for arc in path.arcs] == pytest.approx(sweeps, abs=EXACT)
+    straight = 1.0 + 2 * sqrt(half**2 + height**2 - reach**2)
+    curved = 2 * a.radius * (pi + lean) + roller.radius * 2 * lean
+    assert path.length == pytest.approx(straight + curved, abs=EXACT)
+
+
+def test_the_order_of_the_pulleys_gives_the_sense() -> None:
+    forward, backward = route(TRIANGLE), route(CLOCKWISE)
+    assert (forward.turn, backward.turn) == (tau, -tau)
+    assert forward.length == pytest.approx(backward.length, abs=EXACT)
+    assert route(EQUAL[::-1]).turn == tau  # an area of zero
+
+
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+def test_the_line_is_continuous_and_has_its_tangent(drive: list[Pulley]) -> None:
+    path = route(drive)
+    s = np.linspace(0.0, path.length, 4001)[:-1]
+    line = path.at(s)
+    tangent = np.column_stack([np.cos(line.angle), np.sin(line.angle)])
+    ahead = path.at(s[:-1] + 1e-6).position
+    # A step of 1e-6 m strays from the tangent by 1e-12/(2 R); a corner or a jump would not.
+    assert ahead == pytest.approx(line.position[:-1] + 1e-6 * tangent[:-1], abs=2e-11)
+    assert line.position[0] == pytest.approx(path.spans[0].start, abs=EXACT)
+    end = path.at(np.array([path.length * (1 - 1e-15)]))
+    assert end.position[0] == pytest.approx(path.spans[0].start, abs=EXACT)
+    assert end.angle[0] - line.angle[0] == pytest.approx(path.turn, abs=2e-13)  # 1e-15 L/R
+
+
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+def test_arcs_lie_on_their_pulleys(drive: list[Pulley]) -> None:
+    path = route(drive)
+    line = path.at(np.linspace(0.0, path.length, 1001)[:-1])
+    for i, (pulley, arc) in enumerate(zip(drive, path.arcs, strict=True)):
+        offset = line.position[line.pulley == i] - pulley.center
+        assert np.hypot(*offset.T) == pytest.approx(pulley.radius, abs=EXACT)
+        swept = np.arctan2(offset[:, 1], offset[:, 0]) - arc.start
+        swept = np.mod(swept * np.sign(arc.sweep) + 1e-9, tau)
+        assert np.all(swept <= abs(arc.sweep) + 2e-9)
+        far = line.position[line.pulley == -1] - pulley.center
+        assert np.all(np.hypot(*far.T) > pulley.radius - EXACT)
+
+
+def refusal(pulleys: list[Pulley]) -> tuple[str, int]:
+    with pytest.raises(PathError) as caught:
+        route(pulleys)
+    return str(caught.value), caught.value.pulley
+
+
+def test_one_pulley_is_refused() -> None:
+    assert refusal(EQUAL[:1]) == ("a belt needs at least two pulleys, not 1", 0)
+
+
+def test_an_overlap_is_refused() -> None:
+    message, culprit = refusal([*ROLLER, Pulley("idler", (1.12, 0.0), 0.05)])
+    assert culprit == 3
+    assert message == (
+        "pulleys b and idler overlap by 0.03 m: their centres are 0.12 m apart, "
+        "their radii add up to 0.15 m"
+    )
+
+
+@pytest.mark.parametrize(
+    "idler",
+    [
+        Pulley("idler", (0.5, 0.04), 0.05),
+        Pulley("idler", (0.25, 0.02), 0.01),
+        Pulley("idler", (0.5, 0.2), 0.05, "outside"),
+    ],
+)
+def test_a_pulley_that_the_belt_misses_is_refused(idler: Pulley) -> None:
+    message, culprit = refusal([*ROLLER[:2], idler])
+    assert culprit == 2
+    assert message.startswith("the belt does not touch pulley idler: it would have to turn by ")
+    assert message.endswith(
+        " degrees round it. Leave it out, move it towards the belt, or change its side"
+    )
+
+
+def test_the_refusal_says_how_far_the_belt_would_turn() -> None:
+    short = asin((0.1 - 0.05) / hypot(0.5, 0.04)) - atan2(0.04, 0.5)
+    message, _ = refusal([*ROLLER[:2], Pulley("idler", (0.5, 0.04), 0.05)])
+    assert f"turn by {degrees(tau - 2 * short):.4g} degrees" in message
+
+
+def test_a_pulley_far_inside_the_loop_is_refused_by_the_sum_of_the_turns() -> None:
+    idler = Pulley("idler", (0.5, 0.05), 0.01)
+    message, culprit = refusal([*ROLLER[:2], Pulley("c", (0.5, 2.0), 0.1), idler])
+    assert culprit == 3
+    assert "does not touch pulley idler" in message
+
+
+def test_an_arc_of_zero_is_refused() -> None:
+    message, culprit = refusal([*ROLLER[:2], Pulley("roller", (0.5, 0.15), 0.05, "outside")])
+    assert culprit == 2
+    assert message == (
+        "the belt touches pulley roller in one point only, its arc is zero: "
+        "leave it out or move it towards the belt"
+    )
+
+
+def test_a_span_through_a_pulley_is_refused() -> None:
+    message, culprit = refusal([*ROLLER[:2], Pulley("c", (0.5, 0.1), 0.3)])
+    assert culprit == 2
+    assert message == (
+        "the span from a to b runs through pulley c, 0.1 m deep: is the order of the list wrong?"
+    )
+
+
+def test_a_crossed_belt_is_refused() -> None:
+    message, culprit = refusal([EQUAL[0], EQUAL[1]._replace(side="outside")])
+    assert culprit == 1
+    assert message == (
+        "the belt would cross itself: with pulley driven outside it turns by 0 degrees in all, "
+        "not by 360"
+    )
+
+
+def test_spans_that_cross_are_refused() -> None:
+    roller = Pulley("roller", (0.5, -0.3), 0.05, "outside")
+    message, _ = refusal([*ROLLER[:2], roller, Pulley("c", (0.5, 1.0), 0.1)])
+    assert message == (
+        "the span from a to b crosses the one from b to roller: is the order of the list wrong?"
+    )

@@ -1,0 +1,308 @@
+"""Damping of the section, stiffer than the waves: solved for together with friction."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
+from frictionsim.mechanisms.belt_drive.kernels.chain import stretch
+from frictionsim.mechanisms.belt_drive.kernels.contact import (
+    ALPHA,
+    BACKWARD_LIMIT,
+    FORWARD_LIMIT,
+    FRICTION,
+    NX,
+    NY,
+    PULLEY_RADIUS,
+    RADIUS,
+    SLIP,
+    STUCK,
+    WISH,
+    deal_slots,
+    press,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in
+from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
+    StiffDamping,
+    damp_and_strike,
+    stiff_damping,
+)
+from frictionsim.simulation.simulate import Run
+from tests.support.belt_reference import Belt, gap, gap_rate
+from tests.support.belt_scenarios import (
+    GENTLY,
+    MUCH_FRICTION,
+    NO_FRICTION,
+    RISING,
+    SHORT,
+    Array,
+    Stepped,
+    distance,
+    halved,
+    kick,
+    orders,
+    pair,
+    reference,
+    scene_of,
+    shipped,
+    stepped,
+)
+from tests.support.scenarios import Scenario, simulate
+
+# b/l a joint is 480 N s/m: 4 b/m decays in 1e-5 s, in a tenth of the period of a wave.
+SECTION = {"coefficient": 20.0, "basis": "section"}
+
+
+# --- the impulses of one step --------------------------------------------------------------------
+
+
+class Strike(NamedTuple):
+    """A step's end before dampers and friction, and who sticks."""
+
+    assembly: Assembly
+    belt: Belt
+    before: Array  # (6, width), positions and old velocities
+    after: Array  # the same with the new velocities, dampers and friction left out
+    speeds: Array  # new, friction left out
+    damping: StiffDamping
+
+
+STEP = 1e-4
+COEFFICIENT = 500.0
+
+
+def strike(share_stuck: float, seed: int) -> Strike:
+    """Return a random step in which a share of the bodies stick and the others slide."""
+    scene = scene_of(pair())
+    a = assemble(scene)
+    random = np.random.default_rng(seed)
+    width, n = a.room.shape[1], a.laws.chain.bodies
+    before = motion_in(a.state, a.room).copy()
+    before[:3, :n] += np.array([[1e-4], [1e-4], [1e-2]]) * random.standard_normal((3, n))
+    before[3:, :n] = np.array([[0.1], [0.1], [3.0]]) * random.standard_normal((3, n))
+    after = before.copy()
+    after[3:, :n] += 0.1 * before[3:, ::-1][:, -n:]
+    stretch(a.laws.chain, before, a.room)
+    deal_slots(before, n, a.pulleys, a.laws.chain.length, a.slots, a.friction)
+    press(before, a.slots, a.laws.contact)
+    speeds = np.array([3.0, -2.0])
+    a.pulleys.table[ALPHA] = speeds
+    table, count = a.slots.table, a.slots.first[-1]
+    body = a.slots.body[:count].astype(int)
+    for row, motion, sign in ((SLIP, before, 1.0), (WISH, after, -1.0)):
+        along = motion[4, body] * table[NX, :count] - motion[3, body] * table[NY, :count]
+        table[row, :count] = sign * along
+    filled = table[RADIUS, :count] > 0.0
+    table[STUCK, :count] = (random.random(n) < share_stuck)[body] & filled
+    # Beyond what holds them, and too little to stop them: the guess who sticks is right.
+    for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
+        table[limit, :count] = np.where(table[STUCK, :count] > 0.0, 1e9, 1e-9 * filled)
+    belt = reference(scene, a.laws.chain.length)
+    return Strike(a, belt, before, after, speeds, stiff_damping(COEFFICIENT, width, 2))
+
+
+def rates_of_stretch(s: Strike) -> Array:
+    """Return the matrix (n, 3 n) that makes the rates at which joints stretch of velocities."""
+    n = s.belt.n
+    position, phi = s.before[:2, :n].T, s.before[2, :n]
+    rates = np.zeros((n, 3 * n))
+    for k in range(n):
+        d = gap(s.belt, k, position, phi)
+        for column in {row * n + i for i in (k, (k - 1) % n) for row in range(3)}:
+            unit = np.zeros(3 * n)
+            unit[column] = 1.0
+            moved = gap_rate(s.belt, k, phi, unit[: 2 * n].reshape(2, n).T, unit[2 * n :])
+            rates[k, column] = moved @ d / np.hypot(*d)
+    return rates
+
+
+def contacts_of(s: Strike) -> list[tuple[int, int, int]]:
+    """Return slot, body and pulley of each contact."""
+    slots = s.assembly.slots
+    return [
+        (k, int(slots.body[k]), j)
+        for j in range(2)
+        for k in range(slots.first[j], slots.first[j + 1])
+        if slots.table[RADIUS, k] > 0.0
+    ]
+
+
+def dense(s: Strike) -> tuple[Array, Array, Array]:
+    """Return new velocities (3 n), speeds and damper's mean rates, of one system for all."""
+    n, table = s.belt.n, s.assembly.slots.table
+    mass = np.repeat([s.belt.m, s.belt.m, s.belt.inertia], n)
+    rates = rates_of_stretch(s)
+    old, free = s.before[3:, :n].ravel(), s.after[3:, :n].ravel()
+    contacts = contacts_of(s)
+    along = np.zeros((len(contacts), 3 * n + 2))  # makes slips, rim less body, of velocities
+    for row, (k, i, j) in enumerate(contacts):
+        along[row, [i, n + i, 3 * n + j]] = table[NY, k], -table[NX, k], s.belt.radii[j]
+    stuck = np.array([table[STUCK, k] > 0.0 for k, _, _ in contacts])
+    matrix = np.diag([*mass, *s.belt.inertias])
+    matrix[: 3 * n, : 3 * n] += 0.5 * STEP * COEFFICIENT * rates.T @ rates
+    right = np.array([*mass * free, *s.belt.inertias * s.speeds])
+    right[: 3 * n] -= 0.5 * STEP * COEFFICIENT * rates.T @ rates @ old
+    held = along[stuck]
+    zeros = np.zeros((len(held), len(held)))
+    solution = np.linalg.solve(
+        np.block([[matrix, held.T], [held, zeros]]), np.append(right, np.zeros(len(held)))
+    )
+    new = solution[: 3 * n]
+    return new, solution[3 * n : 3 * n + 2], 0.5 * rates @ (old + new)
+
+
+@pytest.mark.parametrize("share_stuck", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_one_step_is_that_of_a_dense_system(share_stuck: float, seed: int) -> None:
+    s = strike(share_stuck, seed)
+    a, n = s.assembly, s.belt.n
+    expected, speeds, mean_rates = dense(s)
+    after = s.after.copy()
+    laws = a.laws
+    heat = damp_and_strike(STEP, s.before, after, laws.chain, a.room, a.slots, a.pulleys, s.damping)
+    for k, i, _ in contacts_of(s):
+        impulse = a.slots.table[FRICTION, k] / laws.chain.mass
+        after[3, i] -= impulse * a.slots.table[NY, k]
+        after[4, i] += impulse * a.slots.table[NX, k]
+    found = after[3:, :n].ravel()
+    # Rounding times the condition of the system, some 1e3; and what slides is braked by its limit,
+    # 1e-9 N s, which turns bodies of 3e-6 kg m^2 and levers of 0.02 m by 1e-6 rad/s and more.
+    close = 1e-12 if share_stuck == 1.0 else 1e-6
+    assert np.max(np.abs(found - expected)) <= close * np.max(np.abs(expected))
+    assert a.pulleys.table[ALPHA] == pytest.approx(speeds, rel=close)
+    assert heat == pytest.approx(STEP * COEFFICIENT * np.sum(mean_rates**2), rel=close)
+
+
+def test_what_sticks_moves_with_the_rim() -> None:
+    s = strike(1.0, 0)
+    a, after = s.assembly, s.after.copy()
+    damp_and_strike(STEP, s.before, after, a.laws.chain, a.room, a.slots, a.pulleys, s.damping)
+    for k, i, j in contacts_of(s):
+        nx, ny = a.slots.table[NX, k], a.slots.table[NY, k]
+        along = after[4, i] * nx - after[3, i] * ny + a.slots.table[FRICTION, k] / a.laws.chain.mass
+        rim = a.pulleys.table[PULLEY_RADIUS, j] * a.pulleys.table[ALPHA, j]
+        assert along == pytest.approx(rim, abs=1e-13)  # roundings of some m/s
+
+
+# --- whole runs ----------------------------------------------------------------------------------
+
+
+def share_solved(end: Stepped) -> float:
+    """Return in what share of the steps dampers were solved for."""
+    steps, _, _, solved = end.stepping.arrays()["counts"]
+    return float(solved / steps)
+
+
+def damped(**changes: object) -> Scenario:
+    return pair(effects__axial_damping=SECTION, **changes)
+
+
+SMOOTH = {
+    "without friction": (damped(effects__belt_friction=NO_FRICTION), kick(GENTLY)),
+    "no friction effect": (damped(effects__belt_friction=None), kick(GENTLY)),
+    "sticking": (
+        damped(
+            effects__belt_friction=MUCH_FRICTION,
+            drive__driver__torque=RISING,
+        ),
+        None,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_the_implicit_solution_is_of_second_order(name: str) -> None:
+    data, disturb = SMOOTH[name]
+    data = {**data, "solver": {"backend": "moreau", "duration": SHORT}}
+    steps = halved(6.4e-5, 4)
+    ends = [stepped({**data, "solver": {**data["solver"], "step": h}}, disturb) for h in steps]
+    assert all(share_solved(end) == 1.0 for end in ends)
+    errors = [distance(*two) for two in pairwise(ends)]
+    # The longest step is where the waves are hardly resolved.
+    assert [np.log2(a / b) for a, b in pairwise(errors)] == pytest.approx([2.0, 2.0], abs=0.35)
+    exact = stepped({**data, "solver": {"duration": SHORT, "rtol": 1e-8}}, disturb)
+    # A third of the last difference is left of an error of second order.
+    assert distance(ends[-1], exact) == pytest.approx(errors[-1] / 3.0, rel=0.1)
+
+
+def test_it_goes_over_into_the_explicit_one() -> None:
+    """At a step that needs no implicit solution the two differ by their errors only."""
+    data = damped(solver__backend="moreau", solver__duration=SHORT, solver__step=4e-6)
+    explicit = stepped(data, kick(GENTLY))
+    assert share_solved(explicit) == 0.0
+    data["solver"]["step"] = 8e-6
+    implicit = stepped(data, kick(GENTLY))
+    assert share_solved(implicit) == 1.0
+    # Errors of second order, and slip at the start, which is taken away by the first step.
+    assert distance(implicit, explicit) <= 1e-4
+
+
+def test_through_switches_it_is_of_first_order_at_least() -> None:
+    data = {**damped(), "solver": {"backend": "moreau", "duration": SHORT}}
+    found = orders(data, halved(6.4e-5, 4), "step", kick(0.2))
+    assert np.mean(found) >= 0.9
+
+
+def test_backends_agree_on_the_published_drive_with_damping_of_the_section() -> None:
+    """At the default step, at which its explicit dampers would decay by 40 in a step."""
+    ends = [
+        stepped(
+            shipped(
+                "belt_drive",
+                effects__axial_damping__basis="section",
+                solver={"backend": backend, "duration": 0.01, "rtol": 1e-4},
+            )
+        )
+        for backend in ("rkf45", "moreau")
+    ]
+    exact, found = ends
+    mass = exact.assembly.laws.chain.mass
+    coefficient = exact.assembly.laws.axial_damping.coefficient
+    assert share_solved(found) == 1.0
+    assert found.stepping._h * 4.0 * coefficient / mass > 10.0
+    # In sizes of the states: the stretch of the pretension, the speed of a wave of that size.
+    assert distance(found, exact) <= 1e-4
+    width = exact.assembly.room.shape[1]
+    speeds = slice(6 * width + 2, 6 * width + 4)
+    assert found.state[speeds] == pytest.approx(exact.state[speeds], rel=1e-4)
+
+
+def test_the_tension_has_the_share_of_implicit_dampers() -> None:
+    rkf45, moreau = (
+        simulate(
+            shipped(
+                "belt_drive",
+                effects__axial_damping__basis="section",
+                solver={"backend": backend, "duration": 0.01, "rtol": 1e-4},
+                output={"interval": 5e-3},
+            )
+        )
+        for backend in ("rkf45", "moreau")
+    )
+    # The belt is being stretched: its springs have 565.6 N of 565.7 N. The two are 1e-5 apart.
+    found, expected = (done.courses["tension"][-1, :6] for done in (moreau, rkf45))
+    assert found == pytest.approx(expected, rel=2e-5)
+
+
+@pytest.fixture(scope="module")
+def hardly_moving() -> Run:
+    """A belt whose dampers are a thousand times as stiff, for many steps of the default length."""
+    return simulate(
+        damped(
+            effects__axial_damping__coefficient=2e4,
+            solver__backend="moreau",
+            solver__duration=0.1,
+        )
+    )
+
+
+def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: Run) -> None:
+    assert hardly_moving.status == "done"
+    assert np.max(hardly_moving.courses["tension"]) < 500.0
+    assert np.max(np.abs(hardly_moving.courses["pulley_speed"])) < 50.0
+
+
+def test_its_energies_add_up(hardly_moving: Run) -> None:
+    assert hardly_moving.checks["energy"].ok

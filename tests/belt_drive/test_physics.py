@@ -1,0 +1,202 @@
+"""Known results: the capstan equation, the fastest waves, what the published friction does."""
+
+from itertools import product
+from math import exp, pi
+
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
+from frictionsim.mechanisms.belt_drive.kernels.contact import deal_slots
+from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, rates
+from frictionsim.mechanisms.belt_drive.stability_limits import fastest
+from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from tests.support.belt_scenarios import NO_FRICTION, Array, kick, pair, scene_of, shipped, stepped
+from tests.support.scenarios import Scenario, changed, simulate
+
+# --- capstan -------------------------------------------------------------------------------------
+
+
+def test_a_belt_that_slips_has_the_ratio_of_the_capstan() -> None:
+    """Eytelwein: T1/T2 = exp(mu pi) where the driver spins under a belt that is hardly bent."""
+    done = simulate(
+        shipped(
+            "belt_drive",
+            effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
+            effects__bending=None,
+            drive__driver__torque=-20.0,
+            solver={"backend": "moreau", "duration": 0.2},
+        )
+    )
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values())
+    figures = {name: figure.value for name, figure in done.quantities.items()}
+    # The driver runs away from a belt that keeps the speed at which the load balances friction.
+    assert figures["drive_speed"] < -4000.0
+    assert figures["arc_stick_driver"] == 0.0
+    assert figures["driven_speed"] == pytest.approx(-22.4, abs=0.3)
+    ratio = figures["tension_tight"] / figures["tension_slack"]
+    # The eleven bodies of an arc meet it at 17 degrees: its ends lie up to half of that inside.
+    assert ratio == pytest.approx(exp(0.3 * pi), rel=0.015)
+
+
+def test_the_limit_of_the_torque_is_that_of_the_capstan() -> None:
+    """The driver holds to the belt just below 2 T R (e - 1)/(e + 1), and slips just above."""
+    ratio = exp(0.6 * pi)
+    limit = 2.0 * 200.0 * 0.08 * (ratio - 1.0) / (ratio + 1.0)
+    stuck = {}
+    for share in (0.8, 1.2):
+        held = simulate(
+            pair(
+                solver={"backend": "moreau", "duration": 0.2},
+                drive__driver__torque={"time": [0.0, 0.15], "value": [0.0, -share * limit]},
+                # A load that grows with the speed: it hardly turns.
+                drive__driven__torque={"speed": [-1.0, 1.0], "value": [1.5 * limit, -1.5 * limit]},
+            )
+        )
+        stuck[share] = held.quantities["drive_speed"].value
+    # It creeps on with a load of 1/s; or runs away with 0.2 of the limit over 2e-3 kg m^2.
+    assert abs(stuck[0.8]) < 2.0
+    assert abs(stuck[1.2]) > 20.0
+
+
+# --- waves ---------------------------------------------------------------------------------------
+
+
+def eigenfrequencies(assembly: Assembly) -> Array:
+    """Return the angular frequencies of the belt about its rest position, from its rates."""
+    a = assembly
+    n, width = a.laws.chain.bodies, a.room.shape[1]
+    places = [row * width + i for row in range(3) for i in range(n)]
+    # Frequencies of a motion in m and in rad: levers of a body's length make them alike.
+    lever = np.repeat([1.0, 1.0, 1.0 / a.laws.chain.length], n)
+    change = 1e-8
+    matrix = np.zeros((3 * n, 3 * n))
+    for column, place in enumerate(places):
+        for sign in (1.0, -1.0):
+            state, rate = a.state.copy(), np.zeros_like(a.state)
+            state[place] += sign * change * lever[column]
+            motion = motion_in(state, a.room)
+            deal_slots(motion, n, a.pulleys, a.laws.chain.length, a.slots, a.friction)
+            rates(0.0, 0.0, state, rate, *a.parts)
+            moved = rate[[3 * width + p for p in places]] / lever
+            matrix[:, column] += sign * moved / (2.0 * change)
+    found: Array = np.sqrt(np.maximum(-np.linalg.eigvals(matrix).real, 0.0))
+    return found
+
+
+STILL = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
+BELTS = {
+    "pair": pair(**STILL),
+    "slack": pair(mechanism__belt__pretension=1.0, **STILL),
+    "tight": pair(mechanism__belt__pretension=2000.0, **STILL),
+    "of stiff contacts": pair(effects__contact__c2=1e8, **STILL),
+    "stiff in bending": pair(effects__bending__rigidity=2.0, **STILL),
+    "published": shipped("belt_drive", mechanism__belt__bodies=60, **STILL),
+}
+
+
+@pytest.mark.parametrize("name", BELTS)
+def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
+    assembly = assemble(scene_of(BELTS[name]))
+    found, _ = fastest(assembly.laws, assembly.rest)
+    highest = np.max(eigenfrequencies(assembly))
+    # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
+    assert highest * 0.999 <= found <= highest * (1.12 if name == "tight" else 1.03)
+
+
+def energy_at(step: float) -> float:
+    """Return the kinetic energy that a kick leaves after 400 steps, over that of the kick."""
+    data = changed(BELTS["pair"], solver={"backend": "moreau", "step": step})
+    data["solver"]["duration"] = 400 * step
+    data["effects"]["contact"]["damping"] = 1e-6
+    data["effects"]["axial_damping"]["coefficient"] = 1e-6
+    end = stepped(data, kick(1e-6))
+    width, n = end.assembly.room.shape[1], 24
+    velocities = end.state[3 * width : 5 * width].reshape(2, width)[:, :n]
+    return float(np.sum(velocities**2)) / (1e-12 * 24)
+
+
+def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPatch) -> None:
+    assembly = assemble(scene_of(BELTS["pair"]))
+    highest = float(np.max(eigenfrequencies(assembly)))
+    limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
+    assert limit <= 2.0 / highest
+    assert energy_at(0.99 * limit) < 10.0
+    monkeypatch.setattr(moreau, "LONGEST", 3.0)
+    # A hundredth beyond 2/omega the highest wave grows by exp(0.28) in each step.
+    assert energy_at(1.01 * 2.0 / highest) > 1e10
+
+
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None:
+    assembly = assemble(scene_of(pair()))
+    limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
+    data = pair(solver={"backend": "moreau", "step": share * limit, "duration": 0.01})
+    if share < 1.0:
+        assert simulate(data).status == "done"
+        return
+    with pytest.raises(InputError) as caught:
+        simulate(data)
+    message = str(caught.value)
+    assert f"{share * limit:.4g} s is too large for the waves in the belt" in message
+    assert f"'moreau' is stable below {limit:.4g} s here" in message
+
+
+def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
+    """It never has to be rejected because the waves make it unstable."""
+    end = stepped(pair(solver__rtol=1e-2, solver__duration=0.1), kick(1e-3))
+    steps, rejected, _ = end.stepping.counts
+    assert rejected <= 0.01 * steps
+    assert isinstance(end.stepping, rkf45.Stepping)
+    tau = end.assembly.laws.exact.tau
+    assert end.stepping._longest == pytest.approx(3.5 / (1.0 / tau))
+
+
+# --- the published friction ----------------------------------------------------------------------
+
+
+def of_law(**changes: object) -> Scenario:
+    friction = {"mu_s": 0.6, "mu_k": 0.5, "transition_speed": 1e-2, **changes}
+    data = pair(effects__belt_friction=friction, solver__duration=0.02)
+    return changed(data, drive__driver__torque=-5.0)
+
+
+LAWS = {"regularised": {}, "creep": {"maximum_creep": 1e-4}}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_published_laws_creep_where_exact_stick_holds(law: str) -> None:
+    done = simulate(of_law(law=law, **LAWS[law]))
+    exact = simulate(of_law(law="set-valued", transition_speed=None))
+    assert done.status == exact.status == "done"
+    assert all(check.ok for check in done.checks.values())
+    touching = done.courses["pulley_index"][1:] >= 0.0
+    friction = np.abs(done.courses["friction_force"][1:][touching])
+    assert np.all(friction <= 0.6 * done.courses["normal_force"][1:][touching] * (1.0 + 1e-12))
+    slip = np.abs(done.courses["slip_velocity"][1:][touching])
+    assert np.all(slip[friction > 1.0] > 1e-5)
+    # Both give the pulleys nearly the same motion: what creeps is slow against the belt's 0.4 m/s.
+    found, expected = (run.courses["pulley_speed"][-1, 0] for run in (done, exact))
+    assert found == pytest.approx(expected, rel=0.1)
+
+
+def test_the_creep_law_depends_on_the_step_and_the_regularised_does_not() -> None:
+    """Eq 13 takes the creep as slip times step: at half the step half of it, and less friction."""
+    laws = {"regularised": {}, "creep": {"maximum_creep": 1e-6}}
+    slips = {}
+    for law, step in product(laws, (2e-5, 5e-6)):
+        done = simulate(
+            changed(of_law(law=law, transition_speed=0.1, **laws[law]), solver__max_step=step)
+        )
+        touching = done.courses["normal_force"][-1] > 1.0
+        slips[law, step] = np.mean(np.abs(done.courses["slip_velocity"][-1][touching]))
+    assert slips["regularised", 5e-6] == pytest.approx(slips["regularised", 2e-5], rel=1e-3)
+    # The torque is the same: with a quarter of the creep it takes more slip to pass it on.
+    assert slips["creep", 5e-6] > 1.05 * slips["creep", 2e-5]
+
+
+def test_a_creep_law_is_told_of_in_a_remark() -> None:
+    scene = scene_of(of_law(law="creep", maximum_creep=1e-4))
+    assert any("depends on the steps of the solver" in remark for remark in scene.warnings())

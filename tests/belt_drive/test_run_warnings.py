@@ -1,0 +1,205 @@
+"""What a belt's run warns of: when its rules say so, as read from the channels, and not else."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.simulation.simulate import Run
+from tests.support.belt_scenarios import pair, shipped, trio
+from tests.support.scenarios import Scenario, simulate
+from tests.support.second_way_belt import walked
+
+LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
+
+
+def full_slip(done: Run, name: str) -> float:
+    """Return the share of samples in which all bodies on a pulley slide with all their friction."""
+    c, scene = done.courses, done.scene.model_dump(by_alias=True)
+    law, patch = scene["effects"]["belt_friction"], scene["effects"]["patch"]
+    j = done.axes["pulley"].index(name)
+    mu_k = np.full(c["x"].shape[1], law["pulleys"].get(name, law)["mu_k"])
+    if patch is not None:
+        belt = scene["mechanism"]["belt"]
+        stretched = np.hypot(np.diff(c["x"][0]), np.diff(c["y"][0])).mean()
+        length = stretched / (1.0 + belt["pretension"] / belt["axial_rigidity"])
+        at = (np.arange(len(mu_k)) + 0.5) * length
+        mu_k[(at >= patch["from"]) & (at < patch["to"])] = patch["mu_k"]
+    on = c["pulley_index"] == j
+    friction = np.abs(np.sum(c["friction_force"] * on, axis=1))
+    limit = np.sum(mu_k * c["normal_force"] * on, axis=1)
+    nobody = on.any(axis=1) & ~np.any((c["sticking"] > 0.0) & on, axis=1)
+    return float(np.mean(nobody & (friction >= 0.99 * limit)))
+
+
+OVERLOAD = {"time": [0.0, 0.02], "value": [0.0, -30.0]}
+SLIPPERY = {"mu_s": 0.05, "mu_k": 0.05}
+SMOOTHED = {"law": "regularised", "transition_speed": 0.05}
+DRAWN: dict[str, Scenario] = {
+    "moderate": pair(solver__backend="moreau"),
+    "overloaded": pair(solver__backend="moreau", drive__driver__torque=OVERLOAD),
+    "overloaded, adaptive": pair(drive__driver__torque=OVERLOAD, solver__rtol=1e-5),
+    "overloaded the other way": pair(
+        solver__backend="moreau",
+        drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, 30.0]},
+    ),
+    "slippery driven pulley": pair(
+        solver__backend="moreau",
+        effects__belt_friction={
+            "mu_s": 0.6,
+            "mu_k": 0.6,
+            "pulleys": {"driven": {"mu_s": 0.05, "mu_k": 0.05}},
+        },
+        drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, -10.0]},
+    ),
+    "smoothed": pair(
+        drive__driver__torque=OVERLOAD,
+        effects__belt_friction={
+            "mu_s": 0.6,
+            "mu_k": 0.6,
+            "law": "regularised",
+            "transition_speed": 0.05,
+        },
+    ),
+    "three pulleys and a patch": trio(solver__backend="moreau"),
+    "at rest": pair(solver__backend="moreau", drive__driver__torque=0.0),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_belt_that_slips_as_a_whole_is_told_of(name: str) -> None:
+    done = simulate(DRAWN[name])
+    assert done.status == "done"
+    told = {p for p in done.axes["pulley"] if any(f"slips on '{p}'" in w for w in done.warnings)}
+    assert told == {p for p in done.axes["pulley"] if full_slip(done, p) > 0.01}
+    if name.startswith("overloaded"):
+        assert "driver" in told
+    if name in ("moderate", "at rest"):
+        assert told == set()
+
+
+def warned(done: Run, words: str) -> bool:
+    return any(words in warning for warning in done.warnings)
+
+
+PATCH = {"mu_s": 0.1, "mu_k": 0.1}
+
+
+@pytest.mark.parametrize(("where", "unused"), [((0.0, 0.1), True), ((0.2, 0.45), False)])
+def test_a_patch_that_reaches_no_pulley_is_told_of(
+    where: tuple[float, float], unused: bool
+) -> None:
+    """The belt is at rest; its first span is 0.25 m long."""
+    patch = {"from": where[0], "to": where[1], **PATCH}
+    data = pair(effects__patch=patch, solver__backend="moreau", drive__driver__torque=0.0)
+    assert warned(simulate(data), "the patch changes nothing") is unused
+
+
+@pytest.mark.parametrize(
+    ("torque", "steady"),
+    [
+        (0.0, True),
+        ({"time": [0.0, 0.3], "value": [0.0, -5.0]}, False),
+        ({"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": 0.02}}, True),
+    ],
+    ids=["at rest", "a ramp to the end", "a load that is reached early"],
+)
+def test_means_of_a_motion_that_changes_are_told_of(torque: Any, steady: bool) -> None:
+    # The damped driven pulley settles within 30 ms: 2e-3 kg m^2 against 0.25 N m s.
+    done = simulate(pair(drive__driver__torque=torque, mechanism__belt__bodies=48, **LONG))
+    assert warned(done, "not steady") is not steady, done.warnings
+
+
+def test_means_of_a_few_samples_are_told_of() -> None:
+    done = simulate(pair(solver__backend="moreau", output__interval=5e-3))
+    assert warned(done, "are of 3 samples")
+    assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
+
+
+@pytest.mark.parametrize(
+    ("changes", "held"),
+    [
+        ({"solver__rtol": 1e-3}, True),
+        ({"solver__rtol": 1e-5}, False),
+        ({"solver__rtol": 1e-3, "solver__backend": "moreau"}, False),
+        ({"solver__rtol": 1e-3, "effects__axial_damping": None}, False),
+    ],
+)
+def test_an_energy_that_only_dampers_keep_is_told_of(changes: dict[str, Any], held: bool) -> None:
+    done = simulate(pair(solver__duration=5e-3, **changes))
+    assert warned(done, "kept by its dampers only") is held
+
+
+def test_energy_that_the_steps_put_in_is_told_of() -> None:
+    """Without any damper loose steps shake the belt of the paper."""
+    data = shipped(
+        "belt_drive",
+        effects__axial_damping=None,
+        effects__contact__damping=0.0,
+        solver__backend="rkf45",
+        solver__rtol=1e-3,
+        solver__duration=0.1,
+        output__interval=1e-3,
+    )
+    done = simulate(data)
+    c = done.courses
+    gained = {n: c[n][-1] - c[n][0] for n in c if n.startswith("energy")}
+    created = sum(gained.values()) - 2.0 * gained["energy_input"]
+    assert created > 0.01 * c["energy_potential"][0]
+    assert warned(done, "the steps have put")
+
+
+@pytest.mark.parametrize("pretension", [10.0, 40.0, 200.0])
+def test_a_span_without_tension_is_told_of(pretension: float) -> None:
+    data = pair(
+        solver__backend="moreau",
+        drive__driver__torque=OVERLOAD,
+        mechanism__belt__pretension=pretension,
+    )
+    done = simulate(data)
+    c = done.courses
+    spans = np.array([walked(*row, 2) for row in zip(c["tension"], c["pulley_index"], strict=True)])
+    for i, (a, b) in enumerate((("driver", "driven"), ("driven", "driver"))):
+        slack = bool(np.any(spans[:, i] < 0.01 * pretension))
+        assert warned(done, f"the span from '{a}' to '{b}' goes slack") is slack
+
+
+@pytest.mark.parametrize("bodies", [24, 48, 96])
+def test_slip_that_corners_make_is_told_of(bodies: int) -> None:
+    data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
+    done = simulate(data)
+    slip = done.quantities["slip_percent"].value
+    assert slip is not None
+    # The unstretched length of a body: 1.0027 m round both pulleys, less a strain of 2 %.
+    length = (2.0 * 0.25 + 2.0 * np.pi * 0.08) / 1.02 / bodies
+    corner = 100.0 * (length / 0.08) ** 2 / 12.0
+    assert abs(abs(slip) / corner - 1.0) > 0.05  # the length is known to a per cent
+    assert warned(done, "what the corners between the bodies do") is (abs(slip) < corner)
+
+
+def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:
+    done = simulate(pair(drive__driver__torque=0.0, **LONG))
+    assert done.quantities["efficiency"].value is None
+    assert done.quantities["slip_percent"].value is None
+    assert warned(done, "efficiency has no value")
+    moving = simulate(pair(**LONG))
+    assert moving.quantities["efficiency"].value is not None
+    assert not warned(moving, "efficiency has no value")
+
+
+def test_a_patch_that_holds_no_body_is_told_of() -> None:
+    """Bodies are 42 mm long; between two of their middles there is room for a patch."""
+    patch = {"from": 0.023, "to": 0.06, **PATCH}
+    done = simulate(pair(effects__patch=patch, solver__backend="moreau"))
+    assert warned(done, "the middle of no body")
+    assert not warned(done, "lay it elsewhere")
+
+
+def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
+    """A free roller with next to no friction slides as a whole while the belt runs over it."""
+    slippery = {"roller": {"mu_s": 0.01, "mu_k": 0.01}}
+    data = trio(solver__backend="moreau", drive__roller=None)
+    data["effects"]["belt_friction"]["pulleys"] = slippery
+    done = simulate(data)
+    assert full_slip(done, "roller") > 0.01
+    assert not warned(done, "slips on 'roller'")

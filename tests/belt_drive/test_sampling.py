@@ -1,0 +1,236 @@
+"""Result files, figures and states of belts."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import tomli_w
+import xarray
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5
+from frictionsim.simulation.simulate import Run
+from tests.support.belt_scenarios import pair, scene_of, trio
+from tests.support.scenarios import Scenario, simulate
+
+OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
+OF_BODIES = ["x", "y", "angle", "normal_force", "friction_force", "slip_velocity", "sticking"]
+OF_BODIES += ["pulley_index"]
+ENERGIES = [f"energy_{name}" for name in ("input", "kinetic", "potential", "friction", "damping")]
+DIMENSIONS = {
+    **dict.fromkeys(OF_PULLEYS, ("time", "pulley")),
+    **dict.fromkeys(OF_BODIES, ("time", "body")),
+    "tension": ("time", "joint"),
+    **dict.fromkeys(ENERGIES, ("time",)),
+}
+
+
+@pytest.fixture(scope="module", params=["rkf45", "moreau"])
+def done(request: pytest.FixtureRequest) -> Run:
+    return simulate(trio(solver__backend=request.param, solver__duration=0.02))
+
+
+@pytest.fixture(scope="module")
+def result(done: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("result") / "belt.h5"
+    hdf5.write(done, path)
+    return path
+
+
+def test_channels_and_their_axes(done: Run, result: Path) -> None:
+    sizes = {"time": 21, "pulley": 3, "body": 60, "joint": 60}
+    with h5py.File(result) as file:
+        assert set(file) == {*DIMENSIONS, *sizes, "events"}
+        for name, axes in DIMENSIONS.items():
+            dataset = file[name]
+            assert dataset.shape == tuple(sizes[axis] for axis in axes), name
+            assert dataset.dtype == np.float64
+            assert {"units", "long_name"} <= set(dataset.attrs)
+            assert np.array_equal(dataset[()], done.courses[name])
+            assert np.all(np.isfinite(dataset[()])), name
+            scales = [dimension[0].name for dimension in dataset.dims]
+            assert scales == [f"/{axis}" for axis in axes]
+            if len(axes) == 2:
+                assert dataset.chunks is not None
+                assert dataset.compression == "gzip"
+        assert file["pulley"].attrs["names"] == "driver roller driven"
+        assert file.attrs["kind"] == "belt_drive"
+
+
+def test_xarray_opens_it(result: Path) -> None:
+    with xarray.open_dataset(result, engine="h5netcdf") as data:
+        assert dict(data["tension"].sizes) == {"time": 21, "joint": 60}
+        assert data["pulley_speed"].dims == ("time", "pulley")
+        assert data["x"].attrs["units"] == "m"
+        assert float(data["time"][-1]) == pytest.approx(0.02)
+
+
+def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
+    done = simulate(pair(output__channels=["sticking", "energy_input"], solver__duration=5e-3))
+    path = tmp_path / "few.h5"
+    hdf5.write(done, path)
+    with h5py.File(path) as file:
+        assert set(file) == {"time", "body", "sticking", "energy_input", "events"}
+
+
+def test_what_the_courses_mean(done: Run) -> None:
+    c = done.courses
+    assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
+    assert set(np.unique(c["sticking"])) == {0.0, 1.0}
+    assert np.all(c["normal_force"] >= 0.0)
+    assert np.array_equal(c["normal_force"][1:] > 0.0, c["pulley_index"][1:] >= 0.0)
+    # The prescribed speed is that of the scenario: 8 rad/s, 20 Hz.
+    speed = 8.0 * np.sin(40.0 * np.pi * done.time)
+    # Between two fixed steps a sample is interpolated: 1.3e5 rad/s^3 at most, by h^2/8 at 8e-5 s.
+    close = 1e-12 if done.scene.solver.backend == "rkf45" else 2e-4
+    assert c["pulley_speed"][:, 0] == pytest.approx(speed, abs=close)
+    # Bodies are one length and one stretch of a joint apart.
+    apart = np.hypot(np.diff(c["x"], axis=1), np.diff(c["y"], axis=1))
+    assert np.all(np.abs(apart / np.mean(apart) - 1.0) < 0.1)
+
+
+@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
+def test_the_first_sample_is_the_belt_at_rest(backend: str) -> None:
+    done = simulate(pair(solver__backend=backend, solver__duration=5e-3))
+    tension = done.courses["tension"][0]
+    assert np.mean(tension) == pytest.approx(200.0, rel=1e-6)
+    assert np.any(done.courses["normal_force"][0] > 10.0)
+    assert done.quantities["pretension"].value == pytest.approx(200.0, rel=1e-6)
+
+
+QUANTITIES = {
+    "pretension": "N",
+    "slip_percent": "%",
+    "tension_slack": "N",
+    "tension_tight": "N",
+    "stick_fraction": "1",
+    "driven_speed": "rad/s",
+    "drive_speed": "rad/s",
+    "tension_driver_to_driven": "N",
+    "tension_driven_to_driver": "N",
+    "arc_contact_driver": "rad",
+    "arc_stick_driven": "rad",
+    "efficiency": "1",
+    **{f"energy_{name}": "J" for name in ("input", "kinetic", "potential", "friction", "damping")},
+}
+
+
+def test_figures_of_the_summary() -> None:
+    done = simulate(pair())
+    for name, unit in QUANTITIES.items():
+        value = done.quantities[name]
+        assert value.unit == unit, name
+        assert np.isfinite(value.value), name
+    figures = {name: value.value for name, value in done.quantities.items()}
+    assert figures["tension_tight"] == max(
+        figures["tension_driver_to_driven"], figures["tension_driven_to_driver"]
+    )
+    assert figures["drive_speed"] < figures["driven_speed"] < 0.0
+    rim = figures["driven_speed"] / figures["drive_speed"]
+    assert figures["slip_percent"] == pytest.approx(100.0 * (1.0 - rim))
+    last = done.time > 0.0395  # the last fifth, by the trapezoidal rule
+    time, speed = done.time[last], done.courses["pulley_speed"][last]
+    way = np.diff(time) @ (0.5 * (speed[1:] + speed[:-1]))
+    speeds = way / (time[-1] - time[0])
+    assert speeds == pytest.approx([figures["drive_speed"], figures["driven_speed"]])
+    # Bodies of 0.52 rad, six or seven of them.
+    assert figures["arc_contact_driver"] == pytest.approx(np.pi, abs=0.6)
+
+
+def test_spans_have_their_tension() -> None:
+    done = simulate(pair())
+    x, y = done.courses["x"][-1], done.courses["y"][-1]
+    tension = done.courses["tension"][-1]
+    upper = np.mean(tension[(np.abs(x - 0.125) < 0.06) & (y > 0.0)])
+    lower = np.mean(tension[(np.abs(x - 0.125) < 0.06) & (y < 0.0)])
+    # A clockwise torque on the driver pulls the belt in along the bottom.
+    assert lower - upper > 20.0
+    figures = done.quantities
+    first, second = (
+        figures[f"tension_{name}"].value for name in ("driver_to_driven", "driven_to_driver")
+    )
+    # Counter-clockwise the belt leaves the driver at its bottom. Means over a fifth of the run.
+    assert first == pytest.approx(lower, rel=0.1)
+    assert second == pytest.approx(upper, rel=0.1)
+
+
+STATES = {
+    "all effects": (pair(), 6 * 24 + 2 * 2 + 3),
+    "a prescribed speed": (pair(drive__driver={"speed": 1.0}), 6 * 24 + 2 + 1 + 3),
+    "two": (
+        pair(drive__driver={"speed": 1.0}, drive__driven={"speed": 1.0}),
+        6 * 24 + 2 + 3,
+    ),
+    "no friction": (pair(effects__belt_friction=None), 6 * 24 + 4 + 2),
+    "no dampers": (
+        pair(effects__axial_damping=None, effects__contact__damping=None),
+        6 * 24 + 4 + 2,
+    ),
+    "a damper in bending": (
+        pair(
+            effects__axial_damping=None,
+            effects__contact__damping=None,
+            effects__bending__damping=1e-6,
+        ),
+        6 * 24 + 4 + 3,
+    ),
+    "springs only": (
+        pair(
+            effects={"contact": {"c2": 2e5}},
+        ),
+        6 * 24 + 4 + 1,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_states_are_those_of_the_effects(name: str) -> None:
+    """Six of a body, an angle of a pulley, a speed of a free one, an energy of what has one."""
+    from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
+
+    data, states = STATES[name]
+    simulation = BeltDrive(scene_of(data))
+    assert simulation.states == states
+    assert simulation.effects == tuple(effect for effect in EFFECTS if effect in data["effects"])
+
+
+EFFECTS = ("contact", "belt_friction", "axial_damping", "bending", "gravity", "patch")
+
+
+def write(folder: Path, data: Scenario) -> Path:
+    path = folder / "belt.toml"
+    path.write_text(tomli_w.dumps(data))
+    return path
+
+
+def test_static_prints_the_rest_position(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path, pair())
+    assert run_command_line(["static", str(path), "--json"]) == 0
+    quantities = json.loads(capsys.readouterr().out)["quantities"]
+    figures = {name: entry["value"] for name, entry in quantities.items()}
+    assert figures["pretension"] == pytest.approx(200.0, rel=1e-7)
+    assert figures["residual_force"] <= 1e-7 * 200.0
+    assert quantities["residual_force"]["unit"] == "N"
+    assert figures["arc_driver"] == pytest.approx(np.pi)
+    assert figures["capstan_ratio_driver"] == pytest.approx(np.exp(0.6 * np.pi))
+    assert figures["path_length"] == pytest.approx(0.5 + 0.16 * np.pi)
+    assert figures["belt_length"] == pytest.approx(24 * figures["body_length"])
+    # Two spans of 200 N; bodies bend on to their pulleys a little before the ideal line.
+    assert figures["shaft_load_driven"] == pytest.approx(400.0, rel=0.02)
+    assert run_command_line(["static", str(path)]) == 0
+    assert "residual" in capsys.readouterr().out
+
+
+def test_json_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write(tmp_path, pair(solver__duration=5e-3))
+    assert run_command_line(["solve", str(path), "--json", "-o", str(tmp_path / "belt.h5")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["kind"], told["backend"], told["status"]) == ("belt_drive", "rkf45", "done")
+    assert told["solver"]["states"] == 6 * 24 + 2 * 2 + 3
+    assert told["effects"] == ["contact", "belt_friction", "axial_damping", "bending"]
+    assert set(told["audit"]) == {"energy", "friction", "power", "torque_balance"}
+    assert all(entry["ok"] for entry in told["audit"].values())

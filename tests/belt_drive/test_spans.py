@@ -1,0 +1,134 @@
+"""The tension of spans, and the audit that holds it to the torques."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import Run, run
+from tests.support.drawn_scenarios import some
+from tests.support.scenarios import SCENARIOS
+from tests.support.second_way_belt import walked
+
+Array = Any
+
+
+@st.composite
+def belts(draw: st.DrawFn) -> tuple[Array, Array, int]:
+    """Belts that pass two pulleys or more, somewhere along their bodies, with bodies that lift."""
+    pulleys = draw(st.integers(2, 6))
+    index: list[int] = []
+    for j in range(pulleys):
+        arc = draw(st.lists(st.booleans(), min_size=1, max_size=6))
+        arc[draw(st.integers(0, len(arc) - 1))] = True
+        index += [j if on else -1 for on in arc] + [-1] * draw(st.integers(0, 8))
+    turned = draw(st.integers(0, len(index)))
+    random = np.random.default_rng(draw(st.integers(0, 99)))
+    return random.uniform(-50.0, 900.0, len(index)), np.roll(index, turned), pulleys
+
+
+@some(200)
+@given(belt=belts())
+def test_a_span_reaches_from_the_last_body_on_a_pulley_to_the_first_on_the_next(
+    belt: tuple[Array, Array, int],
+) -> None:
+    # Sums in another order: a few roundings of 900 N.
+    assert span_tensions(*belt) == pytest.approx(walked(*belt), abs=1e-9)
+
+
+def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
+    tension = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    found = span_tensions(tension, np.array([0, -1, -1, 2, -1, -1]), 3)
+    assert found == pytest.approx([3.0, 3.0, 4.0])
+
+
+def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
+    tension = np.arange(8.0)
+    found = span_tensions(tension, np.array([1, -1, 1, -1, -1, -1, -1, -1]), 2)
+    assert found == pytest.approx([np.mean([3, 4, 5, 6, 7, 0])] * 2)
+    assert span_tensions(tension, np.full(8, -1), 2) == pytest.approx([3.5, 3.5])
+
+
+@pytest.fixture(scope="module")
+def tensioner() -> Run:
+    return run(load(SCENARIOS / "belt_tensioner.toml"), lambda t: None)
+
+
+def seen_of(done: Run, spans: Array) -> dict[str, Array]:
+    """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
+    c = done.courses
+    pulleys = c["pulley_speed"].shape[1]
+    vx, vy = (np.gradient(c[name], done.time, axis=0) for name in ("x", "y"))
+    along = vx * np.cos(c["angle"]) + vy * np.sin(c["angle"])
+    return {
+        "_torque": c["pulley_torque"],
+        "_speed": c["pulley_speed"],
+        "_friction": np.stack(
+            [
+                np.sum(c["friction_force"] * (c["pulley_index"] == j), axis=1)
+                for j in range(pulleys)
+            ],
+            axis=1,
+        ),
+        "_span_tension": spans,
+        "_belt_speed": along.mean(axis=1),
+        "_touching": np.ones((len(done.time), pulleys)),
+    }
+
+
+def nearest_line_tensions(done: Run) -> Array:
+    """Return what stood in summaries once: means of the joints next to the infinite line."""
+    spans = done.scene.mechanism.path().spans  # type: ignore[attr-defined]
+    starts = np.array([s.start for s in spans])
+    ways = np.array([s.end for s in spans]) - starts
+    lengths = np.hypot(*ways.T)
+    found = []
+    for x, y, tension in zip(*(done.courses[n] for n in ("x", "y", "tension")), strict=True):
+        dx, dy = x - starts[:, :1], y - starts[:, 1:]
+        share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
+        off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
+        between = (share > 0.2) & (share < 0.8)
+        nearest = np.argmin(np.where(between, off, np.inf), axis=0)
+        found.append([tension[b & (nearest == i)].mean() for i, b in enumerate(between)])
+    return np.array(found)
+
+
+def test_the_balance_of_torques_catches_wrong_spans(tensioner: Run) -> None:
+    scene: Any = tensioner.scene
+    assembly = assemble(scene)
+    pulleys = len(scene.mechanism.pulleys)
+    c = tensioner.courses
+    right = np.array(
+        [span_tensions(*row, pulleys) for row in zip(c["tension"], c["pulley_index"], strict=True)]
+    )
+    check = torque_balance(scene, assembly, tensioner.time, seen_of(tensioner, right))
+    assert check.ok
+    wrong = nearest_line_tensions(tensioner)
+    assert np.mean(wrong[-100:], axis=0).max() == pytest.approx(309.0, abs=1.0)
+    check = torque_balance(scene, assembly, tensioner.time, seen_of(tensioner, wrong))
+    assert not check.ok
+    assert check.value > 5.0 * check.limit
+
+
+def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: Run) -> None:
+    scene: Any = tensioner.scene
+    spans = np.tile([300.0, 200.0, 250.0, 280.0], (len(tensioner.time), 1))
+    seen = seen_of(tensioner, spans[:, : len(scene.mechanism.pulleys)])
+    seen["_friction"] = 0.9 * seen["_friction"]
+    assert not torque_balance(scene, assemble(scene), tensioner.time, seen).ok
+
+
+def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Run) -> None:
+    value = {name: q.value for name, q in tensioner.quantities.items()}
+    # 8 N m on a radius of 0.06 m, to the lever of contacts that are pressed in, below 1 %.
+    tight, slack = value["tension_tight"], value["tension_slack"]
+    assert tight is not None
+    assert slack is not None
+    assert tight - slack == pytest.approx(8.0 / 0.06, rel=0.01)
+    assert (tight, slack) == pytest.approx((365.8, 232.3), abs=0.1)

@@ -1,0 +1,125 @@
+"""The backends of belts against the reference program, against each other, and their orders."""
+
+import numpy as np
+import pytest
+
+from frictionsim.simulation.simulate import Run
+from tests.support.belt_reference import integrate, pack
+from tests.support.belt_scenarios import (
+    SHORT,
+    SMOOTH,
+    STARTS,
+    Array,
+    distance,
+    halved,
+    kick,
+    kinematics,
+    orders,
+    pair,
+    reference,
+    scene_of,
+    shipped,
+    stepped,
+)
+from tests.support.scenarios import simulate
+
+
+def test_a_short_way_is_that_of_the_reference() -> None:
+    """Twelve bodies that are kicked: contacts open and close, bodies stick, slide and turn back."""
+    data = pair(
+        mechanism__belt__bodies=12,
+        drive__driver__torque=-5.0,
+        solver__duration=1e-3,
+        solver__rtol=1e-10,
+    )
+    end = stepped(data, kick(0.05))
+    start = stepped({**data, "solver": {"duration": 1e-12}}, kick(0.05))
+    belt = reference(scene_of(data), end.assembly.laws.chain.length)
+    times = np.array([0.0, 1e-3])
+    y0 = pack(*kinematics(start.state, start.assembly))
+    expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
+    found = pack(*kinematics(end.state, end.assembly))
+    moved = np.abs(expected - y0)
+    for part, size in zip(np.split(found - expected, PARTS), np.split(moved, PARTS), strict=True):
+        # Of the way from the start. Both step over the switches of friction as their error
+        # estimates allow: each costs the tolerance of 1e-9.
+        assert np.max(np.abs(part)) <= 1e-7 * np.max(size)
+
+
+PARTS = np.cumsum([12] * 6 + [2])
+
+
+def published(backend: str) -> Run:
+    """Run the published drive up to where its torque has risen."""
+    return simulate(
+        shipped(
+            "belt_drive",
+            solver__backend=backend,
+            solver__duration=0.3,
+            solver__rtol=1e-4,
+            output__interval=2.5e-3,
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def both() -> dict[str, Run]:
+    return {backend: published(backend) for backend in ("rkf45", "moreau")}
+
+
+def spans(done: Run) -> Array:
+    """Return the tensions of the upper and the lower span at the end, in their middle."""
+    x, y, tension = (done.courses[name][-1] for name in ("x", "y", "tension"))
+    middle = np.abs(x - 0.2575) < 0.1
+    return np.array([np.mean(tension[middle & (side * y > 0.0)]) for side in (1.0, -1.0)])
+
+
+@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
+def test_the_published_drive_at_full_torque(backend: str, both: dict[str, Run]) -> None:
+    done = both[backend]
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values())
+    # On these the two agree to six digits with steps ten times shorter.
+    assert spans(done) == pytest.approx([266.525, 819.443], rel=1e-3)
+    assert done.courses["pulley_speed"][-1, 1] == pytest.approx(-25.0670, rel=1e-3)
+
+
+def test_backends_agree_on_span_tensions(both: dict[str, Run]) -> None:
+    assert spans(both["moreau"]) == pytest.approx(spans(both["rkf45"]), rel=1e-4)
+    for name in ("tension_tight", "tension_slack", "drive_speed", "driven_speed"):
+        found, expected = (both[b].quantities[name].value for b in ("moreau", "rkf45"))
+        assert found == pytest.approx(expected, rel=1e-4), name
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_moreau_is_of_second_order_where_all_is_smooth(name: str) -> None:
+    data = {**SMOOTH[name], "solver": {"backend": "moreau", "duration": SHORT}}
+    found = orders(data, halved(3.2e-5, 6), "step", STARTS[name])
+    assert found == pytest.approx([2.0] * 4, abs=0.1)
+
+
+def test_moreau_is_of_first_order_at_least_through_switches() -> None:
+    """Bodies that slide come to stick, and contacts open: the start is hard."""
+    solver = {"backend": "moreau", "duration": SHORT}
+    found = orders({**pair(), "solver": solver}, halved(3.2e-5, 7), "step", kick(0.2))
+    # From step to step the switches fall differently; over sixteenfold shorter steps it shows.
+    assert np.mean(found) >= 0.9
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_rkf45_is_of_fifth_order_where_all_is_smooth(name: str) -> None:
+    # A tolerance that never bites: the steps are max_step, which divides the duration.
+    solver = {"rtol": 0.99, "atol": 1e9, "duration": SHORT}
+    found = orders({**SMOOTH[name], "solver": solver}, halved(3.2e-5, 4), "max_step", STARTS[name])
+    assert min(found) >= 4.5
+
+
+def test_a_tighter_tolerance_is_a_smaller_error() -> None:
+    """Through switches, of a hard start; each digit of the tolerance is about one of the end."""
+    ends = [
+        stepped(pair(solver__duration=SHORT, solver__rtol=10.0**-k), kick(0.2))
+        for k in (4, 6, 8, 10)
+    ]
+    errors = [distance(end, ends[-1]) for end in ends[:-1]]
+    assert errors[0] > 5 * errors[1] > 25 * errors[2]
+    assert errors[2] <= 1e-5

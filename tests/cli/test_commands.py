@@ -1,0 +1,514 @@
+"""The command line: exit codes, what goes to which stream, and what is left on the disk."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+import tomli_w
+
+from frictionsim import __version__, errors
+from frictionsim.cli import monitor
+from frictionsim.cli.commands import run_command_line
+from frictionsim.cli.tables import ProgressBar
+from frictionsim.errors import OutputError
+from frictionsim.io import hdf5
+from frictionsim.io.atomic_write import check_target
+from frictionsim.results import Check, Quantity, quantities_json
+from tests.support.scenarios import ROOT, SCENARIOS, pulley
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+LOAD = 2224.1  # N, of the shipped pulley
+CHATTERING = [
+    *["--backend", "published", "--set", "solver.duration=12"],
+    *["--set", f"drive.force={{sine={{mean={LOAD}, amplitude=500, frequency_hz=0.2}}}}"],
+]
+FOLDER = ".: cannot read this result: this is a folder; give the name of a result file"
+Cli = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder for a command that runs within the test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def old(here: Path) -> Path:
+    """A file where the result should go, which is to be seen untouched afterwards."""
+    path = here / "old.h5"
+    path.write_bytes(b"the result of yesterday")
+    return path
+
+
+def json_of(capsys: pytest.CaptureFixture[str]) -> Any:
+    """Return the one object on stdout; JSON has no nan and no Infinity."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is no JSON")
+
+    return json.loads(capsys.readouterr().out, parse_constant=refuse)
+
+
+def test_help_and_version_answer_on_stdout(cli: Cli) -> None:
+    for arguments, answer in [(["--help"], "Usage: frictionsim"), (["--version"], __version__)]:
+        done = cli(*arguments)
+        assert done.returncode == 0
+        assert answer in done.stdout
+        assert done.stderr == ""
+
+
+def test_help_has_every_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["--help"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    codes = {name: code for name, code in vars(errors).items() if name.startswith("EXIT_")}
+    for name in ("EXIT_DEFECT", "EXIT_SIGNAL"):  # of what nobody plans for; signals have 130, 143
+        del codes[name]
+    assert sorted(set(codes.values())) == [0, 1, 2, 3, 4, 5]
+    assert all(re.search(rf"\b{code} [a-z]", told) for code in codes.values())
+    assert "5 a budget is spent, 130/143 interrupted" in told
+
+
+@pytest.mark.parametrize("command", ["solve", "resume", "check", "static", "compare"])
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line([command, "--help"]) == 0
+    assert f"Usage: frictionsim {command}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "Usage: frictionsim"),
+        (["simulate"], "No such command 'simulate'"),
+        (["solve"], "Missing argument 'SCENARIO'"),
+        (["solve", PULLEY, "--speed"], "No such option: --speed"),
+        (["solve", PULLEY, "--set"], "'--set' requires an argument"),
+        (["solve", PULLEY, "another.toml"], "another.toml"),
+        (["solve", PULLEY, "--backend", "rkf4"], "unknown backend 'rkf4' (did you mean 'rkf45'?)"),
+        (["compare", PULLEY, PULLEY], "not a readable HDF5 file"),
+        (["compare", PULLEY, PULLEY, "--rtol", "-1"], "'--rtol'"),
+        (["compare", PULLEY, PULLEY, "--rtol", "nan"], "'--rtol'"),
+        (["compare", "none.h5", "none.h5"], "there is no such file"),
+        (["compare", ".", "none.h5"], FOLDER),
+        (["plot", "."], FOLDER),
+        (["resume", "."], FOLDER),
+    ],
+)
+def test_bad_usage_exits_2_with_a_message_on_stderr(
+    arguments: list[str], message: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert message.casefold() in said.err.casefold()
+    assert list(here.iterdir()) == []
+
+
+def test_a_wrong_scenario_ends_a_process_with_2_and_without_a_traceback(
+    cli: Cli, tmp_path: Path
+) -> None:
+    (tmp_path / "s.toml").write_text('kind = "pulley"\nmechanism.load = -1\n')
+    done = cli("solve", "s.toml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "frictionsim: s.toml:1: drive: missing" in done.stderr
+    assert "\ns.toml:2: mechanism.load: expected a number of at least 0 N, got -1" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_solve_prints_its_figures_and_writes_results_by_the_scenarios_name(
+    cli: Cli, tmp_path: Path
+) -> None:
+    done = cli("solve", PULLEY)
+    assert (done.returncode, done.stderr) == (0, "")
+    for figure in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
+        assert figure in done.stdout
+    assert "result: results/pulley.h5" in done.stdout
+    assert hdf5.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
+
+
+def test_solve_writes_where_it_is_told_and_nowhere_else(here: Path) -> None:
+    (here / "down").mkdir()
+    assert run_command_line(["solve", PULLEY, "-o", "down/a.h5", "--quiet"]) == 0
+    assert sorted(str(path.relative_to(here)) for path in here.rglob("*")) == ["down", "down/a.h5"]
+
+
+def test_quiet_prints_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["solve", PULLEY, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_json_is_one_object_with_the_documented_keys(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 0
+    found = json_of(capsys)
+    documented = {"scenario", "kind", "backend", "status", "quantities", "solver", "effects"}
+    assert found.keys() == documented | {
+        "audit",
+        "output",
+        "reason",
+        "failure",
+        "events",
+        "warnings",
+    }
+    assert [
+        found[key] for key in ("scenario", "kind", "backend", "status", "reason", "output")
+    ] == [*[PULLEY, "pulley", "events", "done", "", "a.h5"]]
+    assert {"force_to_lift", "force_to_hold", "breakaway_time", "final_angle"} <= set(
+        found["quantities"]
+    )
+    for quantity in found["quantities"].values():
+        assert quantity.keys() == {"value", "unit"}
+        assert quantity["value"] is None or isinstance(quantity["value"], float)
+    counts = found["solver"]
+    assert counts.keys() == {
+        *("steps", "rejected", "rhs_evaluations", "states"),
+        *("wall_seconds", "compile_seconds"),
+    }
+    seconds = {"wall_seconds", "compile_seconds"}
+    assert all(isinstance(counts[key], int) for key in counts.keys() - seconds)
+    assert counts["wall_seconds"] > 0.0
+    assert counts["compile_seconds"] == 0.0
+    assert found["effects"] == ["shaft_friction", "air_drag"]
+    assert found["audit"].keys() == {"energy", "friction", "power", "drift"}
+    for check in found["audit"].values():
+        assert check["ok"] is True
+        assert 0.0 <= check["value"] <= check["limit"]
+    (event,) = found["events"]
+    assert (event["contact"], event["mode_from"], event["mode_to"]) == ("shaft", 0, 1)
+    assert event["time"] == found["quantities"]["breakaway_time"]["value"]
+
+
+def test_what_never_moves_has_no_breakaway(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    still = ["--set", f"drive.force={LOAD}"]
+    assert run_command_line(["solve", PULLEY, "--json", *still]) == 0
+    found = json_of(capsys)
+    assert found["quantities"]["breakaway_time"] == {"value": None, "unit": "s"}
+    assert found["quantities"]["final_angle"]["value"] == 0.0
+    assert found["events"] == []
+    assert run_command_line(["solve", PULLEY, *still]) == 0
+    assert "breakaway_time" in capsys.readouterr().out
+
+
+def test_check_goes_through_all_files_and_writes_none(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("bad.toml").write_text('kind = "puley"\n')
+    assert run_command_line(["check", PULLEY, "bad.toml", "none.toml", PULLEY]) == 2
+    said = capsys.readouterr()
+    assert said.out == f"{PULLEY}: ok; effects shaft_friction, air_drag; backend events\n" * 2
+    assert said.err.splitlines() == [
+        "frictionsim: bad.toml:1: kind: unknown kind 'puley' (did you mean 'pulley'?)",
+        "frictionsim: none.toml: cannot read this scenario: No such file or directory",
+    ]
+    assert run_command_line(["check", PULLEY, PULLEY]) == 0
+    assert os.listdir() == ["bad.toml"]
+
+
+def test_warnings_are_the_same_in_json_file_and_on_stderr(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of the scene first; of a resumed run, too, and for those who want it quiet."""
+    data = pulley(output={"interval": 9.0, "channels": ["angle", "energy_friction"]})
+    del data["effects"]["shaft_friction"]
+    Path("s.toml").write_text(tomli_w.dumps(data))
+    warnings = [
+        "output.interval = 9.0 s is longer than the run: only its two ends are sampled",
+        "output.channels: this scene has no course 'energy_friction'; it is left out",
+    ]
+    stderr = [f"frictionsim: warning: {warning}" for warning in warnings]
+
+    def check(*arguments: str, code: int = 0) -> None:
+        assert run_command_line([*arguments, "--json"]) == code
+        said = capsys.readouterr()
+        assert json.loads(said.out)["warnings"] == warnings
+        assert said.err.splitlines()[:2] == stderr
+        assert hdf5.read(Path("a.h5")).attributes["warnings"].splitlines() == warnings
+
+    check("solve", "s.toml", "-o", "a.h5")
+    Path("a.h5").unlink()
+    check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5)
+    check("resume", "a.h5")
+    assert run_command_line(["solve", "s.toml", "-o", "a.h5", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "\n".join([*stderr, ""]))
+
+
+def test_check_names_the_file_of_each_warning(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = pulley(output={"interval": 9.0})
+    for name in ("a.toml", "b.toml"):
+        Path(name).write_text(tomli_w.dumps(odd))
+    assert run_command_line(["check", "a.toml", PULLEY, "b.toml"]) == 0
+    warning = "output.interval = 9.0 s is longer than the run: only its two ends are sampled"
+    assert capsys.readouterr().err.splitlines() == [
+        f"frictionsim: warning: {name}: {warning}" for name in ("a.toml", "b.toml")
+    ]
+
+
+class Bar:
+    """A progress bar that notes what it is to show."""
+
+    shown: ClassVar[list[tuple[float, float | None]]] = []
+
+    def __init__(self, duration: float) -> None:
+        self.shown.clear()
+
+    def show(self, t: float, pace: float | None) -> None:
+        self.shown.append((t, pace))
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("begin", [0.0, 6.0])
+def test_the_pace_is_that_of_this_process(begin: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is resumed at 6 s has not come there in no time; nor is compilation pace."""
+    clock = 100.0
+    monkeypatch.setattr(monitor, "monotonic", lambda: clock)
+    monkeypatch.setattr(monitor, "CALLS_BETWEEN_LOOKS", 1)
+    monkeypatch.setattr("frictionsim.cli.tables.ProgressBar", Bar)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with monitor.watch(10.0, with_progress=True) as poll:
+        clock += 30.0  # to compile
+        poll(begin)
+        for step in range(1, 4):
+            clock += 5.0
+            poll(begin + step)
+        poll(0.0)  # a second run, to estimate the error of the first
+        clock += 7.0
+        poll(0.5)
+    assert Bar.shown == [
+        *[(begin, None), (begin + 1.0, 5.0), (begin + 2.0, 5.0), (begin + 3.0, 5.0)],
+        *[(0.0, None), (0.5, 14.0)],
+    ]
+
+
+def test_the_bar_tells_the_time_left_at_its_pace(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar(10.0)
+    bar.show(6.5, 4.0)
+    bar.close()
+    text = str(bar._progress.tasks[0].fields["pace"])
+    assert text == ", 4 s for each simulated, 14 s left"
+
+
+def test_static_prints_forces_and_writes_nothing(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["static", PULLEY, "--json"]) == 0
+    found = json_of(capsys)
+    assert found.keys() == {"scenario", "kind", "quantities"}
+    assert found["quantities"]["force_to_lift"]["unit"] == "N"
+    # Eq 24 by hand: 2224.1 (0.0508 + r)/(0.0508 - r) with r = 0.0254 0.2/sqrt(1.04), 7 digits.
+    assert found["quantities"]["force_to_lift"]["value"] == pytest.approx(2707.703, rel=1e-7)
+    assert run_command_line(["static", PULLEY]) == 0
+    table = capsys.readouterr().out
+    assert all(name in table for name in found["quantities"])
+    assert os.listdir() == []
+
+
+def test_a_figure_that_is_not_finite_is_null_in_json() -> None:
+    figures = {"a": Quantity(float("inf"), "N"), "b": Quantity(None, "s"), "c": Quantity(1.5, "m")}
+    assert quantities_json(figures) == {
+        "a": {"value": None, "unit": "N"},
+        "b": {"value": None, "unit": "s"},
+        "c": {"value": 1.5, "unit": "m"},
+    }
+
+
+def assert_not_written(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["solve", PULLEY, "-o", target]) == 4
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(f"frictionsim: {target}: cannot write the result: ")
+
+
+@pytest.mark.parametrize("target", ["none/a.h5", "old.h5/a.h5", ".", "pipe"])
+def test_no_result_goes_where_no_file_can_be(
+    target: str, old: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    os.mkfifo("pipe")
+    assert_not_written(target, capsys)
+    assert sorted(os.listdir()) == ["old.h5", "pipe"]
+    assert old.read_bytes() == b"the result of yesterday"
+    assert Path("pipe").is_fifo()
+
+
+@pytest.mark.parametrize("device", ["/dev/null", "/dev/full"])
+def test_no_result_goes_to_a_device(device: str) -> None:
+    # Only the check: a whole run by root would, if the check failed, replace the device.
+    if not Path(device).exists():
+        pytest.skip(f"no {device} on this system")
+    with pytest.raises(OutputError, match="this is a device; give the name of a file") as refused:
+        check_target(Path(device))
+    assert refused.value.exit_code == 4
+
+
+@pytest.mark.parametrize("protected", [".", "old.h5"])
+def test_no_result_goes_where_nothing_may_be_written(
+    protected: str, old: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def owner_may(path: Any, mode: int, **options: Any) -> bool:
+        """Answer as for an ordinary user, also where root runs the tests."""
+        return mode != os.W_OK or bool(os.stat(path).st_mode & 0o200)
+
+    monkeypatch.setattr(os, "access", owner_may)
+    mode = os.stat(protected).st_mode
+    os.chmod(protected, mode & ~0o222)
+    try:
+        assert_not_written("old.h5", capsys)
+    finally:
+        os.chmod(protected, mode)
+    assert old.read_bytes() == b"the result of yesterday"
+    assert os.listdir() == ["old.h5"]
+
+
+def test_a_file_named_results_is_no_place_for_the_default(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("results").touch()
+    assert run_command_line(["solve", PULLEY]) == 4
+    assert "name a file with -o" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "reason", "code"),
+    [
+        (CHATTERING, "event storm at t = ", 1),
+        (["--set", "solver.max_steps=10"], "10 steps are spent", 5),
+    ],
+)
+def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
+    options: list[str], reason: str, code: int, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["solve", PULLEY, *options, "-o", "a.h5", "--json"]) == code
+    said = capsys.readouterr()
+    assert said.err.startswith(f"frictionsim: run failed: {reason}")
+    assert "the samples up to there are in a.h5, marked 'failed'" in said.err
+    summary = json.loads(said.out)
+    assert (summary["status"], summary["reason"][: len(reason)]) == ("failed", reason)
+    kept = hdf5.read(Path("a.h5"))
+    assert (kept.attributes["status"], kept.attributes["reason"]) == ("failed", summary["reason"])
+    assert kept.courses["time"].size > 1
+    assert all(np.isfinite(course).all() for course in kept.courses.values())
+
+
+def test_a_failed_audit_exits_3_and_names_the_check(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failing = {"energy": Check(0.5, 1e-7)}
+    monkeypatch.setattr("frictionsim.simulation.single_dof.audit", lambda *run: failing)
+    assert run_command_line(["solve", PULLEY, "-o", "a.h5", "--json"]) == 3
+    said = capsys.readouterr()
+    assert "self-audit failed: energy 0.5 above 1e-07; do not trust a.h5" in said.err
+    assert json.loads(said.out)["audit"]["energy"]["ok"] is False
+
+
+def wait_for_run(process: "subprocess.Popen[str]") -> None:
+    """Wait until a process has loaded the last library before it simulates, and a bit more."""
+    while process.poll() is None:
+        if "h5py" in Path(f"/proc/{process.pid}/maps").read_text():
+            time.sleep(0.6)  # for some samples to keep; without it there may be only the first
+            return
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="needs /proc to look inside")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("times", [1, 3])
+def test_a_signal_keeps_the_samples_and_ends_with_its_code(
+    number: signal.Signals, times: int, tmp_path: Path
+) -> None:
+    """Also one that comes several times at once, as `timeout` and shells send it."""
+    force = 3000.0
+    scene = pulley(
+        drive__force=force,
+        effects__air_drag=None,
+        solver={"backend": "rkf45", "duration": 1000.0, "max_step": 1e-5},
+        output__interval=0.001,
+    )
+    (tmp_path / "long.toml").write_text(tomli_w.dumps(scene))
+    command = [sys.executable, "-m", "frictionsim", "solve", "long.toml", "-o", "a.h5"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, cwd=tmp_path, text=True, **pipes) as process:
+        wait_for_run(process)
+        for _ in range(times):
+            process.send_signal(number)
+            time.sleep(0.002)  # else the system makes one of them
+        _, errors = process.communicate()
+    assert process.returncode == 128 + number
+    assert errors.startswith("frictionsim: run interrupted: by SIG")
+    assert "Traceback" not in errors
+    kept = hdf5.read(tmp_path / "a.h5")
+    assert kept.attributes["status"] == "interrupted"
+    t = kept.courses["time"]
+    np.testing.assert_array_equal(t, 0.001 * np.arange(t.size))
+    # Constant moments: a = ((P - W) r_e - r_k (P + W))/I. The steps are exact but for rounding.
+    friction_radius = 0.0254 * 0.1 / np.hypot(1.0, 0.1)
+    acceleration = ((force - LOAD) * 0.0508 - friction_radius * (force + LOAD)) / 1.355
+    np.testing.assert_allclose(kept.courses["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
+
+
+def test_a_second_signal_that_is_meant_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[int] = []
+    monkeypatch.setattr("os._exit", left.append)
+    monkeypatch.setattr(monitor, "SECONDS_FOR_ONE_SIGNAL", 0.01)
+    with monitor.watch(1.0, with_progress=False):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.02)
+        signal.raise_signal(signal.SIGINT)
+    assert left == [130]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "unwanted"),
+    [
+        (["--help"], {"numpy", "h5py", "scipy", "numba", "matplotlib", "rich"}),
+        (["check", PULLEY], {"numpy", "h5py", "scipy", "numba", "matplotlib", "rich"}),
+        (["solve", PULLEY], {"scipy", "numba", "matplotlib"}),
+    ],
+)
+def test_a_command_imports_no_more_than_it_needs(
+    arguments: list[str], unwanted: set[str], tmp_path: Path
+) -> None:
+    program = (
+        "import sys\n"
+        "from frictionsim.cli.commands import run_command_line\n"
+        f"code = run_command_line({arguments!r})\n"
+        "print(*sys.modules, sep='\\n', file=sys.stderr)\n"
+        "sys.exit(code)\n"
+    )
+    command = [sys.executable, "-c", program]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stderr.split())
+    assert "frictionsim.cli.commands" in loaded
+    assert not unwanted & loaded
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+@pytest.mark.parametrize("arguments", [["--help"], ["solve", PULLEY, "-o", "a.h5"]])
+def test_output_that_cannot_be_printed_is_no_defect_of_the_program(
+    arguments: list[str], tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "frictionsim", *arguments]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            command, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode not in (0, 70)
+    assert "No space left on device" in done.stderr
+    assert "defect" not in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,169 @@
+"""The command line where its surroundings are odd: streams, readers, files in the way, memory."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5
+from tests.support.scenarios import SCENARIOS
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+RETURN = str(SCENARIOS / "pulley_return.toml")
+
+
+def shell(command: str, cwd: Path, **environment: str) -> "subprocess.CompletedProcess[str]":
+    """Run a line of bash in which `frictionsim` is the program of this project."""
+    program = f"{shlex.quote(sys.executable)} -m frictionsim"
+    return subprocess.run(
+        ["bash", "-c", command.replace("frictionsim", program)],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["scene.toml", "force.csv", "notes"])
+def test_a_file_that_is_no_result_is_never_replaced(
+    name: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / name).write_text("precious")
+    assert run_command_line(["solve", PULLEY, "-o", name]) == 4
+    assert "the file that is there is no result; it would be lost" in capsys.readouterr().err
+    assert (here / name).read_text() == "precious"
+
+
+def test_a_result_under_any_name_is_replaced(here: Path) -> None:
+    for _ in range(2):
+        assert run_command_line(["solve", PULLEY, "-o", "result", "-q"]) == 0
+
+
+def test_a_name_that_is_too_long_is_told(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["solve", PULLEY, "-o", "a" * 300 + ".h5"]) == 4
+    assert "cannot write the result: File name too long" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [f"solve {PULLEY}", f"static {PULLEY}", f"check {PULLEY}"])
+def test_a_closed_stdout_is_no_failure(command: str, tmp_path: Path) -> None:
+    done = shell(f"frictionsim {command} >&-", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_reader_that_leaves_is_no_failure(tmp_path: Path) -> None:
+    done = shell(f"set -o pipefail; frictionsim solve {PULLEY} | head -1", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert hdf5.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
+
+
+def test_letters_that_the_terminal_lacks_are_replaced(tmp_path: Path) -> None:
+    done = shell(
+        f"frictionsim solve {PULLEY} --set 'title=\"Überlast θ\"'",
+        tmp_path,
+        PYTHONIOENCODING="ascii",
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("?berlast ?: done")
+
+
+def test_a_failed_audit_is_marked_in_the_file(here: Path) -> None:
+    """Fixed steps through the chatter of eq 30 lose energy."""
+    force = "drive.force={time=[0,0.8,4,4.8],value=[1832.6,3113.75,3113.75,2224.1]}"
+    arguments = ["--backend", "published", "--set", "solver.step=1e-3", "--set", force]
+    assert run_command_line(["solve", RETURN, "-q", "-o", "a.h5", *arguments]) == 3
+    attributes = hdf5.read(here / "a.h5").attributes
+    assert attributes["status"] == "done"
+    assert attributes["reason"].startswith("self-audit failed: energy")
+
+
+def test_out_of_memory_is_no_defect(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("frictionsim.cli.job.run", run)
+    assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 1
+    assert "out of memory; ask for fewer samples" in capsys.readouterr().err
+    assert not (here / "a.h5").exists()
+
+
+@pytest.mark.parametrize(
+    ("override", "remark"),
+    [
+        ("effects.shaft_friction.shaft_radius=0.06", "is not below cord_radius = 0.0508 m"),
+        ("output.interval=9", "only its two ends are sampled"),
+    ],
+)
+def test_what_is_odd_is_remarked(
+    override: str, remark: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["check", PULLEY, "--set", override]) == 0
+    assert remark in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        ("energyinput", "unknown course 'energyinput' (did you mean 'energy_input'?)"),
+        ("*", "nothing is left to compare"),
+    ],
+)
+def test_a_comparison_of_nothing_is_refused(
+    pattern: str, message: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5"]) == 0
+    assert run_command_line(["compare", "a.h5", "a.h5", "--ignore", pattern]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("title", ["$a_$", "bad $\\\\foo$ math", "日本語"])
+def test_titles_are_drawn_as_they_are(
+    title: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["solve", PULLEY, "-q", "-o", "a.h5", "--set", f'title="{title}"']
+    assert run_command_line(arguments) == 0
+    assert run_command_line(["plot", "a.h5"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_toml_fault_shows_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "bad.toml").write_text('kind = "pulley"\nload = 2224,1\n')
+    assert run_command_line(["check", "bad.toml"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("frictionsim: bad.toml:2: not valid TOML: ")
+    assert error.endswith("in 'load = 2224,1'\n")
+
+
+def test_a_course_given_as_text_is_told_the_forms(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["check", PULLEY, "--set", "drive.force=force"]) == 2
+    assert '{csv = "file.csv"}' in capsys.readouterr().err
+
+
+def test_a_number_beyond_any_use_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["check", PULLEY, "--set", "mechanism.load=1e308"]) == 2
+    assert "mechanism.load: 1e+308 is beyond any use" in capsys.readouterr().err
+
+
+def test_a_sample_that_is_not_finite_is_never_in_a_file_that_is_done(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A slope that overflows between two points of a course."""
+    steep = "drive.force={time=[0, 5e-324], value=[1832.6, 3113.75]}"
+    assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", "--set", steep]) == 1
+    assert "beyond the range of double precision" in capsys.readouterr().err
+    assert hdf5.read(here / "a.h5").attributes["status"] == "failed"

@@ -1,0 +1,343 @@
+"""Comparison of two result files: which differences it finds, lets pass and refuses to judge."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5
+from tests.support.scenarios import pulley, simulate
+
+# The defaults of the command line, which the tests below stay under or go over.
+RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
+OF_EVENTS = {"angle", "mode"}  # which events have under names of their own
+INTERVAL = 0.01  # s, between two samples of the shipped pulley
+
+Edit = Callable[[Any], None]
+Compare = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture(scope="module")
+def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result with one event, the breakaway between two samples; not to be changed."""
+    path = tmp_path_factory.mktemp("golden") / "golden.h5"
+    hdf5.write(simulate(pulley()), path)
+    return path
+
+
+@pytest.fixture
+def compare(golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Compare:
+    """Compare a changed copy with the golden file; return the exit code and what was printed."""
+
+    def run(edit: Edit, *options: str) -> tuple[int, str]:
+        path = tmp_path / "result.h5"
+        path.write_bytes(golden.read_bytes())
+        with h5py.File(path, "r+") as file:
+            edit(file)
+        code = run_command_line(["compare", str(path), str(golden), *options])
+        said = capsys.readouterr()
+        assert (said.err == "") == (code in (0, 1))
+        return code, said.out + said.err
+
+    return run
+
+
+def nothing(file: Any) -> None:
+    """Leave the copy as it is."""
+
+
+def add(name: str, index: int, difference: float) -> Edit:
+    """Return an edit that adds to one value of a course, or of the events."""
+
+    def edit(file: Any) -> None:
+        file[name][index] += difference
+
+    return edit
+
+
+def put(name: str, index: int, value: float) -> Edit:
+    """Return an edit that sets one value of a course, or of the events."""
+
+    def edit(file: Any) -> None:
+        file[name][index] = value
+
+    return edit
+
+
+def rows(table: str) -> list[list[str]]:
+    """Return the rows under the heading of a printed table, each as its words."""
+    lines = table.splitlines()[1:-1]  # without the heading and the verdict
+    return [line.split() for line in lines if not line.startswith("note:")]
+
+
+def final_angle(golden: Path) -> float:
+    return float(hdf5.read(golden).courses["angle"][-1])
+
+
+def samples_beside_the_breakaway(golden: Path) -> tuple[int, float]:
+    """Return the index of the first sample after the event, and its time after it."""
+    found = hdf5.read(golden)
+    (event,) = found.events["time"]
+    after = int(np.searchsorted(found.courses["time"], event, side="right"))
+    return after, float(found.courses["time"][after] - event)
+
+
+def test_equal_files_agree_in_every_course_and_in_the_events(
+    compare: Compare, golden: Path
+) -> None:
+    code, table = compare(nothing)
+    assert code == 0
+    found = rows(table)
+    courses = hdf5.read(golden).courses.keys() - {"time"}
+    beside = {f"events/{name}" for name in courses - OF_EVENTS if not name.startswith("energy_")}
+    assert {row[0] for row in found} == courses | beside | {"events"}
+    assert all((row[1], row[-1]) == ("0", "ok") for row in found)
+
+
+def test_equal_files_agree_without_any_tolerance(compare: Compare) -> None:
+    assert compare(nothing, "--rtol", "0", "--atol", "0", "--time-atol", "0")[0] == 0
+
+
+@pytest.mark.parametrize(("share", "code"), [(0.9, 0), (1.1, 1), (-0.9, 0), (-1.1, 1)])
+def test_a_value_may_differ_by_the_tolerances(
+    share: float, code: int, compare: Compare, golden: Path
+) -> None:
+    allowed = ATOL + RTOL * abs(final_angle(golden))
+    assert compare(add("angle", -1, share * allowed))[0] == code
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ([], 1),
+        (["--rtol", "1e-3"], 0),
+        (["--atol", "0.1"], 0),
+        (["--rtol", "0", "--atol", "0.001"], 1),
+        (["--time-atol", "0.004"], 1),
+        (["--ignore", "angle"], 0),
+        (["--ignore", "ang*"], 0),
+        (["--ignore", "angular_*", "--ignore", "angle"], 0),
+        (["--ignore", "angular_*"], 1),
+        (["--ignore", "events"], 1),
+    ],
+)
+def test_options_widen_tolerances_and_leave_courses_out(
+    options: list[str], code: int, compare: Compare
+) -> None:
+    # 0.01 of 34 rad is above 1e-6 of it and 0.001, below 1e-3 of it and 0.1.
+    assert compare(add("angle", -1, 0.01), *options)[0] == code
+
+
+def test_what_differs_is_named_first_with_place_and_size(compare: Compare) -> None:
+    def edit(file: Any) -> None:
+        add("drive_force", 100, 0.5)(file)  # one more sample is at the event before
+        add("energy_input", 200, 1000.0)(file)
+
+    code, table = compare(edit)
+    assert code == 1
+    worst, second, *others = rows(table)
+    assert [worst[0], worst[1], *worst[3:]] == ["energy_input", "1e+03", "1.99", "different"]
+    assert [second[0], second[1], *second[3:]] == ["drive_force", "0.5", "0.99", "different"]
+    assert all(row[-1] == "ok" for row in others)
+
+
+def test_a_difference_that_is_allowed_is_shown_before_none(compare: Compare) -> None:
+    code, table = compare(add("shaft_reaction", 30, 1e-6))
+    assert code == 0
+    assert rows(table)[0][:2] == ["shaft_reaction", "1e-06"]
+    assert rows(table)[1][1] == "0"
+
+
+def test_an_ignored_course_is_not_in_the_table(compare: Compare) -> None:
+    _, table = compare(nothing, "--ignore", "energy_*", "--ignore", "events")
+    assert not [row for row in rows(table) if row[0].startswith(("energy_", "events"))]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_differs_from_every_number(value: float, compare: Compare) -> None:
+    code, table = compare(put("angle", 100, value), "--atol", "1e300")
+    assert code == 1
+    assert rows(table)[0][0] == "angle"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_not_finite_agrees_with_itself(
+    value: float, golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.h5"
+    path.write_bytes(golden.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["angle"][100] = value
+    assert run_command_line(["compare", str(path), str(path)]) == 0
+
+
+def test_a_course_that_only_one_file_has_differs(compare: Compare) -> None:
+    def rename(file: Any) -> None:
+        file.move("energy_damping", "energy_lost")
+
+    code, table = compare(rename)
+    assert code == 1
+    assert re.search("energy_damping .* *missing in the result", table)
+    assert re.search("energy_lost .* *missing in the golden file", table)
+    assert compare(rename, "--ignore", "energy_*")[0] == 0
+
+
+def test_a_course_that_is_cut_short_differs(compare: Compare) -> None:
+    def cut(file: Any) -> None:
+        kept, attributes = file["angle"][:-1], dict(file["angle"].attrs)
+        del file["angle"], attributes["DIMENSION_LIST"]
+        file["angle"] = kept
+        file["angle"].attrs.update(attributes)
+
+    assert compare(cut)[0] != 0
+
+
+def test_a_course_in_another_unit_differs(compare: Compare) -> None:
+    code, table = compare(lambda file: file["angle"].attrs.update(units="deg"))
+    assert code == 1
+    assert "in deg, expected rad" in table
+
+
+@pytest.mark.parametrize(
+    ("edit", "code"),
+    [
+        pytest.param(add("events/time", 0, 0.9 * TIME_ATOL), 0, id="a little later"),
+        pytest.param(add("events/time", 0, -0.9 * TIME_ATOL), 0, id="a little earlier"),
+        pytest.param(add("events/time", 0, 1.1 * TIME_ATOL), 1, id="too late"),
+        pytest.param(put("events/time", 0, np.nan), 1, id="at no time"),
+        pytest.param(put("events/mode_to", 0, -1.0), 1, id="to another mode"),
+        pytest.param(put("events/mode_from", 0, 1.0), 1, id="from another mode"),
+    ],
+)
+def test_events_agree_in_modes_and_within_the_time_tolerance(
+    edit: Edit, code: int, compare: Compare
+) -> None:
+    found, table = compare(edit)
+    assert found == code
+    assert code == 0 or rows(table)[0][0] == "events"
+
+
+def test_a_wider_time_tolerance_lets_a_later_event_pass(compare: Compare) -> None:
+    assert compare(add("events/time", 0, 1e-3), "--time-atol", "2e-3")[0] == 0
+
+
+def test_a_missing_event_differs_unless_events_are_ignored(compare: Compare) -> None:
+    def remove(file: Any) -> None:
+        for name, dataset in list(file["events"].items()):
+            attributes = {key: dataset.attrs[key] for key in dataset.attrs if key.islower()}
+            del file["events"][name]
+            file["events"][name] = np.empty(0)
+            file["events"][name].attrs.update(attributes)
+
+    code, table = compare(remove)
+    assert code == 1
+    assert "0 events, expected 1" in table
+    assert compare(remove, "--ignore", "events")[0] == 0
+
+
+def test_a_sample_beside_an_event_may_be_on_the_other_side_of_the_jump(
+    compare: Compare, golden: Path
+) -> None:
+    after, distance = samples_beside_the_breakaway(golden)
+    assert TIME_ATOL < distance < INTERVAL
+    jump = add("friction_torque", after, 10.0)
+    wide = ["--time-atol", str(1.01 * distance)]
+    assert compare(jump)[0] == 1
+    assert compare(jump, "--time-atol", str(0.99 * distance))[0] == 1
+    assert compare(jump, *wide)[0] == 0
+    # The next sample is further away than this tolerance.
+    assert compare(add("friction_torque", after + 1, 10.0), *wide)[0] == 1
+
+
+@pytest.mark.parametrize("key", ["backend", "frictionsim_version", "scenario"])
+def test_another_origin_is_remarked_and_decides_nothing(key: str, compare: Compare) -> None:
+    code, table = compare(lambda file: file.attrs.update({key: "another"}))
+    assert code == 0
+    assert f"note: the two files differ in their {key}" in table
+
+
+def test_another_outcome_differs_although_the_samples_agree(compare: Compare) -> None:
+    code, table = compare(lambda file: file.attrs.update(status="failed"))
+    assert code == 1
+    assert table.splitlines()[1].startswith("status")
+    assert "'failed', expected 'done'" in table
+
+
+def test_a_run_that_stopped_early_differs_by_its_outcome(
+    golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "short.h5"
+    hdf5.write(simulate(pulley(solver__max_steps=20)), path)
+    assert run_command_line(["compare", str(path), str(golden)]) == 1
+    assert "'failed', expected 'done'" in capsys.readouterr().out
+
+
+FOREIGN = "it is HDF5, but not of frictionsim"
+NOT_COMPARABLE: dict[str, tuple[Edit, str]] = {
+    "another kind": (
+        lambda file: file.attrs.update(kind="belt_drive"),
+        "is of kind 'belt_drive', ",
+    ),
+    "other times": (add("time", 100, 1e-3), "sampled at different times (302 and 302 samples)"),
+    "another format": (lambda file: file.attrs.update(format_version=99), "format version 99"),
+    "no events": (lambda file: file.pop("events"), FOREIGN),
+    "no kind": (lambda file: file.attrs.pop("kind"), FOREIGN),
+    "no time": (lambda file: file.pop("time"), FOREIGN),
+    "contact without a name": (put("events/contact", 0, 7.0), FOREIGN),
+}
+
+
+@pytest.mark.parametrize(("edit", "message"), NOT_COMPARABLE.values(), ids=NOT_COMPARABLE)
+def test_what_cannot_be_compared_exits_2(edit: Edit, message: str, compare: Compare) -> None:
+    code, said = compare(edit)
+    assert code == 2
+    assert said.startswith("frictionsim: ")
+    assert message in said
+
+
+@pytest.mark.parametrize("change", [{"output__interval": 0.02}, {"solver__duration": 2.0}])
+def test_runs_sampled_differently_exit_2(
+    change: dict[str, float], golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "other.h5"
+    hdf5.write(simulate(pulley(**change)), path)
+    assert run_command_line(["compare", str(path), str(golden)]) == 2
+    assert "run both with one duration and one output.interval" in capsys.readouterr().err
+
+
+def test_the_sides_of_an_event_are_compared(compare: Compare) -> None:
+    """Within what the course moves in the time that an event may be off."""
+    code, table = compare(add("events/friction_torque_before", 0, 0.1))
+    assert code == 1
+    assert rows(table)[0][0] == "events/friction_torque"
+    # Where it sticks, the friction rises by 81 N m/s: 81e-6 N m in 1e-6 s, and 25e-6 are allowed.
+    rise = (3113.75 - 1832.6) / 0.8 * 0.0508 * TIME_ATOL
+    for share, expected in ((0.9, 0), (1.1, 1)):
+        allowed = ATOL + RTOL * 24.567 + rise
+        assert compare(add("events/friction_torque_before", 0, share * allowed))[0] == expected
+    assert compare(add("events/friction_torque_before", 0, 0.1), "--ignore", "friction*")[0] == 0
+    assert compare(add("events/friction_torque_before", 0, 0.1), "--ignore", "events")[0] == 0
+
+
+def test_a_result_without_sides_of_events_compares_as_far_as_it_goes(compare: Compare) -> None:
+    code, table = compare(lambda file: file.pop("events/friction_torque_after"))
+    assert code == 0
+    assert "events/friction_torque" not in {row[0] for row in rows(table)}
+
+
+def test_samples_at_events_are_each_result_s_own(
+    golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run whose events are a little elsewhere, or not sampled, is sampled at the same times."""
+    path = tmp_path / "other.h5"
+    for change in ({"output__at_events": False}, {"solver__backend": "rkf45"}):
+        hdf5.write(simulate(pulley(**change)), path)
+        for pair in ((path, golden), (golden, path)):
+            assert run_command_line(["compare", *map(str, pair)]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""

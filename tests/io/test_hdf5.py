@@ -1,0 +1,305 @@
+"""Result files: what is in them, that they open elsewhere, and that none is ever half there."""
+
+import errno
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from frictionsim import __version__
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io import hdf5
+from frictionsim.scenario.loading import load, resolved_toml
+from frictionsim.simulation.simulate import Run
+from tests.support.scenarios import SCENARIOS, pulley, simulate
+
+CHANNELS = ["angle", "angular_velocity", "angular_acceleration", "drive_force"]
+CHANNELS += ["friction_torque", "shaft_reaction", "mode"]
+ENERGIES = ["input", "kinetic", "potential", "friction", "damping"]
+SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
+
+
+@pytest.fixture(scope="module")
+def done() -> Run:
+    """A run that breaks away and comes to rest again and again."""
+    return simulate(pulley(drive__force=SINE))
+
+
+@pytest.fixture(scope="module")
+def result(done: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of that run; not to be changed."""
+    path = tmp_path_factory.mktemp("result") / "pulley.h5"
+    hdf5.write(done, path)
+    return path
+
+
+def datasets(file: Any) -> dict[str, Any]:
+    """Return every dataset of a file by its path."""
+    found = {}
+    file.visititems(
+        lambda name, item: found.update(
+            {f"/{name}": item} if isinstance(item, h5py.Dataset) else {}
+        )
+    )
+    return found
+
+
+def test_the_root_says_what_was_run_and_how_it_ended(done: Run, result: Path) -> None:
+    with h5py.File(result) as file:
+        attributes = dict(file.attrs)
+    assert attributes == {
+        "format_version": hdf5.FORMAT_VERSION,
+        "frictionsim_version": __version__,
+        "scenario": resolved_toml(done.scene),
+        "kind": "pulley",
+        "backend": "events",
+        "title": "Pulley on a dry shaft",
+        "status": "done",
+        "reason": "",
+        "failure": "",
+        "warnings": "",
+    }
+
+
+def test_the_docstring_lists_what_a_fresh_file_has(result: Path) -> None:
+    layout = hdf5.__doc__ or ""
+    root = layout.partition("attributes ")[2].partition("    /time")[0]
+    names = re.sub(r"\([^)]*\)", "", root).split(",")
+    documented = set(re.findall(r"/[a-z_/<>]*[a-z>]", layout))
+    with h5py.File(result) as file:
+        assert set(file.attrs) == {name.strip() for name in names}
+        found = set(datasets(file))
+    channels = {f"/{name}" for name in CHANNELS}
+    energies = {f"/energy_{name}" for name in ENERGIES}
+    literal = {name for name in documented if "<" not in name}
+    sides = {"/events/<channel>_before", "/events/<channel>_after"}
+    assert documented - literal == {"/<channel>", "/energy_<name>", "/<axis>"} | sides
+    jumping = channels - {"/angle", "/mode"}
+    beside = {f"/events{name}_{side}" for name in jumping for side in ("before", "after")}
+    assert found == (literal - {"/checkpoint"}) | channels | energies | beside
+
+
+def test_every_dataset_is_float64_with_a_unit_and_a_long_name(result: Path) -> None:
+    with h5py.File(result) as file:
+        for name, dataset in datasets(file).items():
+            assert dataset.dtype == np.float64, name
+            assert dataset.attrs["units"], name
+            assert dataset.attrs["long_name"], name
+
+
+def test_time_is_the_dimension_scale_of_every_course_in_its_group(result: Path) -> None:
+    with h5py.File(result) as file:
+        for name, dataset in datasets(file).items():
+            time = dataset.parent["time"]
+            if dataset == time:
+                assert time.is_scale
+            else:
+                assert dataset.shape == time.shape, name
+                assert dataset.dims[0]["time"] == time, name
+
+
+def test_courses_are_those_of_the_run(done: Run, result: Path) -> None:
+    found = hdf5.read(result)
+    expected = {"time": done.time, **done.courses}
+    assert found.courses.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found.courses[name], values, err_msg=name)
+        assert name == "time" or found.units[name] == done.channel_info[name].unit
+
+
+def test_events_are_the_transitions_of_the_run(done: Run, result: Path) -> None:
+    found = hdf5.read(result)
+    events = zip(
+        found.events["time"],
+        [found.contacts[int(index)] for index in found.events["contact"]],
+        found.events["mode_from"],
+        found.events["mode_to"],
+        found.events["angle"],
+        strict=True,
+    )
+    assert len(done.transitions) > 2
+    assert list(events) == [tuple(transition) for transition in done.transitions]
+
+
+@pytest.mark.parametrize(
+    ("effect", "courses"),
+    [
+        ("shaft_friction", {"friction_torque", "mode", "energy_friction"}),
+        ("air_drag", {"energy_damping"}),
+    ],
+)
+def test_an_effect_that_is_off_has_no_course(
+    effect: str, courses: set[str], result: Path, tmp_path: Path
+) -> None:
+    scene = pulley(drive__force=SINE, **{f"effects__{effect}": None})
+    hdf5.write(simulate(scene), tmp_path / "without.h5")
+    without = hdf5.read(tmp_path / "without.h5").courses.keys()
+    assert hdf5.read(result).courses.keys() - without == courses
+
+
+@pytest.mark.parametrize("force", [SINE, 2224.1], ids=["with events", "without an event"])
+def test_xarray_opens_a_file_unaided(force: Any, tmp_path: Path) -> None:
+    done = simulate(pulley(drive__force=force))
+    path = tmp_path / "a.h5"
+    hdf5.write(done, path)
+    with xarray.open_dataset(path, engine="h5netcdf") as root:
+        assert root["angle"].dims == ("time",)
+        assert root["angle"].attrs["units"] == "rad"
+        np.testing.assert_array_equal(root["time"], done.time)
+        np.testing.assert_array_equal(root["angle"], done.courses["angle"])
+    with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
+        assert events["mode_to"].dims == ("time",)
+        times = [transition.time for transition in done.transitions]
+        np.testing.assert_array_equal(events["time"], times)
+
+
+def test_two_runs_of_one_scenario_give_identical_bytes(
+    tmp_path: Path, cli: Callable[..., Any]
+) -> None:
+    path = SCENARIOS / "pulley.toml"
+    for name in ("one.h5", "two.h5"):
+        assert run_command_line(["solve", str(path), "-o", str(tmp_path / name), "--quiet"]) == 0
+    assert cli("solve", path, "-o", "other_process.h5", "--quiet").returncode == 0
+    one, two, other = sorted(tmp_path.glob("*.h5"))
+    assert one.read_bytes() == two.read_bytes() == other.read_bytes()
+
+
+def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
+    times = [0.001 * i for i in range(20_000)]
+    course = {"time": times, "value": [1800.0 + t for t in times]}
+    done = simulate(pulley(drive__force=course))
+    hdf5.write(done, tmp_path / "a.h5")
+    text = hdf5.read(tmp_path / "a.h5").attributes["scenario"]
+    assert len(text) > 200_000
+    (tmp_path / "again.toml").write_text(text)
+    assert load(tmp_path / "again.toml") == done.scene
+
+
+@pytest.mark.parametrize("title", ["Трение, 摩擦 🙂", "[bold]", ""])
+def test_a_title_is_kept_as_it_is(title: str, tmp_path: Path) -> None:
+    hdf5.write(simulate(pulley(title=title, solver__duration=0.1)), tmp_path / "a.h5")
+    assert hdf5.read(tmp_path / "a.h5").attributes["title"] == title
+
+
+def not_hdf5(path: Path) -> None:
+    path.write_text("time,angle\n0,0\n")
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def truncated(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def foreign(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file["time"] = [0.0, 1.0]
+
+
+def newer(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = hdf5.FORMAT_VERSION + 1
+
+
+def without_events(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        del file["events"]
+
+
+def without_kind(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        del file.attrs["kind"]
+
+
+def without_time(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        del file["time"]
+
+
+def with_text_for_numbers(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        del file["angle"]
+        file["angle"] = ["a", "b"]
+
+
+def missing(path: Path) -> None:
+    path.unlink()
+
+
+def folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (not_hdf5, "it is not a readable HDF5 file"),
+        (empty, "it is not a readable HDF5 file"),
+        (truncated, "it is not a readable HDF5 file"),
+        (missing, "there is no such file"),
+        (folder, ""),
+        (foreign, "it is HDF5, but not of frictionsim"),
+        (newer, "format version 2 of a result, this program reads 1"),
+        (without_events, "it is HDF5, but not of frictionsim"),
+        (without_kind, "it is HDF5, but not of frictionsim"),
+        (without_time, "it is HDF5, but not of frictionsim"),
+        (with_text_for_numbers, "it is HDF5, but not of frictionsim"),
+    ],
+)
+def test_what_is_no_result_is_refused(
+    damage: Callable[[Path], None], message: str, result: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.h5"
+    path.write_bytes(result.read_bytes())
+    damage(path)
+    with pytest.raises(InputError) as refused:
+        hdf5.read(path)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert str(refused.value).endswith(message)
+
+
+@pytest.mark.parametrize(("place", "name"), [(os, "fsync"), (Path, "replace"), (Path, "open")])
+def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
+    place: Any, name: str, done: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"the result of yesterday")
+
+    def fail(*arguments: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(place, name, fail)
+        with pytest.raises(OutputError, match="cannot write the result: No space left on device"):
+            hdf5.write(done, path)
+    assert path.read_bytes() == b"the result of yesterday"
+    assert os.listdir(tmp_path) == ["a.h5"]
+
+
+def test_a_link_stays_a_link_to_the_new_result(done: Run, tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "old.h5").write_bytes(b"the result of yesterday")
+    link = tmp_path / "link.h5"
+    link.symlink_to(Path("there") / "old.h5")
+    hdf5.write(done, link)
+    assert link.is_symlink()
+    assert hdf5.read(tmp_path / "there" / "old.h5").attributes["status"] == "done"
+    assert os.listdir(tmp_path / "there") == ["old.h5"]
+
+
+def test_the_recorded_scenario_gives_the_recorded_run(result: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.toml"
+    again.write_text(hdf5.read(result).attributes["scenario"])
+    copy = tmp_path / "again.h5"
+    assert run_command_line(["solve", str(again), "-o", str(copy), "--quiet"]) == 0
+    assert copy.read_bytes() == result.read_bytes()

@@ -1,0 +1,220 @@
+"""Courses with a value for each of many parts: written, read, compared and drawn."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from frictionsim.cli.json_output import run_json
+from frictionsim.cli.tables import print_run
+from frictionsim.errors import InputError
+from frictionsim.io import hdf5
+from frictionsim.io.comparison import Row, compare
+from frictionsim.mechanisms import pulley as kind
+from frictionsim.plots import plot
+from frictionsim.results import Channel, Check, Quantity, Transition
+from frictionsim.scenario.loading import validate
+from frictionsim.simulation.simulate import Counts, Run
+from tests.support.scenarios import SCENARIOS, pulley
+
+SAMPLES, BODIES = 3000, 40
+CHANNELS = {
+    "belt_speed": Channel("m/s", "speed of the belt"),
+    "speed": Channel("rad/s", "angular velocity of the pulleys", "pulley"),
+    "tension": Channel("N", "tension of the belt at its bodies", "body"),
+}
+
+
+def run_of(samples: int) -> Run:
+    """Return a run of a mechanism of many parts, as no kind of scenario gives it."""
+    time = np.linspace(0.0, 3.0, samples)
+    bodies = np.arange(BODIES)
+    return Run(
+        scene=validate(pulley(), SCENARIOS),
+        effects=(),
+        channel_info=CHANNELS,
+        axes={"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))},
+        time=time,
+        courses={
+            "belt_speed": 2.0 * time,
+            "speed": np.column_stack([time, 0.5 * time]),
+            "tension": 100.0 + np.sin(np.outer(time, bodies)),
+        },
+        transitions=[Transition(1.5, "driver", 0, 1)],
+        quantities={"final_time": Quantity(3.0, "s")},
+        checks={"energy": Check(0.0, 1e-7)},
+        counts=Counts(100, 0, 100, 2 * BODIES, 0.1),
+        status="done",
+        reason="",
+        exit_code=0,
+    )
+
+
+@pytest.fixture
+def run() -> Run:
+    return run_of(SAMPLES)
+
+
+@pytest.fixture
+def path(run: Run, tmp_path: Path) -> Path:
+    hdf5.write(run, tmp_path / "a.h5")
+    return tmp_path / "a.h5"
+
+
+@pytest.mark.parametrize("samples", [0, 1, SAMPLES])
+def test_what_is_read_is_what_was_written(samples: int, tmp_path: Path) -> None:
+    run = run_of(samples)
+    hdf5.write(run, tmp_path / "a.h5")
+    found = hdf5.read(tmp_path / "a.h5")
+    assert found.courses.keys() == {"time", *run.courses}
+    for name, course in run.courses.items():
+        np.testing.assert_array_equal(found.courses[name], course, err_msg=name)
+    assert found.axes == {"time": "", **{name: info.axis for name, info in CHANNELS.items()}}
+    assert found.members == run.axes
+    assert found.events.keys() == {"time", "contact", "mode_from", "mode_to"}
+
+
+def test_only_wide_courses_are_compressed_by_rows(path: Path) -> None:
+    with h5py.File(path) as file:
+        assert file["belt_speed"].chunks is None
+        for name in ("speed", "tension"):
+            wide = file[name]
+            assert (wide.compression, wide.compression_opts, wide.shuffle) == ("gzip", 4, True)
+            assert wide.chunks[1] == wide.shape[1]
+        assert 64 * 1024 <= 8 * file["tension"].chunks[0] * BODIES <= 256 * 1024
+        assert file["pulley"].attrs["names"] == "driver driven"
+        assert "names" not in file["body"].attrs
+        np.testing.assert_array_equal(file["body"], np.arange(BODIES))
+        for axis in ("pulley", "body"):
+            assert file[axis].dtype == np.float64
+            assert (file[axis].attrs["units"], file[axis].is_scale) == ("1", True)
+
+
+def test_an_axis_that_no_course_has_is_not_written(run: Run, tmp_path: Path) -> None:
+    hdf5.write(run._replace(courses={"speed": run.courses["speed"]}), tmp_path / "a.h5")
+    assert hdf5.read(tmp_path / "a.h5").members.keys() == {"pulley"}
+
+
+def test_xarray_opens_it_unaided(run: Run, path: Path) -> None:
+    with xarray.open_dataset(path, engine="h5netcdf") as root:
+        assert root["belt_speed"].dims == ("time",)
+        assert root["speed"].dims == ("time", "pulley")
+        assert root["tension"].dims == ("time", "body")
+        np.testing.assert_array_equal(root["tension"].sel(body=7), run.courses["tension"][:, 7])
+    with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
+        assert events["mode_to"].values.tolist() == [1.0]
+
+
+def test_two_files_of_a_run_have_identical_bytes(run: Run, path: Path, tmp_path: Path) -> None:
+    hdf5.write(run, tmp_path / "b.h5")
+    assert path.read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def too_few_rows(file: Any) -> None:
+    scales = file["time"], file["pulley"]
+    del file["speed"]
+    file["speed"] = np.zeros((2, 2))
+    for dimension, scale in zip(file["speed"].dims, scales, strict=True):
+        dimension.attach_scale(scale)
+
+
+def no_axis(file: Any) -> None:
+    file["speed"].dims[1].detach_scale(file["pulley"])
+
+
+def other_axis(file: Any) -> None:
+    no_axis(file)
+    file["speed"].dims[1].attach_scale(file["body"])
+
+
+def name_too_many(file: Any) -> None:
+    file["pulley"].attrs["names"] = "driver driven idler"
+
+
+@pytest.mark.parametrize("damage", [too_few_rows, no_axis, other_axis, name_too_many])
+def test_columns_that_belong_to_nothing_are_refused(
+    damage: Callable[[Any], None], path: Path
+) -> None:
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    with pytest.raises(InputError, match="it is HDF5, but not of frictionsim"):
+        hdf5.read(path)
+
+
+def compared(run: Run, path: Path, course: str, **changes: Any) -> Row:
+    """Return the row of a course where a changed run is compared with the file."""
+    other = path.with_name("other.h5")
+    hdf5.write(run._replace(**changes), other)
+    rows = compare(other, path, 1e-6, 1e-9, 1e-6, []).rows
+    assert [row.name for row in rows if not row.ok] in ([], [course])
+    return next(row for row in rows if row.name == course)
+
+
+@pytest.mark.parametrize(
+    ("course", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
+)
+def test_a_difference_is_told_with_its_member(
+    course: str, member: int, note: str, run: Run, path: Path
+) -> None:
+    assert compared(run, path, course).ok
+    values = run.courses[course].copy()
+    values[1000, member] += 0.5
+    row = compared(run, path, course, courses=run.courses | {course: values})
+    assert not row.ok
+    assert (row.difference, row.at, row.note) == (pytest.approx(0.5), run.time[1000], note)
+
+
+def test_other_members_are_different(run: Run, path: Path) -> None:
+    for names in (("driver", "idler"), ("0", "1")):
+        row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
+        assert row.note == "of another axis, or of other members of it"
+    flat = run.courses | {"tension": run.time}
+    info = CHANNELS | {"tension": Channel("N", "tension")}
+    row = compared(run, path, "tension", courses=flat, channel_info=info)
+    assert (row.ok, row.difference) == (False, None)
+
+
+def test_samples_beside_an_event_are_left_out(run: Run, path: Path) -> None:
+    values = run.courses["tension"].copy()
+    event = int(np.searchsorted(run.time, 1.5))
+    values[event - 1 : event + 1] += 0.5
+    other = path.with_name("other.h5")
+    hdf5.write(run._replace(courses=run.courses | {"tension": values}), other)
+    assert compare(other, path, 1e-6, 1e-9, 0.01, []).same
+    assert not compare(other, path, 1e-6, 1e-9, 1e-6, []).same
+
+
+def test_few_members_are_drawn_each_with_its_name(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kind, "PANELS", ("speed", "tension"))
+    picture = tmp_path / "a.svg"
+    plot(hdf5.read(path), picture)
+    text = picture.read_text()
+    for label in ("pulley driver", "pulley driven", "speed,"):
+        assert f"<!-- {label}" in text
+    assert "tension" not in text
+
+
+def test_without_a_course_for_its_panels_a_plot_takes_what_there_is(
+    run: Run, path: Path, tmp_path: Path
+) -> None:
+    picture = tmp_path / "a.svg"
+    plot(hdf5.read(path), picture)
+    assert "<!-- belt speed" in picture.read_text()
+    hdf5.write(run._replace(courses={"tension": run.courses["tension"]}), path)
+    with pytest.raises(InputError, match="no course that can be drawn as a line"):
+        plot(hdf5.read(path), picture)
+
+
+def test_transitions_without_a_position_have_none_in_json_and_table(
+    run: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (event,) = run_json(run, "s.toml", "a.h5")["events"]
+    assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}
+    print_run(run, "a.h5")
+    assert "angle" not in capsys.readouterr().out

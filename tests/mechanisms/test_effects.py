@@ -1,0 +1,81 @@
+"""An effect that a scene does not name is in none of its states, equations, courses, audits."""
+
+import numpy as np
+import pytest
+
+from tests.support.scenarios import mechanism_of, pulley, simulate
+
+BARE = {
+    "angle",
+    "angular_velocity",
+    "angular_acceleration",
+    "drive_force",
+    "shaft_reaction",
+    "energy_input",
+    "energy_kinetic",
+    "energy_potential",
+}
+OF_EFFECT = {
+    "shaft_friction": {"friction_torque", "mode", "energy_friction"},
+    "air_drag": {"energy_damping"},
+}
+AUDITS = {"shaft_friction": {"friction", "power", "drift"}, "air_drag": set()}
+
+
+@pytest.mark.parametrize("named", [(), ("air_drag",), ("shaft_friction",), tuple(OF_EFFECT)])
+@pytest.mark.parametrize("backend", ["events", "rkf45", "published"])
+def test_only_named_effects_leave_a_trace(named: tuple[str, ...], backend: str) -> None:
+    left_out = {f"effects__{name}": None for name in OF_EFFECT if name not in named}
+    run = simulate(pulley(solver__backend=backend, **left_out))
+    assert run.status == "done"
+    assert set(run.effects) == set(named)
+    # Angle, velocity, the work of the force, and one kind of heat for each effect.
+    assert run.counts.states == 3 + len(named)
+    assert set(run.courses) == BARE.union(*(OF_EFFECT[name] for name in named))
+    assert set(run.checks) == {"energy"}.union(*(AUDITS[name] for name in named))
+
+
+def test_a_scene_without_effects_has_no_term_of_theirs() -> None:
+    mechanism = mechanism_of(simulate(pulley(effects=None)))
+    assert mechanism.contact is None
+    assert list(mechanism.powers) == ["energy_input"]
+    assert mechanism.moment(3000.0, 1.0, 5.0) == mechanism.moment(3000.0, 2.0, -7.0)
+
+
+def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
+    absent = simulate(pulley(effects__air_drag=None))
+    zero = simulate(pulley(effects__air_drag={"coefficient": 0.0}))
+    assert np.array_equal(absent.time, zero.time)
+    assert zero.courses.keys() - absent.courses.keys() == {"energy_damping"}
+    for name, course in absent.courses.items():
+        assert np.array_equal(course, zero.courses[name]), name
+
+
+def test_absent_friction_moves_as_friction_of_zero_strength() -> None:
+    none = {"shaft_radius": 0.0254, "mu_s": 0.0, "mu_k": 0.0}
+    regular = {"output__at_events": False}  # only one of them has events
+    absent = simulate(pulley(effects__shaft_friction=None, **regular))
+    zero = simulate(pulley(effects__shaft_friction=none, **regular))
+    # The friction that is there has the run stop where it turns round: other steps.
+    assert zero.courses["angle"] == pytest.approx(absent.courses["angle"], rel=1e-8, abs=1e-9)
+
+
+def test_sampling_does_not_change_the_run() -> None:
+    dense = simulate(pulley(output__interval=0.001))
+    sparse = simulate(pulley(output__interval=1.0))
+    assert dense.counts.steps == sparse.counts.steps
+    assert dense.courses["angle"][-1] == sparse.courses["angle"][-1]
+    assert dense.transitions == sparse.transitions
+
+
+def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
+    for duration, interval, expected in (
+        (1.0, 0.25, [0.0, 0.25, 0.5, 0.75, 1.0]),
+        (1.0, 0.4, [0.0, 0.4, 0.8, 1.0]),
+        (0.3, 0.1, [0.0, 0.1, 0.2, 0.3]),  # 3 * 0.1 is more than 0.3
+        (1.0, 5.0, [0.0, 1.0]),
+    ):
+        run = simulate(
+            pulley(solver__duration=duration, output__interval=interval, output__at_events=False)
+        )
+        assert run.time.tolist() == expected

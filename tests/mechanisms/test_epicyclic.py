@@ -1,0 +1,404 @@
+"""The epicyclic gear against independently computed motions, closed forms and invariants."""
+
+from math import cos, pi, radians, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from frictionsim.mechanisms import epicyclic
+from frictionsim.mechanisms.tracer_point import TracerPoint, place
+from frictionsim.scenario.loading import ScenarioFaults, validate
+from frictionsim.simulation.simulate import Run
+from tests.support.problems import cases
+from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
+
+# The gear of scenarios/epicyclic.toml, which the figures below belong to.
+GEAR: Scenario = {
+    "kind": "epicyclic",
+    "mechanism": {
+        "sun_radius": 0.12,
+        "planet_radius": 0.06,
+        "crank_mass": 0.8,
+        "planet_mass": 1.2,
+    },
+    "drive": {"torque": 6.0},
+    "effects": {
+        "gravity": {"g": 9.81},
+        "hinge_friction": {"torque_static": 0.15, "torque_kinetic": 0.15},
+        "rolling_friction": {"arm": 5e-4},
+    },
+    "solver": {"duration": 1.0, "rtol": 1e-11, "atol": 1e-13},
+}
+
+
+def gear(**changes: Any) -> Scenario:
+    return changed(GEAR, **changes)
+
+
+def modes(run: Run) -> list[tuple[int, int]]:
+    return [(e.mode_from, e.mode_to) for e in run.transitions]
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("case", cases("epicyclic"), ids=lambda case: case["name"])
+def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> None:
+    data = case["scenario"]
+    data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
+    run = simulate(data)
+    assert run.status == "done"
+    assert len(run.transitions) == case["event_count"]
+    for found, (time, mode_from, mode_to, angle) in zip(
+        run.transitions, case["events"], strict=False
+    ):
+        assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
+        # Some thousand steps of 1e-11; what is asked for is 1e-8 rad.
+        assert found.time == pytest.approx(time, abs=1e-8)
+        assert found.position == pytest.approx(angle, abs=1e-8)
+    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
+    work = case["energy"][0]
+    assert run.courses["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
+    assert [name for name, check in run.checks.items() if not check.ok] == []
+
+
+# phi(1) from phi = 0 at 3 rad/s under 6 N m, computed at rtol 1e-13 by another program.
+@pytest.mark.parametrize(
+    ("formulation", "angle", "velocity"),
+    [
+        ("consistent", 41.4502986322420, 84.264210239713),
+        ("published", 33.2911944709596, 73.390264949651),
+    ],
+)
+def test_formulations_differ_by_what_the_published_one_counts_twice(
+    formulation: str, angle: float, velocity: float
+) -> None:
+    data = gear(mechanism__formulation=formulation, mechanism__initial_angular_velocity=3.0)
+    run = simulate(data)
+    assert run.courses["angle"][-1] == pytest.approx(angle, abs=1e-8)
+    assert run.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-8)
+
+
+# Eq 28 in both forms, N m.
+@pytest.mark.parametrize(
+    ("degrees", "published", "consistent"),
+    [
+        (0, 5.39424, 3.12528),
+        (60, 2.937412276580026, 1.727932276580026),
+        (90, 0.467658, 0.317658),
+        (180, -4.49424, -2.52528),
+        (270, 0.432342, 0.317658),
+    ],
+)
+def test_uniform_torque_is_eq_28(degrees: float, published: float, consistent: float) -> None:
+    for formulation, torque in (("published", published), ("consistent", consistent)):
+        data = gear(
+            mechanism__formulation=formulation,
+            mechanism__initial_angle_deg=float(degrees),
+            solver__duration=1e-3,
+        )
+        run = simulate(data)
+        # A few roundings of terms near 5 N m.
+        assert run.courses["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("formulation", "mean"), [("published", 0.45), ("consistent", 0.311241431940467)]
+)
+def test_mean_of_the_uniform_torque_over_a_turn(formulation: str, mean: float) -> None:
+    scene = validate(gear(mechanism__formulation=formulation), SCENARIOS)
+    assert epicyclic.uniform_torque_mean(scene, 0.0) == pytest.approx(mean, rel=1e-14)
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0, 7.0, 7.38, 7.39, 20.0])
+def test_mean_with_radial_load_is_the_mean_of_the_course(speed: float) -> None:
+    data = gear(effects__rolling_friction__normal_load="radial")
+    scene = validate(data, SCENARIOS)
+    contact = epicyclic.build(scene).contact
+    assert contact is not None
+    angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
+    mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
+    # The midpoint rule has an error of order h^2 at the kinks.
+    assert epicyclic.uniform_torque_mean(scene, speed) == pytest.approx(mean, rel=1e-9)
+
+
+def test_prescribed_speed_takes_the_uniform_torque_and_dissipates_its_mean() -> None:
+    speed = 4.0
+    data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)
+    run = simulate(data)
+    found = run.courses
+    assert found["drive_torque"] == pytest.approx(found["uniform_torque"], abs=1e-14)  # roundings
+    # 2 pi M_A r1/r2 + 4 f G_2 lambda over a turn; rtol of the run
+    heat = 2 * pi * 0.15 * 2.0 + 4 * 5e-4 * 1.2 * 9.81 * 3.0
+    assert run.courses["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
+    assert run.courses["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
+
+
+def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
+    """The torque that a speed takes, given to the free gear, moves it with that speed."""
+    times = [0.0, 0.5, 1.0]
+    speeds = [2.0, 5.0, 1.0]
+    driven = simulate(
+        gear(drive={"speed": {"time": times, "value": speeds}}, output__interval=1e-4)
+    )
+    torque = driven.courses["drive_torque"]
+    time = driven.time
+    # The slope jumps at 0.5 s: two samples there, a hair apart.
+    corner = int(np.searchsorted(time, 0.5))
+    after = 2 * torque[corner + 1] - torque[corner + 2]
+    points = {
+        "time": [*time[: corner + 1], 0.5 + 1e-9, *time[corner + 1 :]],
+        "value": [*torque[: corner + 1], after, *torque[corner + 1 :]],
+    }
+    before = 2 * torque[corner - 1] - torque[corner - 2]
+    points["value"][corner] = before
+    free = simulate(gear(drive={"torque": points}, mechanism__initial_angular_velocity=2.0))
+    # The torque is joined by lines between samples 1e-4 s apart.
+    assert free.courses["angle"][-1] == pytest.approx(driven.courses["angle"][-1], abs=1e-6)
+
+
+def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
+    data = gear(
+        drive={"speed": {"time": [0.0, 1.0, 1.5], "value": [2.0, -2.0, 0.0]}},
+        solver__duration=2.0,
+    )
+    run = simulate(data)
+    assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(1, -1), (-1, 0)]
+    assert [e.time for e in run.transitions] == pytest.approx([0.5, 1.5], abs=1e-15)
+    assert [name for name, check in run.checks.items() if not check.ok] == []
+
+
+def test_free_decay_ends_in_the_stick_band_after_a_finite_number_of_reversals() -> None:
+    run = simulate(gear(drive={"torque": 0.0}, solver__duration=60.0))
+    contact = mechanism_of(run).contact
+    assert contact is not None
+    assert modes(run)[-1][1] == 0
+    angle = run.courses["angle"]
+    assert abs(2.82528 * cos(angle[-1])) <= contact.static_limit(0.0, angle[-1])
+    turning = [e.position for e in run.transitions]
+    swings = np.abs(np.diff(turning))
+    assert np.all(np.diff(swings) < 0.0)  # each is shorter than the one before
+    energy = run.courses["energy_kinetic"] + run.courses["energy_potential"]
+    assert np.all(np.diff(energy) <= 1e-10)  # rtol 1e-11 of 5 J
+
+
+def test_without_gravity_there_is_none() -> None:
+    run = simulate(gear(effects__gravity=None, drive__torque=1.0))
+    found = run.courses
+    assert "energy_potential" not in found
+    assert np.all(found["normal_load"] == 0.0)
+    # J phi'' = M_O - M_A r1/r2, uniformly accelerated; rtol of the run
+    assert run.courses["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("radius", "x", "y"),
+    [(0.06, 0.1314402418608, 0.0041610212473), (0.03, 0.1526534452964, 0.0253742246829)],
+)
+def test_tracer_is_on_its_epicycloid(radius: float, x: float, y: float) -> None:
+    point = TracerPoint(radius=radius, angle_deg=180.0)
+    found = place(0.18, 3.0, point, radians(15.0))
+    assert found == pytest.approx((x, y), abs=1e-12)  # the digits that are given
+
+
+def test_a_point_of_the_rim_stays_between_the_radii_and_has_a_path_of_8_lengths() -> None:
+    angle = np.linspace(0.0, 2 * pi, 100_001)
+    x, y = place(0.18, 3.0, TracerPoint(radius=0.06), angle)
+    distance = np.hypot(x, y)
+    assert distance.min() == pytest.approx(0.12, abs=1e-12)  # roundings
+    assert distance.max() == pytest.approx(0.24, abs=1e-8)  # order h^2 of the samples
+    path = np.sum(np.hypot(np.diff(x), np.diff(y)))
+    assert path == pytest.approx(8 * 0.18, rel=1e-8)  # chords, order h^2
+
+
+@pytest.mark.parametrize(("turns", "count"), [(0.2, 1), (0.5, 2), (0.9, 2), (1.0, 3), (3.4, 7)])
+def test_cusps_are_counted_where_the_point_touches_the_sun(turns: float, count: int) -> None:
+    """r1/r2 = 2: every half turn of the crank, and at the start."""
+    speed = 2 * pi * turns
+    data = gear(drive={"speed": speed}, effects__tracer_point={"radius": 0.06})
+    run = simulate(data)
+    assert run.quantities["tracer_cusps"].value == count
+    within = changed(data, effects__tracer_point={"radius": 0.05})
+    run = simulate(within)
+    assert run.quantities["tracer_cusps"].value is None
+
+
+def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
+    """Near a cusp the path is 2 L (1 - cos(phi r1/(2 r2))) long: L phi^2 for r1 = 2 r2."""
+    speed, distance = 1.0, 1e-4
+    data = gear(
+        drive={"speed": speed},
+        effects__tracer_point={"radius": 0.06, "dwell_distance": distance},
+        solver__duration=4.0,
+        output__interval=1e-3,
+    )
+    run = simulate(data)
+    half = (distance / 0.18) ** 0.5 / speed
+    # The cusp at pi is met by a sample to 1e-3 s, and the path bends: a part in a hundred.
+    assert run.quantities["tracer_dwell_time"].value == pytest.approx(2 * half, rel=0.05)
+
+
+@pytest.mark.parametrize("load", ["weight", "radial"])
+def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
+    data = gear(effects__rolling_friction__normal_load=load)
+    run = simulate(data)
+    statics, solved = epicyclic.statics(run.scene), run.quantities
+    assert {n: q for n, q in statics.items() if n in solved} == {
+        n: q for n, q in solved.items() if n in statics
+    }
+    assert "uniform_torque_mean" in statics.keys() & solved.keys()
+    # With the radial load of the motion there is another one at the speed of the end.
+    name = "uniform_torque_mean_at_final_speed"
+    assert (name in solved) is (load == "radial")
+    if load == "radial":
+        contact = epicyclic.build(run.scene).contact
+        assert contact is not None
+        angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
+        speed = run.courses["angular_velocity"][-1]
+        mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
+        assert solved[name].value == pytest.approx(mean, rel=1e-9)  # the midpoint rule at kinks
+        assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
+    """A run from one cusp on, or to the next one, has half of its dwell there."""
+    speed, distance = 1.0, 1e-4
+    data = gear(
+        mechanism__initial_angle_deg=0.0 if forward else 90.0,
+        drive={"speed": speed},
+        effects__tracer_point={"radius": 0.06, "dwell_distance": distance},
+        solver__duration=0.5 * pi,
+        output__interval=1e-3,
+    )
+    half = (distance / 0.18) ** 0.5 / speed
+    # As above; the end falls between two samples.
+    found = simulate(data).quantities["tracer_dwell_time"].value
+    assert found == pytest.approx(half, rel=0.05)
+
+
+def test_statics_are_the_edges_of_the_stick_band() -> None:
+    scene = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
+    found = epicyclic.statics(scene)
+    limit = 0.15 * 2 + 5e-4 * 1.2 * 9.81 * sin(radians(60)) * 3
+    balance = 2.82528 * cos(radians(60))
+    assert found["torque_to_start_forward"].value == pytest.approx(balance + limit, rel=1e-14)
+    assert found["torque_to_start_backward"].value == pytest.approx(balance - limit, rel=1e-14)
+    assert found["uniform_torque_mean_published"].value == pytest.approx(0.45, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "message"),
+    [
+        ({"mechanism__planet_radius": 0.0}, "mechanism.planet_radius", "above 0 m"),
+        (
+            {"mechanism__planet_mass": 0.0, "mechanism__crank_mass": 0.0},
+            "mechanism.crank_mass",
+            "no mass at all",
+        ),
+        ({"drive": {}}, "drive", "give one of torque and speed"),
+        ({"drive__speed": 1.0}, "drive", "give one of torque and speed"),
+        (
+            {"effects__hinge_friction__torque_kinetic": 0.2},
+            "effects.hinge_friction.torque_kinetic",
+            "above torque_static",
+        ),
+        (
+            {
+                "mechanism__formulation": "published",
+                "effects__rolling_friction__normal_load": "radial",
+            },
+            "effects.rolling_friction.normal_load",
+            "knows the weight alone",
+        ),
+        (
+            {"drive": {"speed": 1.0}, "mechanism__initial_angular_velocity": 1.0},
+            "mechanism.initial_angular_velocity",
+            "the speed of the drive gives it",
+        ),
+    ],
+)
+def test_a_wrong_gear_is_refused(change: dict[str, Any], where: str, message: str) -> None:
+    with pytest.raises(ScenarioFaults) as refused:
+        validate(gear(**change), SCENARIOS)
+    ((path, sentence),) = refused.value.faults
+    assert ".".join(map(str, path)) == where
+    assert message in sentence
+
+
+moderate = settings(
+    max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+)
+starts = st.floats(-180.0, 180.0)
+speeds = st.floats(-10.0, 10.0)
+torques = st.floats(-6.0, 6.0)
+loads = st.sampled_from(["weight", "radial"])
+
+
+def free(angle: float, speed: float, torque: float, load: str, **solver: Any) -> Scenario:
+    return gear(
+        mechanism__initial_angle_deg=angle,
+        mechanism__initial_angular_velocity=speed,
+        drive__torque=torque,
+        effects__rolling_friction__normal_load=load,
+        **solver,
+    )
+
+
+@moderate
+@given(starts, speeds, torques, loads)
+def test_mirrored_scenes_give_mirrored_motions(
+    angle: float, speed: float, torque: float, load: str
+) -> None:
+    """phi -> pi - phi, M_O -> -M_O."""
+    motion = simulate(free(angle, speed, torque, load))
+    mirrored = simulate(free(180.0 - angle, -speed, -torque, load))
+    # Rounding of pi - phi, grown along an unstable equilibrium at most a thousandfold or so.
+    assert pi - mirrored.courses["angle"] == pytest.approx(motion.courses["angle"], abs=1e-7)
+
+
+@moderate
+@given(starts, speeds, torques, loads, st.floats(0.1, 10.0))
+def test_masses_and_torques_scale_together(
+    angle: float, speed: float, torque: float, load: str, a: float
+) -> None:
+    data = free(angle, speed, torque, load)
+    scaled = changed(
+        data,
+        mechanism__crank_mass=0.8 * a,
+        mechanism__planet_mass=1.2 * a,
+        drive__torque=torque * a,
+        effects__hinge_friction={"torque_static": 0.15 * a, "torque_kinetic": 0.15 * a},
+    )
+    assert simulate(scaled).courses["angle"] == pytest.approx(
+        simulate(data).courses["angle"], abs=1e-7
+    )
+
+
+@moderate
+@given(starts, speeds, torques, loads, st.sampled_from(["events", "rkf45"]))
+def test_every_run_passes_its_audit(
+    angle: float, speed: float, torque: float, load: str, backend: str
+) -> None:
+    run = simulate(free(angle, speed, torque, load, solver__backend=backend))
+    assert run.status == "done"
+    assert [name for name, check in run.checks.items() if not check.ok] == []
+    assert run.checks["energy"].value < 1e-9
+
+
+@moderate
+@given(starts, torques, st.floats(0.05, 0.95))
+def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -> None:
+    """A gear at rest is released by a torque: earlier or later, it goes the same way."""
+    still = 2.82528 * cos(radians(angle))  # holds it in balance
+    step = 1e-3
+
+    def released(at: float) -> Run:
+        force = {"time": [at, at + step], "value": [still, still + torque]}
+        data = free(angle, 0.0, 0.0, "weight", solver__duration=at + 1.0, output__interval=at + 1.0)
+        return simulate(changed(data, drive__torque=force))
+
+    early, late = released(shift), released(shift + 1.0)
+    assert late.courses["angle"][-1] == pytest.approx(early.courses["angle"][-1], abs=1e-7)

@@ -1,0 +1,115 @@
+"""Impending motion of the pulley, eq 24, against closed forms and the paper's numbers."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.pulley import limit_forces, statics
+from frictionsim.scenario.loading import validate
+from tests.support.problems import CORD_RADIUS, LOAD, MU_S, SHAFT_RADIUS
+from tests.support.scenarios import SCENARIOS, pulley
+
+# The closed form evaluated with 30 digits; double precision gives it to a few roundings.
+EXACT = {
+    "friction_radius_static": 4.981349832509874e-3,
+    "friction_radius_kinetic": 2.527394463133372e-3,
+    "force_to_lift": 2707.703079618707,
+    "force_to_hold": 1826.869735915273,
+    "force_to_lift_vertical": 2707.703079618707,
+    "force_to_hold_vertical": 1826.869735915273,
+    "force_to_lift_horizontal": 2556.365307504849,
+    "force_to_hold_horizontal": 1935.021100262141,
+    "force_to_keep_lifting": 2456.993085547742,
+    "force_to_keep_lowering": 2013.2823486954345,
+}
+PRINTED = {
+    "friction_radius_static": 4.981e-3,
+    "friction_radius_kinetic": 2.527e-3,
+    "force_to_lift": 2707.6,
+    "force_to_hold": 1826.8,
+    "force_to_lift_horizontal": 2556.34,
+    "force_to_hold_horizontal": 1935.02,
+}
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_statics_are_exact(name: str) -> None:
+    found = statics(validate(pulley(), SCENARIOS))
+    assert found.keys() == EXACT.keys()
+    assert found[name].value == pytest.approx(EXACT[name], rel=1e-14)  # a few roundings
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_statics_agree_with_print(name: str) -> None:
+    # The paper rounds r_s to 4.981 mm before it uses it and cuts digits instead of rounding;
+    # the radii are printed with four digits.
+    rel = 1.6e-4 if name.startswith("friction") else 5e-5
+    assert statics(validate(pulley(), SCENARIOS))[name].value == pytest.approx(
+        PRINTED[name], rel=rel
+    )
+
+
+def test_the_scene_s_direction_decides_which_force_is_meant() -> None:
+    found = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
+    assert found["force_to_lift"] == found["force_to_lift_horizontal"]
+    assert found["force_to_hold"] == found["force_to_hold_horizontal"]
+
+
+def test_without_shaft_friction_the_load_balances_the_force() -> None:
+    found = statics(validate(pulley(effects__shaft_friction=None), SCENARIOS))
+    assert {name: q.value for name, q in found.items() if name.startswith("force")} == {
+        name: LOAD for name in EXACT if name.startswith("force")
+    }
+
+
+arms = st.floats(1e-3, 10.0)
+mus = st.floats(1e-6, 10.0)
+loads = st.floats(1e-3, 1e6)
+directions = st.booleans()
+
+
+@given(arms, mus, loads, directions)
+def test_forces_are_roots_of_eq_24(arm: float, mu: float, load: float, vertical: bool) -> None:
+    radius = friction_radius(0.5 * arm, mu)
+    for force in limit_forces(arm, radius, load, vertical):
+        assert force is not None
+        reaction = force + load if vertical else (force**2 + load**2) ** 0.5
+        # M and r_s R are differences and roots of products near arm * (force + load).
+        assert abs(force - load) * arm == pytest.approx(
+            radius * reaction, abs=1e-14 * arm * (force + load)
+        )
+
+
+@given(arms, mus, loads, directions)
+def test_product_of_lift_and_hold_is_the_square_of_the_load(
+    arm: float, mu: float, load: float, vertical: bool
+) -> None:
+    lift, hold = limit_forces(arm, friction_radius(0.9 * arm, mu), load, vertical)
+    assert lift is not None
+    assert lift * hold == pytest.approx(load**2, rel=1e-14)  # roundings
+
+
+@given(arms, mus, st.floats(1.001, 2.0), loads, directions)
+def test_more_friction_asks_for_more_lift_and_less_hold(
+    arm: float, mu: float, more: float, load: float, vertical: bool
+) -> None:
+    little = limit_forces(arm, friction_radius(0.5 * arm, mu), load, vertical)
+    much = limit_forces(arm, friction_radius(0.5 * arm, more * mu), load, vertical)
+    assert much.lift is not None
+    assert little.lift is not None
+    assert much.lift >= little.lift >= load
+    assert much.hold <= little.hold <= load
+
+
+def test_forces_tend_to_the_load_as_friction_goes() -> None:
+    lift, hold = limit_forces(CORD_RADIUS, friction_radius(SHAFT_RADIUS, 1e-12), LOAD, True)
+    assert lift == pytest.approx(LOAD, rel=2e-12)  # of the order of mu r/r_e
+    assert hold == pytest.approx(LOAD, rel=2e-12)
+
+
+@pytest.mark.parametrize("vertical", [True, False])
+def test_a_shaft_that_locks_itself_has_no_force_to_lift(vertical: bool) -> None:
+    radius = friction_radius(10 * CORD_RADIUS, MU_S)
+    assert radius > CORD_RADIUS
+    assert limit_forces(CORD_RADIUS, radius, LOAD, vertical) == (None, 0.0)

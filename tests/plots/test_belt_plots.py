@@ -1,0 +1,170 @@
+"""Pictures of belt drives, of results made by hand whose tensions and forces are known."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError
+from frictionsim.io import hdf5
+from frictionsim.io.hdf5 import Result
+from frictionsim.plots import VIEWS, plot
+from frictionsim.plots.belt_geometry import BeltLine, first_off, middle_of_first_span, runs
+from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
+
+RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
+FORCES = ["normal_force", "friction_force"]
+NEEDED = {
+    "speeds": ["pulley_speed", "pulley_torque"],
+    "drive": ["x", "y", "tension", *FORCES, "pulley_index", "sticking"],
+    "tension": ["x", "y", "pulley_index", "tension"],
+    "body": ["pulley_speed", "tension", *FORCES, "slip_velocity", "pulley_index"],
+}
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> Callable[..., str]:
+    """Draw a run; return the text of the picture."""
+
+    def draw(run: object, view: str, body: int | None = None) -> str:
+        plot(read_back(run, tmp_path), tmp_path / "a.svg", view, body)
+        return (tmp_path / "a.svg").read_text()
+
+    return draw
+
+
+def read_back(run: object, tmp_path: Path) -> Result:
+    hdf5.write(run, tmp_path / "a.h5")  # type: ignore[arg-type]
+    return hdf5.read(tmp_path / "a.h5")
+
+
+def without(*names: str) -> object:
+    run = belt_run(samples=5)
+    return run._replace(courses={k: v for k, v in run.courses.items() if k not in names})
+
+
+@pytest.mark.parametrize("view", VIEWS["belt_drive"])
+def test_a_view_needs_just_its_courses(view: str, picture: Callable[..., str]) -> None:
+    others = [name for name in belt_run(samples=2).courses if name not in NEEDED[view]]
+    picture(without(*others), view)
+    for name in NEEDED[view]:
+        with pytest.raises(InputError, match=rf"no course {name}; the view needs .*{name}"):
+            picture(without(name), view)
+
+
+def test_missing_channels_are_told_by_the_command(cli: Callable, tmp_path: Path) -> None:
+    hdf5.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
+    done = cli("plot", "a.h5", "--view", "drive")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "this result has no course x, tension; the view needs x, y, tension," in done.stderr
+
+
+@pytest.mark.parametrize("view", VIEWS["belt_drive"])
+def test_a_belt_without_friction_is_drawn_without_it(
+    view: str, picture: Callable[..., str]
+) -> None:
+    run = belt_run(samples=5, effects={})
+    names = ("friction_force", "slip_velocity", "sticking")
+    courses = {name: course for name, course in run.courses.items() if name not in names}
+    text = picture(run._replace(courses=courses), view)
+    assert "stick" not in text
+    assert "friction" not in text
+
+
+def test_pulleys_are_named(picture: Callable[..., str]) -> None:
+    for view in VIEWS["belt_drive"]:
+        text = picture(belt_run(FOUR, samples=41), view)
+        for pulley in FOUR:
+            assert f"<!-- {pulley.name}" in text, (view, pulley.name)
+
+
+def test_of_many_pulleys_the_first_are_shown_in_detail(picture: Callable[..., str]) -> None:
+    text = picture(belt_run(RING, bodies=400, samples=3), "drive")
+    assert "forces on the first 8 of 13 pulleys" in text
+
+
+@pytest.mark.parametrize("bodies", [400, 4000])
+def test_large_belts_still_make_small_pictures(bodies: int, tmp_path: Path) -> None:
+    result = read_back(belt_run(RING, bodies=bodies, samples=11), tmp_path)
+    for view in VIEWS["belt_drive"]:
+        plot(result, tmp_path / "a.png", view)
+        assert (tmp_path / "a.png").stat().st_size < 200_000, view
+
+
+def test_a_body_is_chosen_by_its_number(picture: Callable[..., str]) -> None:
+    assert "body 7 on driven" in picture(belt_run(), "body", 7)
+    assert "body 32 on driver" in picture(belt_run(), "body")
+
+
+def test_a_body_that_is_not_there_is_refused(cli: Callable, tmp_path: Path) -> None:
+    hdf5.write(belt_run(samples=3), tmp_path / "a.h5")
+    for number in ("150", "-1"):
+        done = cli("plot", "a.h5", "--view", "body", f"--body={number}")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"there is no body {number}; the bodies of this belt are 0 to 149" in done.stderr
+    done = cli("plot", "a.h5", "--body", "3")
+    assert done.returncode == 2
+    assert "the view 'speeds' shows no single body" in done.stderr
+
+
+def test_a_pulley_that_the_scenario_does_not_have_is_refused(picture: Callable[..., str]) -> None:
+    run = belt_run(samples=3)
+    touched = run.courses["pulley_index"].copy()
+    touched[:, 3] = 2.0
+    for view in ("drive", "tension", "body"):
+        with pytest.raises(InputError, match="touch pulleys that its scenario does not have"):
+            picture(run._replace(courses=run.courses | {"pulley_index": touched}), view)
+
+
+def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> None:
+    bodies = 600
+    result = read_back(belt_run(FOUR, bodies=bodies), tmp_path)
+    _, distances, under = lay(FOUR)
+    belt = BeltLine(result, -1)
+    pitch = distances[-1] / bodies
+    assert belt.length == pytest.approx(distances[-1], rel=1e-3)
+    found = result.courses["tension"][-1][belt.order]
+    # The first joint is within a body of where the belt leaves the pulley.
+    expected = tension_at(belt.place[:-1], under, distances, 1.0)
+    slope = 4.0 * 560.0 / distances[-1]
+    assert np.max(np.abs(found - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
+
+
+def test_the_mean_is_taken_at_places_that_the_belt_runs_through(tmp_path: Path) -> None:
+    result = read_back(belt_run(FOUR, bodies=600), tmp_path)
+    belt = BeltLine(result, -1)
+    at_end = result.courses["tension"][-1][np.append(belt.order, belt.order[0])]
+    # The tension at a place is steady there, though each joint has run on by 0.24 m.
+    steady = belt.mean(result, range(160, 201))
+    assert np.max(np.abs(steady - at_end)) < 0.02 * np.ptp(at_end)
+
+
+def test_a_point_has_the_place_of_the_nearest_leg(tmp_path: Path) -> None:
+    result = read_back(belt_run(TWO, samples=3), tmp_path)
+    belt = BeltLine(result, -1)
+    middle = 0.5 * (belt.place[10] + belt.place[11])
+    start, stop = (np.array(belt._points[i]) for i in (10, 11))
+    off = 0.002 * np.array([start[1] - stop[1], stop[0] - start[0]]) / np.hypot(*(stop - start))
+    places = belt.places_of(np.array([start, 0.5 * (start + stop) + off]))
+    np.testing.assert_allclose(places, [belt.place[10], middle], atol=1e-12)
+
+
+def test_runs_are_those_of_equal_values() -> None:
+    assert list(runs(np.array([0.0, 0.0, -1.0, 2.0]))) == [(0.0, 0, 2), (-1.0, 2, 3), (2.0, 3, 4)]
+
+
+@pytest.mark.parametrize(
+    ("touched", "off", "middle"),
+    [
+        ([-1, -1, -1, 1, 1, -1, 0, 0], 0, 1),
+        ([0, 0, -1, -1, -1, -1, 1, -1], 2, 4),
+        ([0, -1, 0, -1, -1, 1, 1, 1], 3, 4),  # one has lifted off between two that touch
+        ([-1, -1, -1, -1], 0, 0),
+    ],
+)
+def test_the_first_span_begins_where_the_belt_leaves_the_first_pulley(
+    touched: list[int], off: int, middle: int
+) -> None:
+    assert first_off(np.array(touched)) == off
+    assert middle_of_first_span(np.array(touched)) == middle

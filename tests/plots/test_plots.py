@@ -1,0 +1,240 @@
+"""Pictures of results: every view of every kind, the same bytes for the same result."""
+
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io import hdf5
+from frictionsim.plots import VIEWS, plot, plot_all, views_of
+from frictionsim.plots.time_history import rows_for
+from frictionsim.simulation.simulate import Run
+from tests.support.belt_results import FOUR, TWO, belt_run
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+
+MOST_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
+KINDS_SHIPPED = {"pulley", "marble_machine", "epicyclic"}
+SHIPPED = {
+    path.stem: data["kind"]
+    for path in sorted(SCENARIOS.glob("*.toml"))
+    if (data := tomllib.loads(path.read_text()))["kind"] in KINDS_SHIPPED
+}
+BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
+
+
+def scenario(name: str) -> Scenario:
+    return tomllib.loads((SCENARIOS / f"{name}.toml").read_text())
+
+
+@cache
+def run_of(name: str) -> Run:
+    return belt_run(BELTS[name]) if name in BELTS else simulate(scenario(name))
+
+
+def drawn(run: Run, tmp_path: Path, view: str | None = None, body: int | None = None) -> str:
+    """Return the picture of a run as the text of an SVG."""
+    hdf5.write(run, tmp_path / "drawn.h5")
+    picture = tmp_path / "drawn.svg"
+    plot(hdf5.read(tmp_path / "drawn.h5"), picture, view, body)
+    return picture.read_text()
+
+
+def views() -> list[tuple[str, str]]:
+    kinds = SHIPPED | dict.fromkeys(BELTS, "belt_drive")
+    return [(name, view) for name, kind in kinds.items() for view in VIEWS[kind]]
+
+
+@pytest.mark.parametrize(("name", "view"), views())
+def test_every_view_is_drawn_small_and_always_alike(name: str, view: str, tmp_path: Path) -> None:
+    hdf5.write(run_of(name), tmp_path / "a.h5")
+    result = hdf5.read(tmp_path / "a.h5")
+    for picture in ("a.png", "b.png"):
+        plot(result, tmp_path / picture, view)
+    picture = (tmp_path / "a.png").read_bytes()
+    assert picture == (tmp_path / "b.png").read_bytes()
+    assert 5_000 < len(picture) < MOST_BYTES
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> hdf5.Result:
+    path = tmp_path / "pulley.h5"
+    hdf5.write(simulate(pulley()), path)
+    return hdf5.read(path)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
+def test_the_same_result_gives_the_same_picture(
+    result: hdf5.Result, suffix: str, tmp_path: Path
+) -> None:
+    pictures = [tmp_path / f"{name}{suffix}" for name in ("a", "b")]
+    for picture in pictures:
+        plot(result, picture)
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+def test_panels_name_course_and_unit(result: hdf5.Result, tmp_path: Path) -> None:
+    picture = tmp_path / "pulley.svg"
+    plot(result, picture)
+    text = picture.read_text()
+    for label in ("drive force", "friction torque", "angular velocity", "angle", "time, s"):
+        assert f"<!-- {label}" in text, label
+
+
+def test_other_formats_and_places_are_refused(result: hdf5.Result, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"written as .png, .pdf, .svg"):
+        plot(result, tmp_path / "pulley.jpg")
+    with pytest.raises(OutputError, match="cannot write the picture"):
+        plot(result, tmp_path / "nowhere" / "pulley.png")
+
+
+def test_plot_command_names_what_it_wrote(cli: Callable, tmp_path: Path) -> None:
+    hdf5.write(simulate(pulley(effects=None)), tmp_path / "bare.h5")
+    done = cli("plot", "bare.h5")
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "bare.png", "")
+    assert (tmp_path / "bare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_all_views_are_drawn_each_into_its_file(cli: Callable, tmp_path: Path) -> None:
+    hdf5.write(run_of("epicyclic"), tmp_path / "gear.h5")
+    done = cli("plot", "gear.h5", "--view", "all", "-o", "g.svg")
+    names = [f"g-{view}.svg" for view in ("response", "torque", "path")]
+    assert (done.returncode, done.stdout.split(), done.stderr) == (0, names, "")
+    assert all((tmp_path / name).is_file() for name in names)
+
+
+def test_a_view_that_cannot_be_drawn_is_left_out_of_all(cli: Callable, tmp_path: Path) -> None:
+    bare = changed(scenario("epicyclic"), effects__tracer_point=None)
+    hdf5.write(simulate(bare), tmp_path / "gear.h5")
+    done = cli("plot", "gear.h5", "--view", "all")
+    assert (done.returncode, done.stdout.split()) == (0, ["gear-response.png", "gear-torque.png"])
+    assert "left out: cannot draw the view 'path'" in done.stderr
+    alone = cli("plot", "gear.h5", "--view", "path")
+    assert (alone.returncode, alone.stdout) == (2, "")
+    assert "effects.tracer_point" in alone.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--view", "tension"], "no view 'tension' of kind 'pulley'; there are: response, all"),
+        (["--body", "3"], "the view 'response' shows no single body"),
+        (["--view", "all", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
+        (["--body", "x"], "Invalid value for '--body'"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(
+    arguments: list[str], message: str, cli: Callable, tmp_path: Path
+) -> None:
+    hdf5.write(run_of("pulley"), tmp_path / "a.h5")
+    done = cli("plot", "a.h5", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]
+
+
+def test_a_result_of_an_unknown_kind_is_refused() -> None:
+    with pytest.raises(InputError, match="of kind 'clock'; known: pulley, marble_machine"):
+        views_of("clock")
+
+
+def test_a_result_without_samples_is_refused(tmp_path: Path) -> None:
+    run = run_of("pulley")
+    none = {name: course[:0] for name, course in run.courses.items()}
+    with pytest.raises(InputError, match="it has no samples"):
+        drawn(run._replace(time=run.time[:0], courses=none), tmp_path)
+
+
+def test_one_sample_is_enough(tmp_path: Path) -> None:
+    for name, kind in (SHIPPED | {"two pulleys": "belt_drive"}).items():
+        run = run_of(name)
+        first = {course: values[:1] for course, values in run.courses.items()}
+        hdf5.write(
+            run._replace(time=run.time[:1], courses=first, transitions=[], sides={}),
+            tmp_path / "a.h5",
+        )
+        written, reasons = plot_all(hdf5.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
+        assert (len(written), reasons) == (len(VIEWS[kind]), [])
+
+
+def test_sticks_and_events_are_named_with_their_times(tmp_path: Path) -> None:
+    text = drawn(run_of("pulley_return"), tmp_path)
+    for words in ("sticking", "breakaway", "comes to rest", "0.5464 s", "5.134 s", "stick"):
+        assert f"<!-- {words} -->" in text
+
+
+def test_a_pulley_is_shown_with_its_limits_of_rest(tmp_path: Path) -> None:
+    text = drawn(run_of("pulley"), tmp_path)
+    for words in ("2707.7 N", "1826.9 N", "limit of static friction"):
+        assert f"<!-- {words}" in text
+    locked = simulate(pulley(effects__shaft_friction__mu_s=1.9, drive__force=10.0))
+    pressed = drawn(locked, tmp_path)
+    assert "limit of static friction" in pressed
+    assert "to lift" not in pressed
+    free = drawn(simulate(pulley(effects=None)), tmp_path)
+    assert "to lift" not in free
+    assert "limit of static friction" not in free
+
+
+def test_a_picture_of_many_events_is_small_and_marks_none(tmp_path: Path) -> None:
+    sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
+    run = simulate(pulley(drive__force=sine, solver__duration=60.0))
+    assert "events, not marked" in drawn(run, tmp_path)
+    plot(hdf5.read(tmp_path / "drawn.h5"), tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size < MOST_BYTES
+
+
+def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path) -> None:
+    hdf5.write(run_of("pulley"), tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        file.attrs["scenario"] = file.attrs["scenario"].replace("cord_radius", "radius_of_the_cord")
+    picture = tmp_path / "a.svg"
+    plot(hdf5.read(tmp_path / "a.h5"), picture)
+    assert "to lift" not in picture.read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "view", "scene", "message"),
+    [
+        ("marble_machine", "torque", "", "the scenario in this result has no mechanism.gear_ratio"),
+        ("epicyclic", "path", "a = ", "cannot read the scenario in this result"),
+        ("two pulleys", "drive", "", "the scenario in this result has no mechanism.pulleys"),
+    ],
+)
+def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
+    name: str, view: str, scene: str, message: str, tmp_path: Path
+) -> None:
+    hdf5.write(run_of(name), tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        file.attrs["scenario"] = scene
+    with pytest.raises(InputError, match=message):
+        plot(hdf5.read(tmp_path / "a.h5"), tmp_path / "a.png", view)
+
+
+@pytest.mark.parametrize(
+    ("name", "view", "channels", "needed"),
+    [
+        ("marble_machine", "torque", ["angle"], "no course motor_torque"),
+        ("epicyclic", "torque", ["drive_torque"], "no course angle"),
+        ("epicyclic", "torque", ["angle"], "none of the courses drive_torque, uniform_torque"),
+        ("epicyclic", "path", ["tracer_x"], "tracer_x, tracer_y"),
+    ],
+)
+def test_a_view_says_which_courses_it_needs(
+    name: str, view: str, channels: list[str], needed: str, tmp_path: Path
+) -> None:
+    run = run_of(name)
+    kept = {channel: run.courses[channel] for channel in channels}
+    with pytest.raises(InputError, match=needed):
+        drawn(run._replace(courses=kept), tmp_path, view)
+
+
+def test_texts_go_into_rows_until_they_have_room() -> None:
+    assert rows_for([0.0, 1.0, 2.0], 0.9, most=2) == [0, 0, 0]
+    assert rows_for([0.0, 0.5, 1.0], 0.9, most=2) == [0, 1, 0]
+    assert rows_for(np.array([0.0, 0.1, 0.2]), 0.9, most=2) == []
+    assert rows_for([], 0.9, most=2) == []

@@ -1,0 +1,228 @@
+"""The scenes of `scenarios/hard`: what must come out of each, by every backend that does it."""
+
+import json
+from math import asin, cos, pi, radians, sin, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import Run, run
+from tests.support.problems import R_K, RETURN_STICK, cases
+from tests.support.scenarios import SCENARIOS
+
+HARD = SCENARIOS / "hard"
+MANY_CYCLES_SHORTEST = 0.0213745  # s
+BACKENDS = ("events", "rkf45")
+# Each of them is a scene of tests/data, whose transitions and final state are known.
+KNOWN = {
+    "return": "return",
+    "equal_coefficients": "sine_2Hz_two_way_mu_equal",
+    "no_static_friction": "frictionless_mu0_sine",
+    "tiny_inertia": "inertia_1e-6_ramp",
+    "huge_inertia": "inertia_1e4_sine",
+    "jump": "near_jump_down_reversal_1e-6",
+    "load_through_zero": "hor_W0_sine",
+    "motor_runs_back": "motor_inertia_run_back",
+    "motor_stalls": "stall_in_the_cell",
+    "decay": "decay_from_80",
+}
+
+
+def outcome(name: str, backend: str, *overrides: str) -> Run:
+    """Run a hard scene, which has to pass its audit."""
+    scene = load(HARD / f"{name}.toml", list(overrides), backend)
+    done = run(scene, lambda t: None)
+    assert (done.status, done.reason) == ("done", "")
+    assert {key: check for key, check in done.checks.items() if not check.ok} == {}
+    return done
+
+
+def modes(of: Run) -> list[tuple[int, int]]:
+    """Return what the contact went through; transfers of marbles are no changes of mode."""
+    return [(e.mode_from, e.mode_to) for e in of.transitions if e.mode_from != e.mode_to]
+
+
+def reference(name: str) -> dict[str, Any]:
+    return next(
+        case
+        for kind in ("pulley", "marble_machine", "epicyclic")
+        for case in cases(kind)
+        if case["name"] == name
+    )
+
+
+def test_every_hard_scene_has_a_test() -> None:
+    others = {"breakaway_limit", "jump_from_csv", "many_cycles", "long_stick"}
+    shafts = {path.stem for path in HARD.glob("*.toml") if not path.stem.startswith("belt")}
+    assert shafts == KNOWN.keys() | others
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    "name",
+    # The stiff one takes a million steps; test_pulley.py has it, too.
+    [pytest.param(n, marks=pytest.mark.long if n == "tiny_inertia" else ()) for n in KNOWN],
+)
+def test_a_hard_scene_gives_the_reference(name: str, backend: str) -> None:
+    case = reference(KNOWN[name])
+    done = outcome(name, backend)
+    assert len(modes(done)) == case["event_count"]
+    changes = [e for e in done.transitions if e.mode_from != e.mode_to]
+    # events locates to the tolerance; rkf45 steps across a stop, and a rest is a little late.
+    time, angle = (1e-9, 1e-8) if backend == "events" else (1e-6, 1e-5)
+    for found, (at, *between, where) in zip(changes, case["events"], strict=False):
+        assert [found.mode_from, found.mode_to] == between
+        assert found.time == pytest.approx(at, abs=time)
+        assert found.position == pytest.approx(where, abs=angle)
+    # ... and the stops of a motion are late by as much each.
+    last = [done.courses["angle"][-1], done.courses["angular_velocity"][-1]]
+    assert last == pytest.approx(case["final"], abs=10.0 * angle)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
+    done = outcome("motor_runs_back", backend)
+    # The moment of five marbles from the bottom, less the friction that still holds them, is what
+    # the pinion has to give: a k T = M_L - r_s |reaction| squared, a quadratic in T.
+    weight, load = (0.128 + 5 * 0.007) * 9.81, 0.007 * 9.81 * 0.0573425
+    load *= sin(radians(72.0)) / sin(radians(18.0))
+    radius = 0.003 * 0.5 / sqrt(1.25)
+    tooth = 1.0 / (0.017993 * cos(radians(20.0)))  # N on the tooth for each N m on the pinion
+    down = -tooth * sin(radians(102.60069032243837 + 90.0 + 20.0))
+    a = 4.0**2 - (radius * tooth) ** 2
+    b = 4.0 * load + radius**2 * weight * down
+    c = load**2 - (radius * weight) ** 2
+    torque = (b - sqrt(b * b - a * c)) / a
+    expected = 0.5 + 0.5 * (0.003 - torque) / (0.003 - 0.0008)
+    assert f"after {expected:.11f} s" in (HARD / "motor_runs_back.toml").read_text()
+    start, *transfers = done.transitions
+    # Both methods find a breakaway from rest to the roundings of the moments.
+    assert start.time == pytest.approx(expected, abs=1e-11)
+    assert not np.any(done.courses["angle"][done.time < expected])
+    assert (done.courses["angular_velocity"][done.time > expected + 1e-6] < 0.0).all()
+    assert [event.contact for event in transfers] == ["transfer"] * 24
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(("factor", "moves"), [(1.0, False), (1 - 1e-9, False), (1 + 1e-9, True)])
+def test_a_part_in_a_billion_decides(factor: float, moves: bool, backend: str) -> None:
+    force = 2707.703079618707 * factor
+    done = outcome("breakaway_limit", backend, f"drive.force={force!r}")
+    assert modes(done) == ([(0, 1)] if moves else [])
+    assert bool(np.any(done.courses["angle"])) is moves
+    if moves:
+        angle, velocity = reference("tie_lift_1e-9_outside")["final"]
+        assert done.courses["angle"][-1] == pytest.approx(angle, abs=1e-7)
+        assert done.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-7)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_not_a_bit_changes_after_the_stop(backend: str) -> None:
+    done = outcome("return", backend)
+    resting = done.time > RETURN_STICK[0] + 1e-3
+    for name in ("angle", "angular_velocity", "angular_acceleration", "energy_friction"):
+        assert np.unique(done.courses[name][resting]).size == 1
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
+    done = outcome("jump_from_csv", backend)
+    (breakaway,) = done.transitions
+    assert breakaway.time in (1.0, 1.0000000000000002)
+    # From rest under constant moments: I dw/dt = A - b w, b/I = 1/s.
+    first = ((3113.75 - 2224.1) * 0.0508 - R_K * (3113.75 + 2224.1)) / 1.355
+    t = done.time - 1.0
+    expected = np.where(t > 0.0, first * (t - 1.0 + np.exp(-t)), 0.0)
+    assert done.courses["angle"] == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_breakaway_from_a_tie_is_at_the_tie(backend: str) -> None:
+    """Moment and limit are both zero at the start, and the moment is above as soon as it can be."""
+    done = outcome("load_through_zero", backend)
+    assert modes(done)[0] == (0, 1)
+    assert done.transitions[0].time == done.quantities["breakaway_time"].value == 0.0
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
+    # Sampled once a period as here, all samples of the force are alike, which is warned of.
+    done = outcome("many_cycles", backend, "output.interval=0.1", "output.at_events=false")
+    assert np.ptp(done.courses["drive_force"]) < 1e-6
+    assert not np.any(done.courses["angular_velocity"])
+    assert [warning.partition(":")[0] for warning in done.warnings] == [
+        "output.interval = 0.1 s is longer than a tenth of the period of drive.force, 0.1 s",
+        "output.interval = 0.1 s is longer than a tenth of the shortest time between two changes"
+        f" of stick and slip, {MANY_CYCLES_SHORTEST} s",
+    ]
+    assert modes(done) == [(0, 1), (1, 0)] * 3000
+    times = np.array([e.time for e in done.transitions]).reshape(3000, 2)
+    periods = 0.1 * np.arange(3000.0)
+    first = asin((2707.703079618707 - 2450.0) / 450.0) / (2.0 * pi * 10.0)
+    assert times[:, 0] - periods == pytest.approx(np.full(3000, first), abs=1e-12)
+    # A rest is as late as the tolerance of the position lets it be.
+    late = 1e-9 if backend == "events" else 1e-6
+    assert np.ptp(times[:, 1] - periods) < late
+    angles = np.array([e.position for e in done.transitions[1::2]])
+    assert angles == pytest.approx(angles[0] * np.arange(1, 3001), rel=1e-7)
+
+
+def test_the_samples_of_many_cycles_show_each_of_them() -> None:
+    done = outcome("many_cycles", "events", "solver.duration=2.0")
+    assert done.warnings == ()
+    assert np.ptp(done.courses["drive_force"]) == pytest.approx(900.0, rel=1e-2)
+    moving = (done.courses["angular_velocity"] > 0.0).astype(int)
+    assert np.count_nonzero(np.diff(moving) == 1) == 20
+
+
+# What is said of a scene because it is so; no other of them is warned of, and no shipped one.
+EXPECTED_WARNINGS = {
+    "breakaway_limit": ["nothing moves"],
+    "long_stick": ["nothing moves"],
+    "load_through_zero": ["cannot push"],
+    "motor_stalls": ["not above", "stands still"],
+    "motor_runs_back": ["not above", "ran back"],
+}
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        path
+        for path in (*sorted(SCENARIOS.glob("*.toml")), *sorted(HARD.glob("*.toml")))
+        if not path.stem.startswith("belt")
+        and path.stem not in ("many_cycles", "tiny_inertia")  # long runs
+    ],
+    ids=lambda path: path.stem,
+)
+def test_no_scene_is_warned_of_without_need(path: Path) -> None:
+    warnings = run(load(path), lambda t: None).warnings
+    expected = EXPECTED_WARNINGS.get(path.stem, [])
+    assert len(warnings) == len(expected)
+    for warning, words in zip(warnings, expected, strict=True):
+        assert words in warning
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_long_rest_moves_nothing(backend: str) -> None:
+    done = outcome("long_stick", backend)
+    assert done.transitions == []
+    assert done.time[-1] == 1e6
+    for name in ("angle", "angular_velocity", "energy_input", "energy_friction"):
+        assert not np.any(done.courses[name])
+    force = 2450.0 + 257.703076911
+    assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # so near to the limit it comes
+    (warning,) = done.warnings
+    share = float(warning.removeprefix("nothing moves: the largest moment is ").split()[0])
+    assert 0.0 < 1.0 - share / 100.0 < 1e-8
+
+
+def test_a_hard_scene_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
+    assert run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
+    said = capsys.readouterr().out
+    assert "force_to_lift" in json.loads(said[said.index("{") :])["quantities"]

@@ -1,0 +1,297 @@
+"""The belts of `scenarios/hard`: what must come out of each, by both backends with exact stick."""
+
+import itertools
+from collections.abc import Callable
+from math import exp, pi, sqrt
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import Run, run
+from tests.support.scenarios import SCENARIOS
+
+HARD = SCENARIOS / "hard"
+BACKENDS = ("moreau", "rkf45")
+Mask = NDArray[np.bool_]
+Course = NDArray[np.float64]
+
+
+def outcome(name: str, backend: str, *overrides: str) -> Run:
+    """Run a hard scene, which has to pass its audit and hold nothing that is not finite."""
+    done = run(load(HARD / f"{name}.toml", list(overrides), backend), lambda t: None)
+    assert (done.status, done.reason) == ("done", "")
+    assert {key: check for key, check in done.checks.items() if not check.ok} == {}
+    assert all(np.isfinite(course).all() for course in done.courses.values())
+    return done
+
+
+def figure(of: Run, name: str) -> float:
+    value = of.quantities[name].value
+    assert value is not None
+    return value
+
+
+def spans(of: Run, which: Mask) -> tuple[float, float]:
+    """Return the mean tensions of the upper and of the lower span of two equal pulleys.
+
+    They stand side by side; a joint is in a span if neither body beside it touches a pulley.
+    """
+    courses = of.courses
+    free = courses["pulley_index"][which] < 0.0
+    free &= np.roll(free, 1, axis=1)
+    above = courses["y"][which] > 0.0
+    tension = courses["tension"][which]
+    return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
+
+
+def sliding_share(of: Run, pulley: int) -> Course:
+    """Return the share of the bodies on a pulley that slide on it, sample by sample."""
+    on = of.courses["pulley_index"] == pulley
+    share: Course = (on & (of.courses["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
+    return share
+
+
+def mean_slip(of: Run, pulley: int) -> Course:
+    """Return the mean speed of a rim against the bodies on it, m/s, sample by sample."""
+    on = of.courses["pulley_index"] == pulley
+    slip: Course = (of.courses["slip_velocity"] * on).sum(axis=1) / on.sum(axis=1)
+    return slip
+
+
+def test_every_hard_belt_has_a_test() -> None:
+    with open(__file__) as source:
+        tested = source.read()
+    assert [p.stem for p in HARD.glob("belt_*.toml") if f'"{p.stem}"' not in tested] == []
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_stiff_damping_leaves_the_step_to_the_waves(backend: str) -> None:
+    done = outcome("belt_stiff_damping", backend)
+    # The two methods are 2e-4 apart here; the slip is that of the weaker damping to 1 %.
+    assert figure(done, "tension_tight") == pytest.approx(634.1, rel=5e-4)
+    if backend == "moreau":
+        assert done.counts.steps < 35_000
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
+    done = outcome("belt_reversal", backend)
+    speed = done.courses["pulley_speed"]
+    assert (speed[done.time < 0.14] <= 0.0).all()
+    assert (speed[done.time > 0.3] > 0.0).all()
+    # Tight and slack span change places.
+    assert figure(done, "tension_driver_to_driven") < figure(done, "tension_driven_to_driver")
+    assert figure(done, "tension_tight") == pytest.approx(760.29, rel=1e-4)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_overloaded_belt_has_the_ratio_of_a_capstan_that_bends(backend: str) -> None:
+    ratios = []
+    for bodies in (150, 300):
+        done = outcome("belt_overload", backend, f"mechanism.belt.bodies={bodies}")
+        slips = done.time > 0.2
+        assert not (done.courses["sticking"] * (done.courses["pulley_index"] == 0.0))[slips].any()
+        turned = np.ptp(done.courses["pulley_angle"][slips], axis=0)
+        assert turned[0] > 100.0 * turned[1]
+        upper, lower = spans(done, slips)
+        ratios.append(lower / upper)
+        expected = bending_capstan(upper + lower)
+        assert expected == pytest.approx(2.491, abs=1e-3)  # what the scenario promises
+    # Off by 1.26 and 0.33 %: of second order in the length of a body. Without bending it is 2.566.
+    assert ratios == pytest.approx([expected, expected], rel=0.015)
+    assert ratios[1] == pytest.approx(expected, rel=0.004)
+    assert ratios[1] + (ratios[1] - ratios[0]) / 3.0 == pytest.approx(expected, rel=1e-3)
+
+
+def bending_capstan(both: float) -> float:
+    """Return T1/T2 of an elastica that slips round half a pulley, from T1 + T2.
+
+    Bent to 1/R it has EI/(2 R^2) less tension than the span. It touches over less than pi, by
+    sqrt(EI/T)/R at each end, and presses there with a single force sqrt(EI T)/R, which has
+    friction, too. (T1 + T2 matters little: 2.489 at 1110 N, 2.491 here.)
+    """
+    rigidity, radius, mu = 0.026, 0.027, 0.3
+    bent = rigidity / (2.0 * radius**2)
+
+    def excess(tight: float) -> float:
+        slack = both - tight
+        first = tight - bent - mu * sqrt(rigidity * tight) / radius
+        last = slack - bent + mu * sqrt(rigidity * slack) / radius
+        open_ = (sqrt(rigidity / tight) + sqrt(rigidity / slack)) / radius
+        return first - last * exp(mu * (pi - open_))
+
+    tight = bisected(excess, 0.5 * both, 0.9 * both)
+    return tight / (both - tight)
+
+
+def bisected(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return a root of a function that is negative at `low` and positive at `high`."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_slack_belt_is_warned_of(backend: str) -> None:
+    done = outcome("belt_slack", backend)
+    assert "goes slack at t = " in done.warnings[0]
+    assert "chaotic" in done.warnings[0]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> None:
+    done = outcome("belt_sudden_stop", backend)
+    stopped = done.time > 0.10015
+    assert (done.courses["pulley_speed"][stopped, 1] == 0.0).all()
+    driver, driven = sliding_share(done, 0), sliding_share(done, 1)
+    assert driver[stopped].max() == 1.0
+    # Before the stop only the exit of an arc slides, where the tension changes: creep.
+    steady = (done.time > 0.09) & (done.time < 0.0999)
+    assert max(driver[steady].mean(), driven[steady].mean()) < 0.5
+    # As one body, driver and belt lose 100 rad/s by the friction of the slipping arc less the
+    # torque, which goes on. The waves, 0.5 ms from pulley to pulley and back, are what is left.
+    radius, impedance = 0.027, sqrt(1.52e5 * 0.096)  # N s/m, of a wave along a span
+    ratio, both = bending_capstan(1110.0), 1110.0
+    surplus = both * (ratio - 1.0) / (ratio + 1.0) - 5.0 / radius
+    mass = 2.4e-4 / radius**2 + 0.096 * 1.2
+    whole = done.time[(driven == 1.0) & (done.time > 0.0999)]
+    assert np.ptp(whole) == pytest.approx(100.0 * radius * mass / surplus, rel=0.1)
+    assert (driven[done.time > whole[-1] + 1e-3] < 0.5).all()
+    # What the friction has more than before the stop starts a wave into each of the two spans.
+    first = (done.time > 0.1002) & (done.time < 0.1006)
+    slip = mean_slip(done, 1)
+    assert slip[first].mean() == pytest.approx(100.0 * radius - 0.5 * surplus / impedance, rel=0.08)
+    # The two backends are 2e-3 apart.
+    after = done.time > 0.0999
+    assert np.trapezoid(slip[after], done.time[after]) == pytest.approx(4.2e-3, rel=0.01)
+    assert (done.courses["pulley_index"].max(axis=1) == 1.0).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
+    done = outcome("belt_loose", backend)
+    assert figure(done, "pretension") == pytest.approx(0.5, rel=1e-6)
+    c, share = done.courses, sliding_share(done, 0)
+    assert not share[done.time < 0.025].any()
+    late = done.time > 0.033
+    assert (share[late] == 1.0).all()
+    on = c["pulley_index"] == 0.0
+    friction = (c["friction_force"] * on).sum(axis=1)
+    pressed = (c["normal_force"] * on).sum(axis=1)
+    assert np.abs(friction[late]) == pytest.approx(0.15 * pressed[late], rel=1e-9)
+    # What the torque, 0.2 N m/s, has in excess of that friction is what the driver gains.
+    t = done.time[late]
+    impulse = -0.1 * (t[-1] ** 2 - t[0] ** 2) + 0.027 * 0.15 * np.trapezoid(pressed[late], t)
+    gained = np.ptp(c["pulley_speed"][late, 0])
+    assert 2.4e-4 * gained == pytest.approx(-impulse, rel=1e-3)
+    assert np.trapezoid(mean_slip(done, 0), done.time) == pytest.approx(-1.92e-3, rel=0.01)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_twelve_bodies_close_their_energy(backend: str) -> None:
+    done = outcome("belt_coarse", backend)
+    assert len(done.axes["body"]) == 12
+    assert figure(done, "driven_speed") == pytest.approx(-12.0, rel=0.05)  # a polygon of 60 degrees
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_six_hundred_bodies_have_no_corners_and_150_have(backend: str) -> None:
+    fine = Steady(outcome("belt_fine", backend))
+    coarse = Steady(outcome("belt_fine", "moreau", "mechanism.belt.bodies=150"))
+    # The torque over the radius; what is left is the length of the bodies squared.
+    assert fine.tight - fine.slack == pytest.approx(15.0 / 0.027, rel=1e-3)
+    # The spans of the drive of belt_drive.toml, which turns at a quarter of the speed: 856.6 and
+    # 301.4 N over the second half of 3 s.
+    assert [fine.tight, fine.slack] == pytest.approx([856.6, 301.4], rel=2e-3)
+    assert coarse.tight < 0.985 * fine.tight
+    assert coarse.slack < 0.965 * fine.slack
+    assert fine.arc < fine.tight
+    assert coarse.arc > 1.15 * coarse.tight
+    assert 0.8 < fine.creep < 1.0
+    assert coarse.creep > 1.3
+
+
+class Steady:
+    """What the end of `belt_fine` has, from its courses: two spans, the driver's arc, the slip."""
+
+    def __init__(self, done: Run) -> None:
+        courses, late = done.courses, done.time >= 0.06
+        self.slack, self.tight = spans(done, late)
+        driver = courses["pulley_index"][late] == 0.0
+        inside = driver & np.roll(driver, 1, axis=1) & (courses["sticking"][late] > 0.0)
+        self.arc = float(np.mean(courses["tension"][late][inside]))
+        turned = np.ptp(courses["pulley_angle"][late], axis=0)
+        # Slip over (T1 - T2)/EA, which an ideal string has.
+        self.creep = (1.0 - turned[1] / turned[0]) / ((self.tight - self.slack) / 1.52e5)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_stiff_contact_has_the_tensions_of_the_soft_one(backend: str) -> None:
+    stiff = outcome("belt_stiff_contact", backend)
+    soft = outcome(
+        "belt_stiff_contact", "moreau", "effects.contact.c1=3.0256e9", "effects.contact.c2=6.5e5"
+    )
+    for name in ("tension_tight", "tension_slack"):
+        assert figure(stiff, name) == pytest.approx(figure(soft, name), rel=0.01)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
+    done = outcome("belt_squeal", backend)
+    c, share = done.courses, sliding_share(done, 0)
+    # A cycle begins where all of the arc slides and has ended where at most a fifth does.
+    state = np.where(share == 1.0, 1, np.where(share <= 0.2, -1, 0))
+    (at,) = np.nonzero(state)
+    (turns,) = np.nonzero(np.diff(state[at]))
+    starts = at[turns + 1][state[at[turns + 1]] == 1]
+    ends = at[turns + 1][state[at[turns + 1]] == -1]
+    starts, ends = starts[: len(ends)], ends[: len(starts)]
+    assert (starts < ends).all()
+    assert 13 <= len(starts) <= 19
+    # Held by the other pulley at both ends the belt swings back in half a period of its first mode;
+    # 0.1 ms are from sample to sample.
+    half_period = (1.2 - pi * 0.027) / sqrt(1.52e5 / 0.096)
+    slips = done.time[ends] - done.time[starts]
+    assert np.median(slips) == pytest.approx(half_period, abs=1.5e-4)
+    # In stick the rim draws the spans out and in, each of them and half of either arc; less where a
+    # part of the arc slides before all of it does.
+    friction = -(c["friction_force"] * (c["pulley_index"] == 0.0)).sum(axis=1)
+    gained = friction[starts[1:] - 5] - friction[ends[:-1] + 5]
+    lasted = done.time[starts[1:] - 5] - done.time[ends[:-1] + 5]
+    stiffness = 2.0 * 1.52e5 / (0.515 + 0.5 * pi * 0.027)
+    drawn = gained.sum() / lasted.sum() / (stiffness * 2.0 * 0.027)
+    assert 0.75 < drawn < 1.0
+    # It lets go between what sliding and what sticking friction could hold as a whole.
+    kinetic, static = (1110.0 * np.tanh(0.5 * pi * mu) for mu in (0.3, 0.6))
+    largest = np.array([friction[a:b].max() for a, b in itertools.pairwise(ends)])
+    assert ((kinetic < largest) & (largest < static)).all()
+    limit = np.where(c["pulley_index"] == 0.0, 0.6, 1.2) * c["normal_force"]
+    assert (np.abs(c["friction_force"]) <= limit * (1.0 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_roller_is_let_go_and_caught(backend: str) -> None:
+    done = outcome("belt_lift_off", backend)
+    roller = done.axes["pulley"].index("tensioner")
+    touching = (done.courses["pulley_index"] == roller).any(axis=1)
+    assert touching.any()
+    assert not touching.all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_oil_that_passes_makes_the_belt_slip_and_lets_it_grip_again(backend: str) -> None:
+    done = outcome("belt_oil_passes", backend)
+    rim = np.abs(done.courses["pulley_speed"])
+    slip = 1.0 - rim[:, 1] / rim[:, 0].clip(1e-3)
+    moving = done.time > 0.3
+    assert slip[moving].max() > 0.3
+    assert np.median(slip[moving][:100]) < 0.1
+
+
+@pytest.mark.long
+def test_the_energy_of_a_long_run_closes() -> None:
+    done = outcome("belt_long", "moreau")
+    assert done.checks["energy"].value < 1e-4

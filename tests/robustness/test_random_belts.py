@@ -1,0 +1,122 @@
+"""What must hold of any legal belt drive, however odd its numbers."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.errors import BudgetSpent
+from frictionsim.scenario.loading import ScenarioFaults, validate
+from frictionsim.simulation.simulate import Run, run
+from tests.support.belt_scenarios import pair
+from tests.support.drawn_scenarios import of_size, some
+from tests.support.scenarios import SCENARIOS, Scenario
+
+BACKENDS = ("moreau", "rkf45")
+DURATION = 0.01
+
+
+@st.composite
+def belts(draw: st.DrawFn) -> Scenario:
+    """Belts on two pulleys with every effect of `pair`, so that one kernel serves them all."""
+    mu_k = draw(of_size(0.05, 2.0))
+    radius = draw(st.floats(0.05, 0.12))
+    apart = draw(st.floats(0.26, 0.6))
+    data = pair(
+        mechanism__belt__bodies=draw(st.integers(24, 48)),
+        mechanism__belt__mass_per_length=draw(of_size(0.1, 1.0)),
+        mechanism__belt__axial_rigidity=draw(of_size(3e3, 1e5)),
+        mechanism__belt__pretension=draw(of_size(30.0, 500.0)),
+        effects__contact__c2=draw(of_size(1e5, 1e6)),
+        effects__contact__damping=draw(of_size(1.0, 50.0)),
+        effects__belt_friction__mu_k=mu_k,
+        effects__belt_friction__mu_s=mu_k,
+        effects__axial_damping__coefficient=draw(of_size(0.1, 20.0)),
+        effects__bending__rigidity=draw(of_size(1e-3, 0.05)),
+        drive__driver__torque={"time": [0.0, 0.005], "value": [0.0, draw(st.floats(-20.0, 20.0))]},
+        solver__duration=DURATION,
+        solver__rtol=1e-4,
+        solver__max_steps=60_000,
+    )
+    driver, driven = data["mechanism"]["pulleys"]
+    driver["radius"], driven["radius"] = radius, draw(st.floats(0.05, 0.12))
+    driven["center"] = [apart, draw(st.floats(-0.1, 0.1))]
+    return data
+
+
+def simulated(data: Scenario, backend: str, poll: Any = lambda t: None, **kept: Any) -> Run | None:
+    """Run a belt; None if its numbers turn out not to make one."""
+    try:
+        scene = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
+    except ScenarioFaults:
+        return None
+    return run(scene, poll, **kept)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@some(12)
+@given(data=belts())
+def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> None:
+    done = simulated(data, backend)
+    if done is None or done.failure == "budget":
+        return
+    assert (done.status, done.failure) in {("done", ""), ("failed", "left_pulleys")}
+    assert all(np.isfinite(course).all() for course in done.courses.values())
+    if done.status == "done" and not done.warnings:  # a slack belt claps; its checks may fail
+        assert {name for name, check in done.checks.items() if not check.ok} == set()
+    size, normal = np.abs(done.courses["friction_force"]), done.courses["normal_force"]
+    mu = data["effects"]["belt_friction"]["mu_s"]
+    # ... to rounding of forces and impulses.
+    assert (size <= mu * normal * (1.0 + 1e-9) + 1e-9).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@some(5)
+@given(data=belts(), share=st.floats(0.0, 1.0))
+def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: float) -> None:
+    whole = simulated(data, backend)
+    if whole is None or whole.status != "done":
+        return
+
+    def stop(t: float) -> None:
+        if t >= share * DURATION:
+            raise BudgetSpent("enough")
+
+    part = simulated(data, backend, stop)
+    assert part is not None
+    if part.status != "done":
+        part = simulated(data, backend, checkpoint=part.checkpoint)
+    assert part is not None
+    for name, course in whole.courses.items():
+        assert np.array_equal(course, part.courses[name]), name
+
+
+def _is_its_own_image(done: Run) -> bool:
+    """Return whether the belt lies at rest as its mirror image does: not if it is off a corner."""
+    x, y = done.courses["x"][0], done.courses["y"][0]
+    apart = np.hypot(x[:, None] - x, y[:, None] + y)
+    return bool((apart.min(axis=0) < 1e-9).all())
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@some(8)
+@given(data=belts())
+def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
+    """With both pulleys on a line most belts are their own mirror images but for the numbering."""
+    for pulley in data["mechanism"]["pulleys"]:
+        pulley["center"][1] = 0.0
+    one = simulated(data, backend)
+    torque = data["drive"]["driver"]["torque"]
+    mirrored = {**torque, "value": [-value for value in torque["value"]]}
+    data = {**data, "drive": {**data["drive"], "driver": {"torque": mirrored}}}
+    other = simulated(data, backend)
+    if one is None or other is None or {one.status, other.status} != {"done"} or one.warnings:
+        return
+    if not _is_its_own_image(one):
+        return
+    speeds, mirror = one.courses["pulley_speed"], other.courses["pulley_speed"]
+    # The layout of the bodies is symmetric to the rounding of the rest position; contacts that
+    # open and close make much of it.
+    assert mirror == pytest.approx(-speeds, abs=1e-3 * max(1e-3, np.max(np.abs(speeds))))

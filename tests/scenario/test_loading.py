@@ -1,0 +1,413 @@
+"""Loading: what is wrong is said with its place and ends the command; what loads is kept."""
+
+import datetime
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import EXIT_BAD_INPUT, ScenarioError
+from frictionsim.scenario import loading
+from frictionsim.scenario.loading import load, resolved_toml
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.toml_positions import LONG_STATEMENT, key_lines
+from tests.support.scenarios import pulley
+
+# The line numbers of the messages below count these lines.
+TEXT = """\
+kind = "pulley"
+[mechanism]
+cord_radius = 0.05
+inertia = 1.5
+load = 100.0
+[drive]
+force = {time = [0.0, 0.8], value = [80.0, 120.0]}
+[effects.shaft_friction]
+shaft_radius = 0.02
+mu_s = 0.2
+mu_k = 0.1
+[solver]
+duration = 3.0
+"""
+POINTS = "{time = [0.0, 0.8], value = [80.0, 120.0]}"
+
+
+def edited(*changes: str) -> str:
+    """Return the text with each `old -> new` done; FORCE stands for the course."""
+    text = TEXT
+    for change in changes:
+        old, _, new = change.replace("FORCE", POINTS).partition(" -> ")
+        assert text.count(old) == 1, f"{old!r} does not name one place"
+        text = text.replace(old, new)
+    return text
+
+
+OUTPUT = "3.0 -> 3.0\n[output]\nchannels = "
+# A change of the text, and line and message; dots stand for wording that does not matter.
+EDITS = [
+    ('kind = "pulley" -> ', ":1: kind: missing; expected one of ...'pulley'..."),
+    ('"pulley" -> "puley"', ":1: kind: unknown kind 'puley' (did you mean 'pulley'?)"),
+    ('"pulley" -> 3', ":1: kind: expected one of ...'pulley'..."),
+    ('1.5 -> "two"', ":4: mechanism.inertia: expected a number in kg m^2, got 'two'"),
+    ("1.5 -> true", ":4: mechanism.inertia: expected a number in kg m^2, got true"),
+    ("1.5 -> 2020-02-02", ":4: mechanism.inertia: expected a number in ..., got 2020-02-02"),
+    ("1.5 -> -1.5", ":4: mechanism.inertia: expected a number above 0 kg m^2, got -1.5"),
+    ("100.0 -> -1", ":5: mechanism.load: expected a number of at least 0 N, got -1"),
+    ("100.0 -> nan", ":5: mechanism.load: expected a finite number in N, got nan"),
+    ("3.0 -> inf", ":13: solver.duration: expected a finite number in s, got inf"),
+    ("3.0 -> 0", ":13: solver.duration: expected a number above 0 s, got 0"),
+    ("3.0 -> 5e-324", ":13: solver.duration: ..."),
+    ("3.0 -> 3.0\noutput.interval = 1", ":14: solver.output: unknown key 'output'..."),
+    ("3.0 -> 3.0\n[output]\ninterval = 1e-12", ":15: output.interval: 1e-12 s over 3.0 s ..."),
+    ("load = 100.0 -> # none", ":2: mechanism.load: missing; expected a number in N"),
+    ("0.1 -> 0.1\nmu_kk = 1", ":12: effects.shaft_friction.mu_kk: unknown ... mean 'mu_k'?)"),
+    ("0.1 -> 0.3", ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; sliding ..."),
+    ("_friction -> _frict", ":8: effects.shaft_frict: unknown ... mean 'shaft_friction'?)"),
+    ("[solver] -> [[solver]]", ":12: solver: expected a table, got a list of 1"),
+    ('duration = 3.0 -> backend = "event"', ":13: solver.backend: unknown ... mean 'events'?)"),
+    ("3.0 -> 3.0\nstep = 0.1", ":14: solver.step: ... take a backend with fixed steps: published"),
+    (f"{OUTPUT}'angle'", ":15: output.channels: expected a list of names in brackets, got 'angle'"),
+    (f"{OUTPUT}[1]", ":15: output.channels.0: expected text in quotes, got 1"),
+    (f"{OUTPUT}['angel']", ":15: output.channels: unknown channel 'angel' (did you mean 'angle'?)"),
+    (f"{OUTPUT}['x']", ":15: output.channels: unknown channel 'x'; known: angle, ...damping"),
+    ("0.0, 0.8 -> 0.8, 0.8", ":7: drive.force.time: times must increase from point to point, ..."),
+    ("0.0, 0.8 -> 0.8, 0.0", ":7: drive.force.time: ...point 2 at 0.0 s follows one at 0.8 s"),
+    ("0.0, 0.8 -> 0, 1, 2", ":7: drive.force.value: 2 values for 3 times; give one for each"),
+    ('120.0 -> "x"', ":7: drive.force.value.1: expected a number in N, got 'x'"),
+    ("FORCE -> {}", ":7: drive.force: expected a number, {...}, got an empty table"),
+    ("FORCE -> {sine = {amplitude = 1}}", ":7: drive.force.sine.frequency_hz: missing; ... Hz"),
+    ('FORCE -> {csv = "no.csv"}', ":7: drive.force.csv: cannot read ..."),
+    ('FORCE -> {csv = "binary.csv"}', ":7: drive.force.csv: cannot read ...not text in UTF-8..."),
+    ('FORCE -> {csv = "empty.csv"}', ":7: drive.force.csv: ... has no line with a time and a ..."),
+    ('FORCE -> {csv = "nan.csv"}', ":7: drive.force.value.1: expected a finite number in N, ..."),
+    ('kind -> "<" = 1\nkind', ":1: '<': unknown key '<'..."),
+    ('load -> "<points>" = 1\nload', ":5: mechanism.'<points>': unknown key '<points>'..."),
+]
+NUL = "\\u0000"  # as TOML spells it
+FAULTS: dict[str, tuple[str | bytes, list[str]]] = {
+    **{change: (edited(change), [message]) for change, message in EDITS},
+    "empty file": ("", [":1: kind: the file is empty; a scenario starts with kind, ..."]),
+    "not TOML": ("kind = 'pulley'\nforce =\n", [":2: not valid TOML: ..."]),
+    "not text": (bytes(range(256)), [": not a text in UTF-8, at byte 128"]),
+    "UTF-16": (TEXT.encode("utf-16"), [": not a text in UTF-8, at byte 0"]),
+    "integer beyond a float": (
+        edited("100.0 -> " + "9" * 400),
+        [":5: mechanism.load: expected a number in N, got 999..."],
+    ),
+    "5000 digits": (edited("100.0 -> " + "9" * 5000), [": not a usable TOML value: ..."]),
+    "deep lists": (edited("100.0 -> " + "[" * 9000 + "]" * 9000), [": ...nested too deeply..."]),
+    "deep dotted key": (
+        edited("load -> " + "a." * 3000 + "a"),
+        [":2: mechanism.load: missing...", ":5: mechanism.a: unknown key 'a'..."],
+    ),
+    # A result file has no way to hold it.
+    "NUL in the title": (f'title = "{NUL}"\n{TEXT}', [":1: title: ..."]),
+    # No editor counts these two as ends of lines.
+    "other separators": ("# \u2028 \u0085\n" + edited("1.5 -> 0"), [":5: mechanism.inertia: ..."]),
+    "all faults at once": (
+        edited("1.5 -> -1", '100.0 -> "x"', "0.8 -> 0.0", "0.1 -> 0.3", "3.0 -> 0\n[outptu]"),
+        [
+            ":4: mechanism.inertia: expected a number above 0 kg m^2, got -1",
+            ":5: mechanism.load: expected a number in N, got 'x'",
+            ":7: drive.force.time: times must increase from point to point, but point 2 at 0.0 s"
+            " follows one at 0.0 s",
+            ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; sliding friction does not"
+            " exceed the static limit, so give 0 <= mu_k <= mu_s",
+            ":13: solver.duration: expected a number above 0 s, got 0",
+            ":14: outptu: unknown key 'outptu' (did you mean 'output'?)",
+        ],
+    ),
+}
+
+
+def write_scene(folder: Path, content: str | bytes) -> Path:
+    """Write s.toml and the CSV files that it may name."""
+    (folder / "empty.csv").touch()
+    (folder / "binary.csv").write_bytes(bytes(range(256)))
+    (folder / "nan.csv").write_text("0, 80\n1, nan\n")
+    path = folder / "s.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def fits(message: str, wanted: str) -> bool:
+    """Tell whether a message has the pieces between the dots, in order and to the end."""
+    first, *pieces = wanted.split("...")
+    place = len(first) if message.startswith(first) else -1
+    for piece in pieces:
+        found = message.find(piece, place)
+        place = found + len(piece) if min(place, found) >= 0 else -1
+    return place >= 0 and (message.endswith(pieces[-1]) if pieces else message == first)
+
+
+@pytest.mark.parametrize(("content", "messages"), FAULTS.values(), ids=FAULTS)
+def test_a_wrong_scenario_is_refused_with_line_and_key_and_the_old_result_stays(
+    content: str | bytes, messages: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_scene(tmp_path, content)
+    old = tmp_path / "old.h5"
+    old.write_bytes(b"the result of yesterday")
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(ScenarioError) as refused:
+        load(path)
+    faults = refused.value.faults
+    assert len(faults) == len(messages), faults
+    for fault, message in zip(faults, messages, strict=True):
+        assert fits(fault, f"{path}{message}"), fault
+    assert run_command_line(["solve", str(path), "-o", str(old)]) == EXIT_BAD_INPUT
+    assert capsys.readouterr() == ("", "frictionsim: " + "\n".join(faults) + "\n")
+    assert old.read_bytes() == b"the result of yesterday"
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("name", ["missing.toml", "."])
+def test_what_is_no_file_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="cannot read this scenario"):
+        load(tmp_path / name)
+
+
+def test_a_file_that_is_too_large_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(loading, "LARGEST_FILE", 1 << 20)
+    with pytest.raises(ScenarioError, match="larger than 1 MiB; put long courses into CSV"):
+        load(write_scene(tmp_path, TEXT + "#" * (1 << 20)))
+
+
+@pytest.mark.parametrize(
+    ("line", "number"),
+    [("1, two", 3), ("1", 3), ("1, 2, 3", 3), ("time, force", 3), ("# c\n\n1; x", 5)],
+)
+def test_a_bad_line_of_a_csv_is_named(line: str, number: int, tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text(f"time, force\n0, 80\n{line}\n")
+    path = write_scene(tmp_path, edited('FORCE -> {csv = "force.csv"}'))
+    with pytest.raises(ScenarioError, match=f":7: drive.force.csv: line {number} of '.*' is not"):
+        load(path)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_byte_order_mark_and_line_ends_do_not_matter(
+    mark: bytes, end: bytes, tmp_path: Path
+) -> None:
+    course = b"0, 80 # start\n0.8; 120\n"
+    (tmp_path / "force.csv").write_bytes(mark + course.replace(b"\n", end))
+    text = edited('FORCE -> {csv = "force.csv"}').encode()
+    loaded = load(write_scene(tmp_path, mark + text.replace(b"\n", end)))
+    assert loaded == load(write_scene(tmp_path, TEXT))
+
+
+# Each line that a key or a table begins on ends with their paths.
+ALL_WAYS_TO_WRITE_A_KEY = """\
+a = 1  #= a
+b.c = [  #= b, b c
+    1,  # one
+    "]",
+]
+d = { e = { f = 1 }, g.h = 2 }  #= d, d e, d e f, d g, d g h
+text = ''' #= text
+[not.a.table]
+i = 1
+'''
+
+[j]  #= j
+k.l = 1  #= j k, j k l
+"m.n" = 2  #= j m.n
+[[o]]  #= o, o 0
+p = 1  #= o 0 p
+[[o]]  #= o 1
+p = 2  #= o 1 p
+[o.q]  #= o 1 q
+r = [{ s = 1 }]  #= o 1 q r
+[[o.t]]  #= o 1 t, o 1 t 0
+u = 4  #= o 1 t 0 u
+"""
+
+
+def test_lines_of_keys_in_all_ways_to_write_them() -> None:
+    expected = {
+        path: number
+        for number, line in enumerate(ALL_WAYS_TO_WRITE_A_KEY.splitlines(), start=1)
+        if "#=" in line
+        for path in line.partition("#= ")[2].split(", ")
+    }
+    found = key_lines(ALL_WAYS_TO_WRITE_A_KEY)
+    assert {" ".join(map(str, path)): line for path, line in found.items()} == expected
+
+
+def test_a_key_behind_a_course_of_many_lines_keeps_its_line() -> None:
+    points = 4 * LONG_STATEMENT
+    text = "value = [\n" + "1.0,\n" * points + "]\nafter = 1\n"
+    assert key_lines(text) == {("value",): 1, ("after",): points + 3}
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "value"),
+    [
+        ("solver.rtol=1e-6", "solver.rtol", 1e-6),
+        (" solver . rtol = 1e-6 ", "solver.rtol", 1e-6),
+        ("solver.backend=rkf45", "solver.backend", "rkf45"),
+        ('solver.backend="rkf45"', "solver.backend", "rkf45"),
+        ('title="two words"', "title", "two words"),
+        ("drive.force.value.1=7", "drive.force.value", (80.0, 7.0)),
+        ("drive.force=7", "drive.force", 7.0),
+        ("effects.air_drag.coefficient=2", "effects.air_drag.coefficient", 2.0),
+        ("effects.air_drag={coefficient=2}", "effects.air_drag.coefficient", 2.0),
+    ],
+)
+def test_an_override_goes_over_the_file(
+    override: str, key: str, value: Any, tmp_path: Path
+) -> None:
+    found: Any = load(write_scene(tmp_path, TEXT), [override])
+    for part in key.split("."):
+        found = getattr(found, part)
+    assert found == value
+
+
+def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path) -> None:
+    overrides = ["solver.rtol=1e-3", "solver.rtol=1e-4", "solver.backend=events"]
+    solver = load(write_scene(tmp_path, TEXT), overrides, "rkf45").solver
+    assert (solver.rtol, solver.backend) == (1e-4, "rkf45")
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("solver.rtol", " solver.rtol: expected KEY=VALUE, as in solver.rtol=1e-9"),
+        ("=3", " =3: expected KEY=VALUE, as in solver.rtol=1e-9"),
+        ("solver..rtol=1", " solver..rtol=1: expected KEY=VALUE, as in solver.rtol=1e-9"),
+        ("title=two words", " title=two words: 'two words' is no TOML value (a number, ..."),
+        ("mechanism.load.x=1", " ...: 'mechanism.load' is a value and has no keys"),
+        ("drive.force.value.2=1", " ...: 'drive.force.value' is a list of 2, from 0"),
+        ("mechanism.load=-1", ": mechanism.load: expected a number of at least 0 N, got -1"),
+        ("mechanism.lod=1", ": mechanism.lod: unknown key 'lod' (did you mean 'load'?)"),
+        ("effects.air_drg.x=1", ": effects.air_drg: unknown ... (did you mean 'air_drag'?)"),
+    ],
+)
+def test_a_wrong_override_is_a_fault_of_the_option(
+    override: str, message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        load(write_scene(tmp_path, TEXT), [override])
+    (fault,) = refused.value.faults
+    assert fits(fault, f"--set{message}"), fault
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        "7",
+        POINTS,
+        '{csv = "force.csv"}',
+        "{sine = {mean = 1, amplitude = 2, frequency_hz = 0.5, phase_deg = 30}}",
+        "{smooth_step = {from = 1, to = 2, start = 0, stop = 1}}",
+    ],
+)
+def test_resolved_text_loads_to_the_same_scenario(force: str, tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text("time, force\n0, 80.1\n0.8, 120\n")
+    first = load(write_scene(tmp_path, edited(f"FORCE -> {force}")), ["solver.rtol=1e-7"])
+    text = resolved_toml(first)
+    (tmp_path / "force.csv").unlink()
+    again = load(write_scene(tmp_path, text))
+    # The interval of the samples is filled in; all else is as it was.
+    assert again.model_copy(update={"output": first.output}) == first
+    assert resolved_toml(again) == text
+    points = "{time = [0.0, 0.8], value = [80.1, 120.0]}"
+    expected = tomllib.loads(f"force = {points if 'csv' in force else force}")
+    assert tomllib.loads(text)["drive"]["force"] == expected["force"]
+
+
+def test_a_scenario_is_frozen(tmp_path: Path) -> None:
+    loaded: Any = load(write_scene(tmp_path, TEXT))
+    for table, key in [(loaded, "title"), (loaded.solver, "rtol"), (loaded.drive.force, "time")]:
+        with pytest.raises(ValidationError):
+            setattr(table, key, getattr(table, key))
+
+
+REAL_KEYS = sorted({str(part) for path in key_lines(tomli_w.dumps(pulley())) for part in path})
+COURSE_KEYS = ["sine", "amplitude", "frequency_hz", "smooth_step", "from", "to", "start", "csv"]
+keys = st.sampled_from(REAL_KEYS + COURSE_KEYS) | st.text(max_size=5)
+values = st.recursive(
+    st.floats()
+    | st.integers(-3, 3)
+    | st.integers(-(10**400), 10**400)
+    | st.booleans()
+    | st.text(max_size=10)
+    | st.sampled_from(["pulley", "events", "published", "vertical"])
+    | st.dates()
+    | st.times()
+    | st.datetimes(timezones=st.none() | st.just(datetime.UTC)),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
+    max_leaves=8,
+)
+SEARCH = settings(deadline=None, max_examples=300, derandomize=True)
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One folder for all examples of a search."""
+    return tmp_path_factory.mktemp("search")
+
+
+def loads_or_refuses(path: Path, overrides: list[str] | None = None) -> None:
+    """Load, which may end in ScenarioError and in nothing else; what loads can be resolved."""
+    try:
+        loaded = load(path, overrides)
+    except ScenarioError:
+        return
+    assert isinstance(loaded, Scenario)
+    text = resolved_toml(loaded)
+    again = load(write_scene(path.parent, text))
+    assert again.model_copy(update={"output": loaded.output}) == loaded, text
+
+
+def places(table: Any) -> list[tuple[Any, Any]]:
+    """Return every place in nested data where a value stands, as container and key."""
+    found = [(table, key) for key in (table if isinstance(table, dict) else range(len(table)))]
+    inner = [table[key] for _, key in found if isinstance(table[key], dict | list)]
+    return found + [place for container in inner for place in places(container)]
+
+
+@SEARCH
+@given(st.dictionaries(keys, values, max_size=6))
+def test_any_data_loads_or_is_refused(room: Path, data: dict[str, Any]) -> None:
+    loads_or_refuses(write_scene(room, tomli_w.dumps({"kind": "pulley", **data})))
+
+
+@SEARCH
+@given(st.lists(st.tuples(st.integers(0, 99), values), min_size=1, max_size=3))
+def test_any_change_of_a_valid_scenario_loads_or_is_refused(
+    room: Path, changes: list[tuple[int, Any]]
+) -> None:
+    data = pulley()
+    for index, value in changes:
+        found = places(data)
+        container, key = found[index % len(found)]
+        container[key] = value
+    loads_or_refuses(write_scene(room, tomli_w.dumps(data)))
+
+
+@SEARCH
+@given(st.integers(0, len(TEXT)), st.integers(0, 8), st.text(max_size=6))
+def test_any_edit_of_a_valid_text_loads_or_is_refused(
+    room: Path, start: int, length: int, inserted: str
+) -> None:
+    loads_or_refuses(write_scene(room, TEXT[:start] + inserted + TEXT[start + length :]))
+
+
+@SEARCH
+@given(st.binary(max_size=60) | st.text(max_size=60))
+def test_any_bytes_load_or_are_refused(room: Path, content: str | bytes) -> None:
+    loads_or_refuses(write_scene(room, content))
+
+
+@SEARCH
+@given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
+def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
+    loads_or_refuses(write_scene(room, TEXT), [f"{'.'.join(path)}={value}"])

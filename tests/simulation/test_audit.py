@@ -1,0 +1,120 @@
+"""The self-audit passes sound runs and catches what it is there for."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.mechanisms.pulley import build
+from frictionsim.results import failures
+from frictionsim.scenario.loading import validate
+from frictionsim.simulation.audit import audit, energy_check
+from frictionsim.simulation.single_dof import OneCoordinate
+from frictionsim.solvers.mechanism import Contact, Series
+from tests.support.problems import RETURN_FORCE
+from tests.support.scenarios import SCENARIOS, pulley, simulate
+
+DATA = pulley(drive__force=RETURN_FORCE, solver__duration=12.0)
+SCENE = validate(DATA, SCENARIOS)
+
+
+@pytest.fixture(scope="module")
+def sound() -> Series:
+    simulation = OneCoordinate(SCENE, build(SCENE))
+    simulation.solve(lambda t: None)
+    return simulation.series()
+
+
+def contact() -> Contact:
+    found = build(SCENE).contact
+    assert found is not None
+    return found
+
+
+def failed(series: Series) -> set[str]:
+    checks = audit(series, contact(), SCENE.solver.rtol, SCENE.solver.atol, size=45.0)
+    return {name for name, check in checks.items() if not check.ok}
+
+
+def with_sample(course: Any, i: int, value: float) -> Any:
+    course = course.copy()
+    course[i] = value
+    return course
+
+
+def test_a_sound_run_passes(sound: Series) -> None:
+    assert set(simulate(DATA).checks) == {"energy", "friction", "power", "drift"}
+    assert failed(sound) == set()
+
+
+def test_energy_that_is_missing_is_found(sound: Series) -> None:
+    lossy = sound.ledger | {"energy_friction": sound.ledger["energy_friction"] * (1.0 - 1e-5)}
+    assert failed(sound._replace(ledger=lossy)) == {"energy"}
+
+
+def test_friction_beyond_its_limit_is_found(sound: Series) -> None:
+    stick, slip = np.flatnonzero(sound.mode == 0)[-1], np.flatnonzero(sound.mode == 1)[5]
+    for i in (stick, slip):
+        friction = with_sample(sound.friction, i, -1.1 * abs(sound.friction[i]))
+        assert failed(sound._replace(friction=friction)) == {"friction"}
+
+
+def test_friction_that_drives_is_found(sound: Series) -> None:
+    slip = np.flatnonzero(sound.mode == 1)[5]
+    friction = with_sample(sound.friction, slip, -sound.friction[slip])
+    assert failed(sound._replace(friction=friction)) == {"power"}
+
+
+def test_drift_of_one_rounding_is_found(sound: Series) -> None:
+    drifted = with_sample(sound.position, -1, np.nextafter(sound.position[-1], np.inf))
+    assert "drift" in failed(sound._replace(position=drifted))
+
+
+def test_two_sticks_with_a_slip_between_samples_are_no_drift() -> None:
+    data = pulley(
+        drive__force={"sine": {"mean": 2450.0, "amplitude": 450.0, "frequency_hz": 0.5}},
+        solver__duration=8.0,
+        output__interval=1.9,
+    )
+    run = simulate(data)
+    assert np.any(np.diff(run.courses["angle"][run.courses["mode"] == 0]) > 1.0)
+    assert failures(run.checks) == ""
+
+
+@pytest.mark.parametrize("rtol", [1e-10, 1e-3, 0.99])
+def test_no_tolerance_lets_an_energy_be_off_by_more_than_a_hundredth(
+    rtol: float, sound: Series
+) -> None:
+    """The work of the force is 31 kJ; a tolerance of 1e49 J says nothing about it."""
+    allowed = min(100.0 * rtol, 0.01)
+    for share, passes in ((0.5, True), (1.1, False)):
+        work = sound.ledger["energy_input"]
+        lossy = sound.ledger | {"energy_input": work * (1.0 - share * allowed)}
+        check = energy_check(sound._replace(ledger=lossy), rtol, atol=1e49, size=45.0)
+        assert check.limit <= 0.01
+        assert check.ok is passes
+
+
+def test_a_run_with_tolerances_of_nothing_fails_its_audit(tmp_path: Path) -> None:
+    arguments = ["solve", str(SCENARIOS / "pulley.toml"), "-q", "-o", str(tmp_path / "a.h5")]
+    arguments += ["--backend", "radau", "--set", "solver.rtol=0.99", "--set", "solver.atol=1e49"]
+    assert run_command_line(arguments) == 3
+
+
+def test_a_motion_that_nothing_changes_is_sound() -> None:
+    """Its energy is rounded in the last place, while the work of the torque is nearly nothing."""
+    data = {
+        "kind": "epicyclic",
+        "mechanism": {
+            "sun_radius": 0.08,
+            "planet_radius": 0.06,
+            "crank_mass": 0.188,
+            "planet_mass": 4.47,
+            "initial_angular_velocity": 4.083155205282193,
+        },
+        "drive": {"torque": 1e-14},
+        "solver": {"backend": "rkf45", "duration": 2.0, "rtol": 1e-4},
+    }
+    assert failures(simulate(data).checks) == ""

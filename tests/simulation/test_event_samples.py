@@ -1,0 +1,158 @@
+"""Events are samples, and both of their sides are recorded."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.io import hdf5
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.simulation.simulate import Run, run
+from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+
+SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
+PRESCRIBED = changed(
+    next(case["scenario"] for case in cases("epicyclic") if case["name"] == "decay_from_80"),
+    drive={"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}},
+    mechanism__initial_angular_velocity=None,
+    solver={"duration": 3.0},
+    output={"interval": 0.01},
+)
+MARBLES = next(
+    case["scenario"] for case in cases("marble_machine") if case["name"] == "sine_both_ways"
+)
+SCENES: dict[str, Scenario] = {
+    "pulley": pulley(drive__force=SINE),
+    "marble machine": MARBLES,
+    "gear of given speed": PRESCRIBED,
+    "no friction": changed(MARBLES, effects__shaft_friction=None),
+}
+SETTINGS = [
+    *((name, backend) for name in SCENES for backend in ("events", "rkf45")),
+    ("pulley", "published"),
+    *(("pulley", backend) for backend in ("regularised", "radau")),
+]
+
+
+def solved(name: str, backend: str, **changes: Any) -> Run:
+    data = changed(SCENES[name], solver__backend=backend, **changes)
+    if backend == "published":
+        # Where it chatters it would fail in adaptive steps.
+        data = changed(data, solver={"backend": backend, "step": 1e-3, "duration": 3.0})
+    return simulate(data)
+
+
+@pytest.mark.parametrize(("name", "backend"), SETTINGS)
+def test_the_time_axis_has_the_regular_samples_and_the_events(name: str, backend: str) -> None:
+    found = solved(name, backend)
+    regular = solved(name, backend, output__at_events=False)
+    assert found.transitions == regular.transitions != []
+    events = {e.time for e in found.transitions}
+    assert np.all(np.diff(found.time) > 0.0)
+    assert set(found.time) == events | set(regular.time)
+    # Neither which samples are taken nor how many changes the run, to the bit.
+    elsewhere = np.isin(found.time, regular.time) & ~np.isin(found.time, list(events))
+    kept = ~np.isin(regular.time, list(events))
+    for course, values in regular.courses.items():
+        assert np.array_equal(found.courses[course][elsewhere], values[kept]), course
+    assert found.counts[:4] == regular.counts[:4]
+    sparse = solved(name, backend, output__interval=1.7)
+    assert sparse.transitions == found.transitions
+    assert (sparse.counts.steps, sparse.counts.rejected) == found.counts[:2]
+    for side, values in found.sides.items():
+        assert np.array_equal(values, sparse.sides[side]), side
+
+
+@pytest.mark.parametrize(("name", "backend"), SETTINGS)
+def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
+    name: str, backend: str
+) -> None:
+    found = solved(name, backend)
+    times = [e.time for e in found.transitions]
+    channels = {side.rpartition("_")[0] for side in found.sides}
+    energies = {name for name in found.courses if name.startswith("energy_")}
+    assert channels == found.courses.keys() - energies - {"angle", "mode"}
+    for i, event in enumerate(found.transitions):
+        if times.count(event.time) > 1:
+            continue
+        # eq 30 leaves its rest somewhere in the step that ends there: it has moved on.
+        sticks_before = event.mode_from == 0 and backend != "published" and event.time > 0.0
+        side = "before" if sticks_before else "after"
+        at = np.searchsorted(found.time, event.time)
+        for channel in channels:
+            assert found.courses[channel][at] == found.sides[f"{channel}_{side}"][i], channel
+        if "mode" in found.courses and event.mode_from != event.mode_to:
+            shown = event.mode_from if sticks_before else event.mode_to
+            assert found.courses["mode"][at] == shown
+        assert found.courses["angle"][at] == event.position
+
+
+def test_the_peak_of_the_friction_is_in_a_sample_and_its_jump_in_the_events() -> None:
+    found = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
+    lift = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
+    peak = R_S * (lift + LOAD)  # the static limit, 24.57 N m
+    i = int(np.argmin(found.courses["friction_torque"]))
+    assert found.time[i] == pytest.approx(BREAKAWAY, abs=1e-12)
+    assert found.courses["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
+    assert found.sides["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
+    assert found.sides["friction_torque_after"][0] == pytest.approx(-R_K * (lift + LOAD), rel=1e-12)
+    # The acceleration jumps by their difference over the inertia.
+    assert found.sides["angular_acceleration_before"][0] == 0.0
+    jump = (R_S - R_K) * (lift + LOAD) / 1.355
+    assert found.sides["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_a_jump_of_the_drive_is_between_the_sides(backend: str) -> None:
+    """Before it the contact holds the force of before it, within its limit."""
+    found = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
+    assert found.sides["drive_force_before"][0] < 2000.0 < found.sides["drive_force_after"][0]
+    limit = R_S * found.sides["shaft_reaction_before"]
+    assert np.all(np.abs(found.sides["friction_torque_before"]) <= limit)
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_one_sample_stands_where_an_event_falls_on_a_regular_one(backend: str) -> None:
+    """Beyond its limit from the start, it slides from the start: there is no stick before."""
+    found = simulate(pulley(drive__force=3113.75, solver__backend=backend))
+    (event,) = found.transitions
+    assert event.time == 0.0
+    assert (
+        found.time.tolist()
+        == simulate(
+            pulley(drive__force=3113.75, solver__backend=backend, output__at_events=False)
+        ).time.tolist()
+    )
+    assert found.courses["mode"][0] == 1
+    for side in ("before", "after"):
+        assert found.sides[f"friction_torque_{side}"][0] == found.courses["friction_torque"][0]
+
+
+def test_only_recorded_channels_have_sides_with_their_units(tmp_path: Path) -> None:
+    found = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
+    path = tmp_path / "a.h5"
+    hdf5.write(found, path)
+    events = hdf5.read(path).events
+    sides = {"friction_torque_before", "friction_torque_after"}
+    assert events.keys() == {"time", "contact", "mode_from", "mode_to", "angle"} | sides
+    import h5py
+
+    with h5py.File(path) as file:
+        before = file["events/friction_torque_before"].attrs
+        assert before["units"] == "N m"
+        assert before["long_name"].endswith("on the pulley, right before the event")
+
+
+@pytest.mark.parametrize("backend", SINGLE_DOF)
+def test_every_backend_records_both_sides_of_a_breakaway(backend: str) -> None:
+    found = simulate(pulley(solver={"backend": backend, "duration": 0.6, "rtol": 1e-7}))
+    event = next(e for e in found.transitions if e.mode_from == 0)
+    assert event.time == pytest.approx(BREAKAWAY, abs=0.02)
+    torques = [found.sides[f"friction_torque_{side}"][0] for side in ("before", "after")]
+    # eq 30 has no friction at all where it is about to leave its rest.
+    assert torques[1] < 0.0
+    assert torques[0] < 0.0 or backend == "published"
+    assert event.time in found.time

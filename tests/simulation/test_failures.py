@@ -1,0 +1,126 @@
+"""Each way in which a run can fail has a name, in the file and in JSON, and keeps its samples."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+from frictionsim import errors
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5
+from tests.support.scenarios import Scenario, pulley, simulate
+
+CHATTERING = pulley(solver={"backend": "published", "duration": 3.0}, drive__force=2224.1)
+# A time constant of I/b = 1 ms in steps of 10 ms.
+UNSTABLE = pulley(
+    effects__air_drag__coefficient=1355.0,
+    solver={"backend": "published", "duration": 30.0, "step": 1e-2},
+)
+FAILURES: dict[str, tuple[Scenario, str, str]] = {
+    "not_finite": (
+        pulley(mechanism__load=1e50, mechanism__inertia=1e-300),
+        "after t = 0 s",
+        "is a force or a coefficient of the scenario too large?",
+    ),
+    "blow_up": (UNSTABLE, "at t = ", "give a shorter solver.step or max_step"),
+    "step_underflow": (
+        pulley(solver={"backend": "published", "rtol": 1e-14, "atol": 1e-30, "duration": 3.0}),
+        "at t = ",
+        "give a larger solver.rtol or atol",
+    ),
+    "event_storm": (
+        pulley(
+            drive__force={
+                "time": [0.0, 0.8, 4.0, 4.8],
+                "value": [1832.6, 3113.75, 3113.75, 2224.1],
+            },
+            solver={"backend": "published", "duration": 12.0},
+        ),
+        "event storm at t = ",
+        "backend 'events' or 'rkf45' sticks",
+    ),
+    "budget": (pulley(solver__max_steps=10), "10 steps are spent at t = ", "resume the run"),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_failure_is_told_by_its_name(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, where, advice = FAILURES[name]
+    (tmp_path / "s.toml").write_text(tomli_w.dumps(scene))
+    target = tmp_path / "a.h5"
+    code = 5 if name == "budget" else 1
+    assert (
+        run_command_line(["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]) == code
+    )
+    said = capsys.readouterr()
+    summary = json.loads(said.out)
+    assert (summary["status"], summary["failure"]) == ("failed", name)
+    reason = summary["reason"]
+    assert where in reason
+    assert advice in reason
+    assert "'shaft'" in reason
+    assert f"run failed: {reason}" in said.err
+    kept = hdf5.read(target)
+    found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
+    assert found == {"status": "failed", "failure": name, "reason": reason}
+    assert all(np.isfinite(course).all() for course in kept.courses.values())
+
+
+@pytest.mark.parametrize("at_events", [True, False])
+def test_no_figure_of_a_failed_run_is_of_a_time_after_its_end(at_events: bool) -> None:
+    """It breaks away at 0.05 s, storms at 0.5 s, and is sampled at 0 s and then each 0.7 s."""
+    run = simulate(
+        pulley(
+            drive__force={"time": [0.0, 0.1, 0.2, 0.3], "value": [2224.1, 3113.75, 2700.0, 2224.1]},
+            solver={"backend": "published", "duration": 3.0},
+            output={"interval": 0.7, "at_events": at_events},
+        )
+    )
+    assert run.failure == "event_storm"
+    first, last = run.transitions[0].time, run.transitions[-1].time
+    assert 0.0 < first < last < 0.7
+    found = {name: run.quantities[name].value for name in ("breakaway_time", "final_time")}
+    if at_events:
+        assert found == {"breakaway_time": first, "final_time": last}
+    else:
+        assert found == {"breakaway_time": None, "final_time": 0.0}
+
+
+def test_every_failure_has_a_name_of_its_own() -> None:
+    def kinds(of: Any) -> list[Any]:
+        return [k for kind in of.__subclasses__() for k in (kind, *kinds(kind))]
+
+    names = [kind.failure for kind in kinds(errors.SolverError) if kind is not errors.Interrupted]
+    assert sorted(names) == sorted({*FAILURES, "left_pulleys"})
+
+
+def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
+    scene = {**UNSTABLE, "effects": {"air_drag": {"coefficient": 1355.0}}}
+    (tmp_path / "s.toml").write_text(tomli_w.dumps(scene))
+    target = tmp_path / "a.h5"
+    assert run_command_line(["solve", str(tmp_path / "s.toml"), "-q", "-o", str(target)]) == 1
+    attributes = hdf5.read(target).attributes
+    assert attributes["failure"] == "blow_up"
+    assert "J were put in: the motion blows up" in attributes["reason"]
+
+
+def test_the_smallest_speeds_that_there_are_turn_as_any(tmp_path: Path) -> None:
+    """The product of two of them is zero, which a search for the turn must not multiply."""
+    speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, -5e-324, 5e-324]}
+    scene = {
+        "kind": "epicyclic",
+        "mechanism": {
+            "sun_radius": 0.1,
+            "planet_radius": 0.06,
+            "crank_mass": 1.0,
+            "planet_mass": 1.0,
+        },
+        "drive": {"speed": speed},
+        "solver": {"duration": 3.0},
+    }
+    assert simulate(scene).status == "done"

@@ -1,0 +1,310 @@
+"""Checkpoints: a run that is interrupted, kept and resumed ends with the bits of a whole one."""
+
+import itertools
+import json
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import tomli_w
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import BudgetSpent, InputError
+from frictionsim.io import hdf5
+from frictionsim.scenario.loading import load, revive, validate
+from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.single_dof import OneCoordinate
+from tests.support.problems import cases
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+
+SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
+CHATTER = {"solver__backend": "published", "solver__step": 1e-3, "effects__air_drag": None}
+
+
+def stopping(after: int) -> Callable[[float], None]:
+    """Return a poll that stops the run at one of its calls."""
+    calls = iter(range(after))
+
+    def poll(t: float) -> None:
+        if next(calls, None) is None:
+            raise BudgetSpent(f"stopped at t = {t} s")
+
+    return poll
+
+
+def calls_of(data: Scenario) -> int:
+    """Return how often a run polls."""
+    times: list[float] = []
+    run(validate(data, SCENARIOS), times.append)
+    return len(times)
+
+
+def resumed(path: Path, poll: Callable[[float], Any] = lambda t: None) -> Run:
+    """Go on with the run of a file."""
+    scenario, state = hdf5.read_checkpoint(path)
+    return run(revive(path, scenario), poll, checkpoint=state)
+
+
+def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]) -> None:
+    """Stop a run after so many polls each time; its last file must be that of the whole run."""
+    whole, part = folder / "whole.h5", folder / "part.h5"
+    hdf5.write(simulate(data), whole)
+    result = run(validate(data, SCENARIOS), stopping(places[0]))
+    for place in [*places[1:], None]:
+        assert (result.status, result.failure) == ("failed", "budget")
+        hdf5.write(result, part)
+        result = resumed(part, stopping(place) if place is not None else lambda t: None)
+        if result.status == "done":
+            break
+    hdf5.write(result, part)
+    assert part.read_bytes() == whole.read_bytes()
+
+
+def shipped(name: str) -> Scenario:
+    return load(SCENARIOS / f"{name}.toml").model_dump(by_alias=True, exclude_none=True)
+
+
+def case(kind: str, name: str) -> Scenario:
+    return next(c["scenario"] for c in cases(kind) if c["name"] == name)
+
+
+PRESCRIBED = {
+    **shipped("epicyclic"),
+    "drive": {"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}},
+    "solver": {"duration": 3.0},
+}
+SCENES = {
+    "pulley": pulley(),
+    "pulley that sticks and slips": pulley(drive__force=SINE),
+    "pulley without friction": pulley(effects__shaft_friction=None),
+    "pulley of eq 30": pulley(**CHATTER),
+    "marble machine": changed(shipped("marble_machine"), solver__rtol=1e-6),
+    "marble machine both ways": case("marble_machine", "sine_both_ways"),
+    "gear": shipped("epicyclic"),
+    "gear of published form": case("epicyclic", "S1_published"),
+    "gear that decays": case("epicyclic", "decay_from_80"),
+    "gear of given speed": PRESCRIBED,
+}
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("name", SCENES)
+def test_an_interrupted_run_ends_with_the_same_bytes(
+    name: str, backend: str, tmp_path: Path
+) -> None:
+    data = SCENES[name]
+    if "step" not in data["solver"]:
+        data = changed(data, solver__backend=backend)
+    calls = calls_of(data)
+    rng = random.Random(name)
+    for count in (1, 1, 4, 9):
+        places = [rng.randrange(calls // count) for _ in range(count)]
+        assert_same_when_interrupted(data, tmp_path, places)
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_every_place_to_interrupt_gives_the_same_bytes(backend: str, tmp_path: Path) -> None:
+    """Also those between a step and its samples, and right at the changes of mode."""
+    data = pulley(
+        drive__force=SINE,
+        solver={"backend": backend, "duration": 1.5, "rtol": 1e-4, "atol": 1e-6},
+        output__interval=0.05,
+    )
+    for place in range(calls_of(data)):
+        assert_same_when_interrupted(data, tmp_path, [place])
+
+
+def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
+    data = pulley(drive__force=SINE)
+    hdf5.write(simulate(data), tmp_path / "whole.h5")
+    path = tmp_path / "a.h5"
+    result = simulate(changed(data, solver__max_steps=50))
+    turns = 0
+    while result.status != "done":
+        assert (result.failure, result.counts.steps + result.counts.rejected) == (
+            "budget",
+            50 * (turns + 1),
+        )
+        hdf5.write(result, path)
+        result, turns = resumed(path), turns + 1
+    assert turns > 5
+    whole = hdf5.read(tmp_path / "whole.h5")
+    for name, course in result.courses.items():
+        np.testing.assert_array_equal(course, whole.courses[name], err_msg=name)
+
+
+def test_the_seconds_are_those_of_all_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of solving and of compilation, apart; what it takes to write a checkpoint is neither."""
+    ticks = itertools.count()
+    monkeypatch.setattr("frictionsim.simulation.simulate.perf_counter", lambda: float(next(ticks)))
+    monkeypatch.setattr(OneCoordinate, "prepare", lambda self, poll: 2.5)
+    path = tmp_path / "a.h5"
+    result = run(validate(pulley(), SCENARIOS), stopping(5))
+    for part in range(1, 4):
+        # Each part looks at the clock twice, as it begins and ends.
+        seconds = result.counts.wall_seconds, result.counts.compile_seconds
+        assert seconds == (1.0 * part, 2.5 * part)
+        hdf5.write(result, path)
+        result = resumed(path, stopping(5))
+
+
+def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = 0.0
+
+    def poll(t: float) -> None:
+        nonlocal clock
+        clock += 1.0
+
+    def keep(part: Run) -> None:
+        nonlocal clock
+        kept.append(part.counts.wall_seconds)
+        clock += 100.0
+
+    kept: list[float] = []
+    monkeypatch.setattr("frictionsim.simulation.simulate.perf_counter", lambda: clock)
+    data = pulley(output__checkpoint=10.0)
+    calls = calls_of(data)
+    clock = 0.0
+    result = run(validate(data, SCENARIOS), poll, keep)
+    assert result.counts.wall_seconds == calls
+    assert kept == [10.0 * number for number in range(1, calls // 10 + 1)]
+
+
+def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
+    """Each is a whole file, from which the run can go on to the same bytes."""
+    data = pulley(drive__force=SINE, output__checkpoint=1e-3, output__interval=0.01)
+    scene = validate(data, SCENARIOS)
+    kept: list[Path] = []
+
+    def keep(part: Run) -> None:
+        kept.append(tmp_path / f"{len(kept)}.h5")
+        hdf5.write(part, kept[-1])
+
+    whole = tmp_path / "whole.h5"
+    hdf5.write(run(scene, lambda t: None, keep), whole)
+    assert kept
+    for path in kept:
+        attributes = hdf5.read(path).attributes
+        assert attributes["status"] == "interrupted"
+        assert attributes["reason"].startswith("checkpoint at t = ")
+    hdf5.write(resumed(kept[len(kept) // 2]), tmp_path / "again.h5")
+    assert (tmp_path / "again.h5").read_bytes() == whole.read_bytes()
+
+
+def test_the_command_goes_on_in_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    pulley_toml = str(SCENARIOS / "pulley.toml")
+    assert run_command_line(["solve", pulley_toml, "-q", "-o", "whole.h5"]) == 0
+    # As every look at the clock finds the time spent, the resumed run needs another budget.
+    assert run_command_line(["solve", pulley_toml, "-q", "-o", "a.h5", "--max-wall", "1e-9"]) == 5
+    said = capsys.readouterr().err
+    assert "run failed: 1e-09 s of --max-wall are spent at t = 0 s of 3 s; resume the run" in said
+    assert "'frictionsim resume a.h5' goes on from there" in said
+    assert hdf5.read(Path("a.h5")).attributes["failure"] == "budget"
+    assert run_command_line(["resume", "a.h5", "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["status"], summary["failure"], summary["output"]) == ("done", "", "a.h5")
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+
+
+def test_max_steps_is_a_budget_that_the_file_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = str(tmp_path / "a.h5")
+    pulley_toml = str(SCENARIOS / "pulley.toml")
+    assert run_command_line(["solve", pulley_toml, "-q", "-o", target, "--max-steps", "10"]) == 5
+    assert "10 steps are spent at t = " in capsys.readouterr().err
+    assert run_command_line(["resume", target, "-q", "-o", str(tmp_path / "b.h5")]) == 5
+    assert run_command_line(["solve", pulley_toml, "-o", target, "--max-steps", "0"]) == 2
+    assert run_command_line(["solve", pulley_toml, "-o", target, "--max-wall", "nan"]) == 2
+    assert "--max-wall: expected a number above 0 s, got nan" in capsys.readouterr().err
+
+
+@pytest.fixture
+def stopped(tmp_path: Path) -> Path:
+    path = tmp_path / "a.h5"
+    hdf5.write(run(validate(pulley(), SCENARIOS), stopping(30)), path)
+    return path
+
+
+def set_attribute(name: str, value: str) -> Callable[[Any], None]:
+    return lambda file: file.attrs.modify(name, value)
+
+
+def without_checkpoint(file: Any) -> None:
+    del file["checkpoint"]
+
+
+def without_array(file: Any) -> None:
+    del file["checkpoint/stepper.y"]
+
+
+def with_a_bit_changed(file: Any) -> None:
+    file["checkpoint/stepper.y"][0] += 1e-16
+
+
+def with_another_version(file: Any) -> None:
+    file.attrs["format_version"] = 7
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (set_attribute("status", "done"), "cannot resume this run: it is done"),
+        (set_attribute("frictionsim_version", "0.0.1"), "it is of version 0.0.1, this is"),
+        (set_attribute("scenario", 'kind = "pulley"'), "its checkpoint is damaged"),
+        (without_checkpoint, "it has no checkpoint (failed: stopped at t = "),
+        (without_array, "its checkpoint is damaged"),
+        (with_a_bit_changed, "its checkpoint is damaged"),
+        (with_another_version, "format version 7 of a result, this program reads 1"),
+    ],
+)
+def test_what_cannot_go_on_is_refused_with_a_sentence(
+    damage: Callable[[Any], None],
+    message: str,
+    stopped: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with h5py.File(stopped, "r+") as file:
+        damage(file)
+    before = stopped.read_bytes()
+    assert run_command_line(["resume", str(stopped)]) == 2
+    assert message in capsys.readouterr().err
+    assert stopped.read_bytes() == before
+
+
+def test_a_scenario_that_is_no_longer_valid_is_refused(
+    stopped: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checkpoint = hdf5.read_checkpoint(stopped)
+    text = checkpoint.scenario.replace("inertia", "inertial")
+    monkeypatch.setattr(hdf5, "read_checkpoint", lambda path: checkpoint._replace(scenario=text))
+    with pytest.raises(InputError, match=r"a\.h5: its scenario is not valid: mechanism\.inertia"):
+        resumed(stopped)
+
+
+def test_the_state_of_another_scene_is_refused(stopped: Path) -> None:
+    state = hdf5.read_checkpoint(stopped).state
+    for other in (pulley(solver__backend="rkf45"), pulley(effects__air_drag=None)):
+        with pytest.raises(InputError, match="its checkpoint is not of this scene: "):
+            run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
+
+
+def test_an_old_scenario_file_is_not_needed(tmp_path: Path) -> None:
+    """Courses from CSV are in the result file."""
+    (tmp_path / "force.csv").write_text("0, 1832.6\n0.8, 3113.75\n")
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(tomli_w.dumps(pulley(drive__force={"csv": "force.csv"})))
+    target = tmp_path / "a.h5"
+    hdf5.write(run(load(scenario), stopping(20)), target)
+    (tmp_path / "force.csv").unlink()
+    scenario.unlink()
+    assert resumed(target).status == "done"

@@ -1,0 +1,350 @@
+"""Warnings of results that look like success, over drawn scenes: there exactly when due.
+
+Each rule is worked out here from the scenario and the recorded channels alone.
+"""
+
+import random
+import tomllib
+from itertools import pairwise
+from math import cos, pi, radians, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.scenario.loading import validate
+from frictionsim.scenario.signal_checks import extremes, period_of
+from frictionsim.scenario.signal_tables import PointsTable
+from frictionsim.simulation.simulate import Run
+from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+
+SHORTER = "is longer than a tenth of the period of"
+STICK_SLIP = "of the shortest time between two changes of stick and slip"
+
+
+def said(found: Run | list[str], words: str) -> list[str]:
+    warnings = found if isinstance(found, list) else found.warnings
+    return [warning for warning in warnings if words in warning]
+
+
+def number_after(warning: str, words: str) -> float:
+    return float(warning.partition(words)[2].split()[0].rstrip(",:;"))
+
+
+# --- samples ---------------------------------------------------------------------------------
+
+
+def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
+    """Return a signal over 4 s and its period, None where it has none."""
+    if rng.random() < 0.4:
+        hz = 10.0 ** rng.uniform(-1.0, 1.5)
+        return {"sine": {"mean": 2300.0, "amplitude": 300.0, "frequency_hz": hz}}, 1.0 / hz
+    count = rng.randint(2, 9)
+    times = sorted(rng.uniform(0.0, 4.0) for _ in range(count))
+    values = [rng.uniform(1500.0, 3000.0) for _ in range(count)]
+    slopes = np.sign(np.diff(values))
+    at = [i + 1 for i in range(count - 2) if slopes[i] != slopes[i + 1]]
+    pulses = [times[i + 1] - times[i - 1] for i in at]
+    apart = [2.0 * (times[j] - times[i]) for i, j in pairwise(at)]
+    return {"time": times, "value": values}, min(pulses + apart, default=None)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_an_interval_too_long_for_the_signal_is_said(seed: int) -> None:
+    rng = random.Random(seed)
+    force, period = drawn_signal(rng)
+    interval = 10.0 ** rng.uniform(-3.5, -0.5)
+    data = pulley(drive__force=force, solver__duration=4.0, output__interval=interval)
+    warnings = said(validate(data, SCENARIOS).warnings(), SHORTER)
+    assert bool(warnings) is bool(period is not None and interval > 0.1 * period)
+    if warnings:
+        assert number_after(warnings[0], "drive.force, ") == pytest.approx(period, rel=1e-5)
+        better = number_after(warnings[0], "; give ")
+        assert 0.09 * (period or 0.0) < better <= 0.1 * (period or 0.0) * (1.0 + 1e-9)
+        assert not said(
+            validate(changed(data, output__interval=better), SCENARIOS).warnings(), SHORTER
+        )
+
+
+def test_a_plateau_is_one_turn_and_turns_after_the_run_do_not_count() -> None:
+    # It turns at 1.25 s and 2.1 s, in the middle of half a second above and 0.2 s below.
+    times = (0.5, 1.0, 1.5, 2.0, 2.2, 2.7)
+    table = PointsTable(time=times, value=(0.0, 1.0, 1.0, 0.0, 0.0, 1.0))
+    # From 1.5 to 2.7 s it falls and rises again, which is shorter than twice the 0.85 s.
+    assert period_of(table, 10.0) == pytest.approx(1.2, rel=1e-12)
+    assert period_of(table, 2.0) == pytest.approx(1.5, rel=1e-12)
+    assert period_of(table, 1.2) is None
+    assert period_of(5.0, 10.0) is None
+
+
+def test_signals_of_a_belt_are_looked_at_too() -> None:
+    torque = {"sine": {"mean": -2.0, "amplitude": 1.0, "frequency_hz": 50.0}}
+    shipped = tomllib.loads((SCENARIOS / "belt_drive.toml").read_text())
+    data = changed(shipped, drive__driver__torque=torque)
+    warnings = said(validate(changed(data, output__interval=0.01), SCENARIOS).warnings(), SHORTER)
+    assert [number_after(w, "drive.driver.torque, ") for w in warnings] == [0.02]
+    assert not said(validate(changed(data, output__interval=0.002), SCENARIOS).warnings(), SHORTER)
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("seed", range(15))
+def test_an_interval_too_long_for_stick_slip_is_said(seed: int, backend: str) -> None:
+    rng = random.Random(seed)
+    hz = 10.0 ** rng.uniform(-0.3, 1.0)
+    force = {"sine": {"mean": LOAD, "amplitude": rng.uniform(300.0, 900.0), "frequency_hz": hz}}
+    data = pulley(
+        drive__force=force,
+        solver={"backend": backend, "duration": 4.0, "rtol": 1e-8},
+        output__interval=10.0 ** rng.uniform(-4.0, -1.5),
+    )
+    found = simulate(data)
+    times = np.unique([e.time for e in found.transitions if e.mode_from != e.mode_to])
+    gaps = np.diff(times)
+    gaps = gaps[gaps > 1e-14]
+    due = bool(gaps.size > 0 and data["output"]["interval"] > 0.1 * gaps.min())
+    warnings = said(found, STICK_SLIP)
+    assert bool(warnings) is due
+    if warnings:
+        assert number_after(warnings[0], "slip, ") == pytest.approx(gaps.min(), rel=1e-5)
+        if "give" in warnings[0]:
+            better = number_after(warnings[0], "; give ")
+            assert not said(simulate(changed(data, output__interval=better)), STICK_SLIP)
+
+
+def test_smoothed_friction_is_not_said_to_stick_and_slip() -> None:
+    data = pulley(
+        drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
+        solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
+    )
+    found = simulate(data)
+    assert len(found.transitions) > 4
+    assert not said(found, STICK_SLIP)
+
+
+# --- nothing moves ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45", "published"])
+@pytest.mark.parametrize("seed", range(12))
+def test_a_run_in_which_nothing_moves_says_how_near_it_came(seed: int, backend: str) -> None:
+    rng = random.Random(seed)
+    # Peaks about the force to lift, 2707.7 N, at times that are samples.
+    times = [0.0, 0.1, 0.2, 0.3]
+    force = {"time": times, "value": [rng.uniform(1700.0, 2760.0) for _ in times]}
+    found = simulate(
+        pulley(
+            drive__force=force,
+            drive__direction=rng.choice(["vertical", "horizontal"]),
+            solver={"backend": backend, "duration": 0.4},
+            output__interval=0.01,
+        )
+    )
+    if found.status != "done":  # eq 30 chatters
+        return
+    courses = found.courses
+    rests = np.ptp(courses["angle"]) == 0.0 and not np.any(courses["angular_velocity"])
+    warnings = said(found, "nothing moves")
+    assert bool(warnings) is bool(rests)
+    if rests:
+        moment = (courses["drive_force"] - LOAD) * CORD_RADIUS
+        share = 100.0 * np.max(np.abs(moment) / (R_S * courses["shaft_reaction"]))
+        assert number_after(warnings[0], "moment is ") == pytest.approx(share, rel=1e-9)
+
+
+def test_a_peak_between_two_samples_is_seen() -> None:
+    force = {"sine": {"mean": 2450.0, "amplitude": 257.7, "frequency_hz": 1.0}}
+    found = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
+    (warning,) = said(found, "nothing moves")
+    share = 100.0 * (2450.0 + 257.7 - LOAD) * CORD_RADIUS / (R_S * (2450.0 + 257.7 + LOAD))
+    assert number_after(warning, "moment is ") == pytest.approx(share, rel=1e-9)
+
+
+def test_a_run_without_any_moment_says_so() -> None:
+    found = simulate(pulley(drive__force=LOAD))
+    assert said(found, "nothing moves") == ["nothing moves: no moment is applied"]
+    stopped = simulate(pulley(drive__force=LOAD, solver={"backend": "rkf45", "max_steps": 1}))
+    assert stopped.failure == "budget"
+    assert not said(stopped, "nothing moves")
+
+
+@pytest.mark.parametrize("least", [-1.0, 0.0])
+def test_a_cord_that_pushes_is_said(least: float) -> None:
+    data = pulley(drive__force={"time": [0.0, 1.0], "value": [2000.0, least]})
+    assert bool(said(validate(data, SCENARIOS).warnings(), "cannot push")) is (least < 0.0)
+
+
+# --- the marble machine -------------------------------------------------------------------------
+
+MACHINE = next(c["scenario"] for c in cases("marble_machine") if c["name"] == "constant_lift")
+
+
+def needed(data: Scenario) -> float:
+    """Return the torque that lifts wherever the gear is, by bisection, N m."""
+    m = data["mechanism"]
+    friction = data["effects"].get("shaft_friction", {"shaft_radius": 0.0, "mu_s": 0.0})
+    mu = friction["mu_s"]
+    radius = friction["shaft_radius"] * mu / (1.0 + mu * mu) ** 0.5
+    g, half = data["effects"]["gravity"]["g"], pi / m["slots"]
+    lift = m["marble_mass"] * g * m["marble_circle_radius"]
+    along = radians(m["mesh_azimuth_deg"] + 90.0 + m["pressure_angle_deg"])
+    force = 1.0 / (m["pinion_radius"] * cos(radians(m["pressure_angle_deg"])))
+    found = 0.0
+    for marbles, moment in (
+        (0.5 * m["slots"] + 1, lift * cos(half) / sin(half)),
+        (0.5 * m["slots"], lift / sin(half)),
+    ):
+        weight = (m["gear_mass"] + marbles * m["marble_mass"]) * g
+        low, high = 0.0, 1.0
+        for _ in range(200):
+            torque = 0.5 * (low + high)
+            reaction = np.hypot(force * cos(along) * torque, weight - force * sin(along) * torque)
+            lifts = m["gear_ratio"] * torque - moment > radius * reaction
+            low, high = (low, torque) if lifts else (torque, high)
+        found = max(found, high)
+    return found
+
+
+def drawn_machine(seed: int) -> tuple[Scenario, float]:
+    """Return a machine with a drive that is strong or weak, and the least torque that lifts."""
+    rng = random.Random(seed)
+    stalls = seed % 5 == 0  # from its speed, where friction can hold it
+    mu = rng.uniform(0.5, 0.6) if stalls else rng.uniform(0.05, 0.6)
+    data = changed(
+        MACHINE,
+        effects__shaft_friction={"shaft_radius": 0.003, "mu_s": mu, "mu_k": mu * rng.random()},
+        effects__air_drag={"coefficient": 2e-4},
+        mechanism__initial_angle_deg=rng.uniform(-90.0, 90.0),
+        mechanism__initial_angular_velocity=2.0 if stalls else rng.choice([0.0, 3.0, -3.0]),
+        solver={"duration": 1.5, "rtol": 1e-7},
+        output={"interval": 0.01},
+    )
+    if not stalls and rng.random() < 0.2:
+        data = changed(data, effects__shaft_friction=None)
+    least = needed(data)
+    share = 0.85 if stalls else rng.choice([0.3, 0.7, 0.9, 0.999, 1.001, 1.3, 2.0])
+    strength = share * least
+    way = rng.choice(["motor", "constant", "constant", "rising", "falling", "sine"])
+    drives: dict[str, Any] = {
+        "motor": {"motor": {"stall_torque": strength, "no_load_speed": 40.0}},
+        "constant": {"torque": strength},
+        "rising": {"torque": {"time": [0.0, 1.0], "value": [0.0, strength]}},
+        "falling": {"torque": {"time": [0.5, 1.0], "value": [strength, -0.2 * strength]}},
+        "sine": {"torque": {"sine": {"mean": 0.0, "amplitude": strength, "frequency_hz": 1.0}}},
+    }
+    data["drive"] = drives["constant" if stalls else way]
+    return data, least
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
+    data, least = drawn_machine(seed)
+    found = simulate(data)
+    assert found.status == "done"
+    courses = found.courses
+    motor = data["drive"].get("motor")
+    torque = courses["motor_torque"]
+    high = motor["stall_torque"] if motor else max(torque)
+    weak = said(found, "not above")
+    assert bool(weak) is bool(high <= least)
+    if weak:
+        assert number_after(weak[0], "is ") == pytest.approx(high, rel=1e-4)
+        assert number_after(weak[0], "above the ") == pytest.approx(least, rel=1e-5)
+    back = said(found, "ran back")
+    angle = courses["angle"]
+    pitch = 2.0 * pi / data["mechanism"]["slots"]
+    carried = np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
+    work = np.diff(found.time) @ (0.5 * (torque[1:] + torque[:-1]))
+    assert bool(back) is bool(work > 0.0 and angle[-1] < angle[0])
+    if back:
+        assert number_after(back[0], "mean: ") == carried
+    rests = [e.time for e in found.transitions if e.mode_to == 0 and e.mode_from != 0]
+    stalled = "mode" in courses and bool(rests) and courses["mode"][-1] == 0 and torque[-1] > 0.0
+    still = said(found, "stands still")
+    assert bool(still) is bool(stalled)
+    if still:
+        assert number_after(still[0], "still from ") == pytest.approx(rests[-1], rel=1e-5)
+
+
+def test_a_machine_in_which_nothing_moves_says_how_near_it_came() -> None:
+    """Half a pitch from a transfer, where the load is largest, at 99.9 % of what lifts there."""
+    data = changed(
+        drawn_machine(0)[0],
+        effects__shaft_friction={"shaft_radius": 0.003, "mu_s": 0.5, "mu_k": 0.4},
+        mechanism__initial_angle_deg=180.0 / MACHINE["mechanism"]["slots"],
+        mechanism__initial_angular_velocity=0.0,
+    )
+    data["drive"] = {"torque": 0.999 * needed(data)}
+    found = simulate(data)
+    (warning,) = said(found, "nothing moves")
+    radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
+    held = np.abs(found.courses["friction_torque"]) / (radius * found.courses["shaft_reaction"])
+    assert number_after(warning, "moment is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
+    assert not said(found, "stands still")
+
+
+@pytest.mark.parametrize(("last", "said_so"), [(0.0, False), (0.0025, True)])
+def test_a_machine_that_is_switched_off_does_not_stall(last: float, said_so: bool) -> None:
+    """On a rough shaft, where the marbles cannot turn it back."""
+    data = changed(
+        MACHINE,
+        drive={"torque": {"time": [0.3, 0.4], "value": [0.01, last]}},
+        effects__shaft_friction={"shaft_radius": 0.012, "mu_s": 0.9, "mu_k": 0.8},
+        effects__air_drag={"coefficient": 2e-4},
+        solver__duration=3.0,
+    )
+    found = simulate(data)
+    assert found.courses["angle"][-1] > found.courses["angle"][0]
+    assert found.courses["mode"][-1] == 0
+    assert bool(said(found, "stands still")) is said_so
+
+
+def test_the_drawn_machines_do_all_of_this_and_nothing() -> None:
+    runs = [simulate(drawn_machine(seed)[0]) for seed in range(60)]
+    for words in ("not above", "ran back", "stands still"):
+        assert 5 < sum(bool(said(run, words)) for run in runs) < 55, words
+    assert sum(not run.warnings for run in runs) > 5
+
+
+def test_extremes_are_those_of_the_run() -> None:
+    for seed in range(40):
+        force, _ = drawn_signal(random.Random(seed))
+        scene = validate(pulley(drive__force=force, solver__duration=2.5), SCENARIOS)
+        course = scene.drive.force.course()
+        values = [course(t) for t in np.linspace(0.0, 2.5, 20_001)]
+        # The grid misses a turn by half its step at most.
+        found = extremes(scene.drive.force, 2.5)
+        assert found == pytest.approx((min(values), max(values)), abs=5.0)
+        assert found[0] <= min(values) <= max(values) <= found[1]
+
+
+@pytest.mark.parametrize("torque", [-4.0, -1.5, 1.5, 4.0])
+@pytest.mark.parametrize("start", [-90.0, 0.0, 60.0, 180.0])
+def test_a_crank_that_runs_against_its_torque_says_so(torque: float, start: float) -> None:
+    data = tomllib.loads((SCENARIOS / "epicyclic.toml").read_text())
+    data = changed(
+        data,
+        drive={"torque": torque},
+        mechanism__initial_angle_deg=start,
+        mechanism__initial_angular_velocity=None,
+        solver={"duration": 0.5},
+    )
+    found = simulate(data)
+    angle = found.courses["angle"]
+    back = said(found, "the crank ran back")
+    assert bool(back) is bool(torque * (angle[-1] - angle[0]) < 0.0)
+    if back:
+        way = number_after(back[0], "back by ")
+        assert way == pytest.approx(abs(angle[-1] - angle[0]), rel=1e-5)
+
+
+def test_a_crank_that_runs_back_is_among_them() -> None:
+    """At 0 degrees the weight of the shipped gear takes 2.8 N m."""
+    data = tomllib.loads((SCENARIOS / "epicyclic.toml").read_text())
+    data = changed(
+        data,
+        drive={"torque": 1.5},
+        mechanism__initial_angle_deg=0.0,
+        mechanism__initial_angular_velocity=None,
+    )
+    assert said(simulate(data), "the crank ran back")

@@ -1,0 +1,81 @@
+"""The switch of eq 30 in the five cases that the paper goes through, eqs 31 to 35.
+
+    I theta'' = {-sign(theta') r_k R + M} sign(|sign(|x| - x)| + |sign(theta')|),  x = r_s - |c|,
+    c = M/R
+
+"Analysis of friction systems on shafts", Int. J. Applied Engineering Research 13(11), 2018.
+"""
+
+from typing import NamedTuple
+
+import pytest
+
+from frictionsim.mechanisms.pulley import build
+from frictionsim.scenario.loading import validate
+from frictionsim.solvers.common import Recording, SampleTimes
+from frictionsim.solvers.published_pulley import solution, switch
+from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
+from tests.support.scenarios import SCENARIOS, pulley
+
+
+class Case(NamedTuple):
+    """A line of the table: the two terms under the outer sign(), and what it makes of them."""
+
+    number: str
+    force: float  # N, on the cord
+    velocity: float  # rad/s
+    beyond: int  # |sign(|x| - x)|: 1 beyond the static limit
+    moving: int  # |sign(theta')|
+    factor: int
+
+
+# 2300 N are within the static limit, 2800 and 1750 N beyond it, above and below the
+# load; what the air takes of M at 1 rad/s changes nothing of that.
+TABLE = [
+    Case("1", 2300.0, 0.0, 0, 0, 0),
+    Case("2", 2800.0, 0.0, 1, 0, 1),
+    Case("2, down", 1750.0, 0.0, 1, 0, 1),
+    Case("3", 2800.0, 1.0, 1, 1, 1),
+    Case("3, down", 1750.0, -1.0, 1, 1, 1),
+    Case("4", 2300.0, 1.0, 0, 1, 1),
+    Case("4, down", 2300.0, -1.0, 0, 1, 1),
+    Case("5", 2300.0, 0.0, 0, 0, 0),
+]
+
+
+def sign(x: float) -> int:
+    return 1 if x > 0.0 else -1 if x < 0.0 else 0
+
+
+def moment(case: Case) -> float:
+    return (case.force - LOAD) * CORD_RADIUS - DRAG * case.velocity
+
+
+@pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
+def test_the_switch_in_each_case_of_the_paper(case: Case) -> None:
+    reaction = case.force + LOAD
+    x = R_S - abs(moment(case) / reaction)
+    assert abs(sign(abs(x) - x)) == case.beyond
+    assert abs(sign(case.velocity)) == case.moving
+    assert sign(case.beyond + case.moving) == case.factor
+    assert switch(moment(case), R_S * reaction, case.velocity) == case.factor
+
+
+@pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
+def test_the_friction_in_each_case_is_that_of_the_printed_equation(case: Case) -> None:
+    scene = validate(pulley(solver__backend="published"), SCENARIOS)
+    mechanism = build(scene)
+    eq30 = solution(mechanism, scene.solver, Recording(SampleTimes(1.0, 0.1)))
+    found = eq30.friction(case.force, 0.0, case.velocity, moment(case))
+    printed = moment(case) - sign(case.velocity) * R_K * (case.force + LOAD)
+    # What stands to the right of I theta'', less the moment, to the rounding of both.
+    assert found + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)
+    at_rest_and_beyond = case.number.startswith("2")
+    assert (found == 0.0) == at_rest_and_beyond  # sign(0) takes all friction away
+
+
+def test_a_tie_counts_as_within_the_limit() -> None:
+    """x = 0 leaves sign(0) = 0."""
+    assert switch(20.0, 20.0, 0.0) == 0
+    assert switch(-20.0, 20.0, 0.0) == 0
+    assert switch(20.0, 20.0, -1.0) == 1

@@ -1,0 +1,229 @@
+"""The smoothed friction law and the integrators that it is given to."""
+
+import subprocess
+import sys
+from itertools import pairwise
+from math import log10
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import Interrupted
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.methods import BACKENDS
+from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import run as simulate_scene
+from frictionsim.solvers import regularised
+from tests.support.problems import (
+    BREAKAWAY,
+    CORD_RADIUS,
+    INERTIA,
+    LOAD,
+    R_K,
+    R_S,
+    RAMP,
+    RETURN_STICK,
+)
+from tests.support.scenarios import SCENARIOS, changed, pulley, simulate
+
+SMOOTHING = [name for name, backend in BACKENDS.items() if backend.regularised]
+
+
+def smoothed(backend: str, speed: float, **changes: Any) -> Run:
+    data = pulley(**{"solver__rtol": 1e-7, "solver__atol": 1e-11, **changes})
+    return simulate(changed(data, solver__backend=backend, solver__transition_speed=speed))
+
+
+def test_the_curve_rises_to_the_static_and_falls_to_the_kinetic_limit() -> None:
+    x = np.linspace(0.0, 2.0, 2001)
+    curve = np.array([regularised.smoothed_limit(float(at), 3.0, 2.0) for at in x])
+    assert curve[0] == 0.0
+    assert curve[1000] == pytest.approx(3.0)
+    assert np.all(curve[x >= 1.5] == 2.0)
+    assert np.all(np.diff(curve[x <= 1.0]) > 0.0)
+    assert np.all(np.diff(curve[x >= 1.0]) <= 0.0)
+    # Its slope is at most 4.5, so that a step of 0.001 changes it by less than this: no jump;
+    # nor does the slope jump, whose own is at most 24.
+    assert np.max(np.abs(np.diff(curve))) < 0.005
+    assert np.max(np.abs(np.diff(curve, 2))) < 30e-6
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_the_smoothed_ramp_is_near_the_exact_one(backend: str) -> None:
+    run = smoothed(backend, 1e-4)
+    assert (run.status, len(run.transitions)) == ("done", 1)
+    # 2e-4 s late, as a test below has it, times some 20 rad/s.
+    assert run.transitions[0].time == pytest.approx(BREAKAWAY, abs=3e-4)
+    t, angle, velocity, _ = RAMP[2]
+    at = np.searchsorted(run.time, t - 1e-9)
+    assert run.courses["angle"][at] == pytest.approx(angle, abs=5e-3)
+    assert run.courses["angular_velocity"][at] == pytest.approx(velocity, abs=5e-3)
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_only_energy_is_audited_and_it_closes(backend: str) -> None:
+    run = smoothed(backend, 1e-2)
+    assert run.checks.keys() == {"energy"}
+    assert run.checks["energy"].ok
+
+
+def sliding_error(speed: float) -> float:
+    """Return the error of the angle at 1 s, sliding from 1 rad/s to rest and creeping on."""
+    force = 2300.0  # N, which holds
+    run = smoothed(
+        "radau",
+        speed,
+        drive__force=force,
+        mechanism__initial_angular_velocity=1.0,
+        effects__air_drag=None,
+        solver__duration=1.0,
+    )
+    torque = R_K * (force + LOAD) - (force - LOAD) * CORD_RADIUS
+    return float(abs(run.courses["angle"][-1] - 0.5 * INERTIA / torque))
+
+
+def test_the_error_of_a_rest_is_of_first_order_in_the_speed() -> None:
+    errors = [sliding_error(speed) for speed in (1e-2, 1e-3, 1e-4)]
+    for coarse, fine in pairwise(errors):
+        # What is passed on the way to rest is of second order, and seen in the first quotient.
+        assert log10(coarse / fine) == pytest.approx(1.0, abs=0.01)
+
+
+def test_below_the_tolerance_a_smaller_speed_does_not_help() -> None:
+    exact = simulate(pulley(solver__rtol=1e-12)).courses["angle"][-1]
+
+    def error(speed: float) -> float:
+        run = smoothed("bdf", speed, solver__rtol=1e-4, solver__atol=1e-8)
+        assert run.status == "done"
+        return float(abs(run.courses["angle"][-1] - exact))
+
+    errors = [error(speed) for speed in (1e-2, 1e-4, 1e-8, 1e-10)]
+    assert errors[1] < 0.1 * errors[0]
+    # 34 rad and energies of 5 kJ to 1e-4 a step: what is left is the integrator's.
+    assert min(errors[2:]) > 1e-4
+
+
+def test_the_delay_of_breakaway_on_a_ramp_is_of_order_two_thirds() -> None:
+    """The moment passes the top of the curve, a fold, at a finite rate."""
+    late = [
+        smoothed("radau", speed).transitions[0].time - BREAKAWAY for speed in (1e-2, 1e-3, 1e-4)
+    ]
+    for coarse, fine in pairwise(late):
+        assert log10(coarse / fine) == pytest.approx(2.0 / 3.0, abs=0.02)  # next order, as above
+
+
+def test_it_creeps_where_it_should_stick() -> None:
+    force, speed = 2500.0, 1e-3  # between what holds and what lifts
+    run = smoothed("radau", speed, drive__force=force, effects__air_drag=None)
+    moment, limit = (force - LOAD) * CORD_RADIUS, R_S * (force + LOAD)
+    x = run.courses["angular_velocity"][-1] / speed
+    assert 1.5 * x - 0.5 * x**3 == pytest.approx(moment / limit, rel=1e-6)
+    assert np.all(run.courses["mode"] == 0)
+
+
+def test_rest_is_found_on_the_return_profile() -> None:
+    run = simulate(
+        load_with("pulley_return", "solver.backend=lsoda", "solver.transition_speed=1e-5")
+    )
+    assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(0, 1), (1, 0)]
+    # The delay of the breakaway above, in time and in angle.
+    assert run.transitions[1].time == pytest.approx(RETURN_STICK[0], abs=1e-4)
+    assert run.courses["angle"][-1] == pytest.approx(RETURN_STICK[1], abs=2e-3)
+
+
+def load_with(name: str, *overrides: str) -> Any:
+    scene = load(SCENARIOS / f"{name}.toml", list(overrides))
+    return scene.model_dump(by_alias=True, exclude_none=True)
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_a_scene_without_friction_needs_no_speed(backend: str) -> None:
+    exact = simulate(pulley(effects=None))
+    run = simulate(pulley(effects=None, solver__backend=backend))
+    # SciPy's bound is on a mean over the states, whose energies are thousands: rtol 1e-9 of them.
+    assert run.courses["angle"] == pytest.approx(exact.courses["angle"], abs=1e-4)
+    assert run.checks["energy"].value < 1e-6
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_a_prescribed_speed_is_followed_with_the_set_valued_law(backend: str) -> None:
+    scene = load_with("epicyclic")
+    scene["drive"] = {"speed": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 1.0}}}
+    scene["mechanism"].pop("initial_angular_velocity", None)
+    exact = simulate(scene)
+    run = simulate(changed(scene, solver__backend=backend, solver__rtol=1e-8))
+    assert run.checks.keys() == exact.checks.keys()
+    assert run.courses["angle"] == pytest.approx(exact.courses["angle"], abs=1e-5)
+    assert run.courses["drive_torque"] == pytest.approx(exact.courses["drive_torque"], abs=1e-4)
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_failures_are_told_in_our_words(backend: str) -> None:
+    run = smoothed(backend, 1e-3, solver__max_steps=20)
+    assert run.status == "failed"
+    assert run.reason.startswith("20 steps are spent at t = ")
+    huge = smoothed(backend, 1e-3, drive__force={"time": [0.0, 1.0], "value": [0.0, 1e49]})
+    if huge.status == "failed":
+        assert "step size" not in huge.reason
+        assert "spacing" not in huge.reason
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_poll_is_called_along_the_way_and_may_stop_it(backend: str) -> None:
+    def stop(t: float) -> None:
+        if t > 0.5:
+            raise Interrupted(2, t)
+
+    scene = load(SCENARIOS / "pulley.toml", None, backend)
+    done = simulate_scene(scene, stop)
+    assert (done.status, done.exit_code) == ("interrupted", 130)
+    assert 0.4 < done.time[-1] < 0.9
+
+
+def test_a_transition_speed_without_smoothing_is_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arguments = ["check", str(SCENARIOS / "pulley.toml"), "--set", "solver.transition_speed=1e-3"]
+    assert run_command_line(arguments) == 2
+    assert capsys.readouterr().err == (
+        "frictionsim: --set: solver.transition_speed: 'events' does not smooth friction; leave"
+        " transition_speed out, or take a backend that does: regularised, rk45, dop853, radau,"
+        " bdf, lsoda\n"
+    )
+
+
+def test_scipy_is_not_imported_by_our_own_backends() -> None:
+    code = (
+        "import sys; from pathlib import Path; from frictionsim.scenario.loading import load;"
+        "from frictionsim.simulation.simulate import run;"
+        f"run(load(Path({str(SCENARIOS / 'pulley.toml')!r}), None, 'regularised'), lambda t: None);"
+        "print('scipy' in sys.modules, 'frictionsim.work_precision.study' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=SCENARIOS.parent,
+    )
+    assert done.stdout.split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("backend", SMOOTHING)
+def test_our_own_steps_are_resumed_to_the_same_bits_and_scipys_are_not(backend: str) -> None:
+    def stop(t: float) -> None:
+        if t > 0.6:
+            raise Interrupted(2, t)
+
+    scene = load(SCENARIOS / "pulley.toml", None, backend)
+    begun = simulate_scene(scene, stop)
+    if backend != "regularised":
+        assert begun.checkpoint is None  # nothing tells the user that it can go on
+        return
+    whole = simulate_scene(scene, lambda t: None)
+    resumed = simulate_scene(scene, lambda t: None, checkpoint=begun.checkpoint)
+    assert resumed.transitions == whole.transitions
+    assert resumed.counts[:3] == whole.counts[:3]
+    assert all(np.array_equal(resumed.courses[name], whole.courses[name]) for name in whole.courses)

@@ -1,0 +1,257 @@
+"""Small belts that the tests of belts share."""
+
+import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
+from frictionsim.mechanisms.belt_drive.schema import Scene
+from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from frictionsim.scenario.loading import validate
+from frictionsim.scenario.signal_tables import SpeedTable, course_of
+from tests.support.belt_reference import Belt
+from tests.support.scenarios import SCENARIOS, Scenario, changed
+
+Array = NDArray[np.float64]
+
+
+# Two pulleys, every effect but gravity. Of few long and heavy bodies, so that steps are long: the
+# waves run at 141 m/s and turn the bodies with 12 000 rad/s, the contacts swing with 3000 rad/s.
+PAIR = """
+kind = "belt_drive"
+[mechanism]
+belt = { bodies = 24, mass_per_length = 0.5, axial_rigidity = 1e4, pretension = 200.0 }
+pulleys = [
+    { name = "driver", center = [0.0, 0.0], radius = 0.08, inertia = 2e-3 },
+    { name = "driven", center = [0.25, 0.0], radius = 0.08, inertia = 2e-3 },
+]
+[drive]
+driver = { torque = { time = [0.0, 0.02], value = [0.0, -5.0] } }
+driven = { torque = { speed = [-20.0, 20.0], value = [5.0, -5.0] } }
+[effects]
+contact = { c1 = 1e7, c2 = 2e5, damping = 20.0, p_max = 1e-3 }
+belt_friction = { mu_s = 0.6, mu_k = 0.6 }
+axial_damping = { coefficient = 2.0 }
+bending = { rigidity = 0.02 }
+[solver]
+duration = 0.05
+rtol = 1e-4
+[output]
+interval = 1e-3
+"""
+
+
+# Every effect there is: a roller on the back of the belt, a speed that is prescribed, torques over
+# time and speed, gravity, friction that differs by pulley, at rest and on a part of the belt.
+TRIO = """
+kind = "belt_drive"
+[mechanism]
+belt = { bodies = 60, mass_per_length = 0.5, axial_rigidity = 1e4, pretension = 200.0 }
+pulleys = [
+    { name = "driver", center = [0.0, 0.0], radius = 0.08, inertia = 2e-3 },
+    { name = "roller", center = [0.2, -0.055], radius = 0.06, inertia = 5e-4, side = "outside" },
+    { name = "driven", center = [0.4, 0.01], radius = 0.07, inertia = 2e-3 },
+]
+[drive]
+driver = { speed = { sine = { mean = 0.0, amplitude = 8.0, frequency_hz = 20.0 } } }
+roller.torque.sine = { mean = 0.1, amplitude = 0.2, frequency_hz = 50.0, phase_deg = 30.0 }
+driven = { torque = { speed = [-20.0, 20.0], value = [5.0, -5.0] } }
+[effects]
+contact = { c1 = 1e7, c2 = 2e5, damping = 20.0, p_max = 1e-3, reference_bodies = 50 }
+belt_friction = { mu_s = 0.6, mu_k = 0.5, pulleys = { roller = { mu_s = 0.4, mu_k = 0.3 } } }
+patch = { from = 0.3, to = 0.6, mu_s = 0.25, mu_k = 0.2 }
+axial_damping = { coefficient = 0.1, basis = "section" }
+bending = { rigidity = 0.02, damping = 1e-5 }
+gravity = { g = 9.81 }
+[solver]
+duration = 0.05
+rtol = 1e-4
+[output]
+interval = 1e-3
+"""
+
+
+def pair(**changes: Any) -> Scenario:
+    """Return the belt on two pulleys as data, with keys changed as `conftest.changed` has it."""
+    return changed(tomllib.loads(PAIR), **changes)
+
+
+def trio(**changes: Any) -> Scenario:
+    """Return the belt on three pulleys as data."""
+    return changed(tomllib.loads(TRIO), **changes)
+
+
+def shipped(name: str, **changes: Any) -> Scenario:
+    """Return a scenario of the package as data."""
+    return changed(tomllib.loads((SCENARIOS / f"{name}.toml").read_text()), **changes)
+
+
+class Stepped(NamedTuple):
+    """Where a backend got to, without samples on the way."""
+
+    state: Array
+    assembly: Assembly
+    stepping: Any
+
+
+Disturb = Callable[[Assembly], None]
+
+
+def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
+    """Step a scene to the end of its duration, from its start or what `disturb` makes of it."""
+    scene = scene_of(data)
+    assembly = assemble(scene)
+    if disturb is not None:
+        disturb(assembly)
+    module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
+    stepping = module.Stepping(assembly, scene.solver)
+    stepping.begin()
+    end = scene.solver.duration
+    while stepping.t < end * (1.0 - 1e-12):
+        stepping.advance(end, np.inf, 1_000_000)
+    return Stepped(stepping.look(end).copy(), assembly, stepping)
+
+
+def kick(speed: float) -> Disturb:
+    """Return what gives the bodies a velocity along a wave as long as the belt, m/s."""
+
+    def disturb(assembly: Assembly) -> None:
+        width, n = assembly.room.shape[1], assembly.laws.chain.bodies
+        phase = 2.0 * np.pi * np.arange(n) / n
+        for row in (3, 4):
+            assembly.state[row * width : row * width + n] += speed * np.sin(phase + row)
+
+    return disturb
+
+
+def distance(a: Stepped, b: Stepped) -> float:
+    """Return how far two ends are apart, at most, in sizes of the states."""
+    return float(np.max(np.abs(a.state - b.state) / a.assembly.sizes))
+
+
+def scene_of(data: Scenario) -> Scene:
+    scene = validate(data, SCENARIOS)
+    assert isinstance(scene, Scene)
+    return scene
+
+
+def kinematics(state: Array, assembly: Assembly) -> list[Array]:
+    """Return x, y, phi, vx, vy, w of the bodies and theta, omega of the pulleys in a state."""
+    n, width = assembly.laws.chain.bodies, assembly.room.shape[1]
+    table, free = assembly.pulleys.table, assembly.pulleys.free
+    m = table.shape[1]
+    motion = state[: 6 * width].reshape(6, width)[:, :n]
+    omega = table[4].copy()
+    omega[free] = state[6 * width + m : 6 * width + m + len(free)]
+    return [*(row.copy() for row in motion), state[6 * width : 6 * width + m].copy(), omega]
+
+
+def reference(scene: Scene, body_length: float, tau: float = 1e-5) -> Belt:
+    """Return the scene as the reference program takes it; friction at rest is given per run."""
+    belt, effects, pulleys = scene.mechanism.belt, scene.effects, scene.mechanism.pulleys
+    contact, axial, bending = effects.contact, effects.axial_damping, effects.bending
+    share = (contact.reference_bodies or belt.bodies) / belt.bodies
+    law = effects.belt_friction
+    return Belt(
+        n=belt.bodies,
+        l=body_length,
+        rho=belt.mass_per_length,
+        EA=belt.axial_rigidity,
+        centres=np.array([p.center for p in pulleys]),
+        radii=np.array([p.radius for p in pulleys]),
+        inertias=np.array([p.inertia for p in pulleys]),
+        c1=contact.c1 * share,
+        c2=contact.c2 * share,
+        b_c=contact.damping * share,
+        p_max=contact.p_max,
+        b_joint=axial.coefficient if axial and axial.basis == "joint" else None,
+        b_section=axial.coefficient if axial else 0.0,
+        EI=bending.rigidity if bending else 0.0,
+        b_tor=bending.damping / body_length if bending else 0.0,
+        gravity=(0.0, -effects.gravity.g) if effects.gravity else (0.0, 0.0),
+        law=law.law if law else "set-valued",
+        tau=tau,
+        mu_s=law.mu_s if law else 0.0,
+        mu_k=law.mu_k if law else 0.0,
+        dv=(law.transition_speed if law else None) or 1.0,
+        delta_max=(law.maximum_creep if law else None) or 1.0,
+        torque=lambda t, theta, omega: torques(scene, t, omega),
+        prescribed={
+            j: course_of(scene.drive[p.name].speed).slope
+            for j, p in enumerate(pulleys)
+            if p.name in scene.drive and scene.drive[p.name].speed is not None
+        },
+    )
+
+
+def torques(scene: Scene, t: float, omega: Array) -> Array:
+    """Return the torque on each pulley that the scene gives."""
+    found = np.zeros(len(omega))
+    for j, name in enumerate(scene.mechanism.names):
+        table = scene.drive[name].torque if name in scene.drive else None
+        if isinstance(table, SpeedTable):
+            found[j] = np.interp(omega[j], table.speed, table.value)
+        elif table is not None:
+            found[j] = course_of(table)(t)
+    return found
+
+
+# What the pair needs to stay smooth: kicked gently, its contacts stay closed.
+GENTLY = 2e-3  # m/s
+
+
+NO_FRICTION = {"mu_s": 0.0, "mu_k": 0.0}
+
+
+MUCH_FRICTION = {"mu_s": 50.0, "mu_k": 50.0}  # nothing ever slides
+
+
+SHORT = 2.048e-3  # s
+
+
+RISING = {"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": SHORT}}
+
+
+def orders(data: Scenario, steps: list[float], key: str, disturb: Disturb | None) -> list[float]:
+    """Return the orders that follow from ends at steps, each half of the one before."""
+    ends = [stepped(changed_step(data, key, step), disturb) for step in steps]
+    errors = [distance(*two) for two in pairwise(ends)]
+    return [float(np.log2(a / b)) for a, b in pairwise(errors)]
+
+
+def changed_step(data: Scenario, key: str, step: float) -> Scenario:
+    return {**data, "solver": {**data["solver"], key: step}}
+
+
+def halved(step: float, times: int) -> list[float]:
+    return [step / 2**k for k in range(times)]
+
+
+# A start from rest where all sticks: there is no slip at first that a step would take away.
+SMOOTH = {
+    "without friction": pair(effects__belt_friction=NO_FRICTION, solver__duration=SHORT),
+    "sticking": pair(
+        effects__belt_friction=MUCH_FRICTION,
+        drive__driver__torque=RISING,
+        solver__duration=SHORT,
+    ),
+}
+
+
+STARTS = {"without friction": kick(GENTLY), "sticking": None}
+
+
+SCENES = {
+    "rkf45, every effect": trio(),
+    "moreau, every effect": trio(solver__backend="moreau"),
+    "moreau, stiff damping": pair(
+        solver__backend="moreau", effects__axial_damping__coefficient=2000.0
+    ),
+}
+
+
+STEPS = 12  # slots are dealt a second time after 8

@@ -1,0 +1,230 @@
+"""Damaged input for the command line, case by case in a process of its own with bounded memory.
+
+    python -m tests.support.fuzzing WHAT SEED COUNT
+
+makes COUNT cases of WHAT - toml, csv, bytes, hdf5 - from a seed and prints what they came to as
+JSON: how often each exit code. A case that ends in a traceback, in an exit code that is none of
+the documented ones for bad input, or without a sentence ends the process.
+"""
+
+import contextlib
+import faulthandler
+import io
+import json
+import random
+import resource
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import BudgetSpent
+from frictionsim.io import hdf5
+from frictionsim.scenario.loading import validate
+from frictionsim.simulation.simulate import run
+from tests.support.scenarios import SCENARIOS, changed, pulley, simulate
+
+MEMORY = 2 << 30  # address space; the program and its libraries take half a gigabyte of it
+LEGAL = {
+    "check": {0, 2},
+    "static": {0, 2},
+    "solve": {0, 1, 2, 3, 5},
+    "compare": {0, 1, 2},
+    "plot": {0, 2},
+    "resume": {0, 1, 2, 3, 5},
+}
+
+Case = tuple[list[str], str]
+TOKENS = [
+    *("nan", "inf", "-1", "0", "1e400", "1e-320", "9" * 400, "true", '"x"', "[]", "{}", "[[[", "#"),
+    *("=", "\n", "\x00", "é", "[effects]", "[solver]\n", 'kind = "epicyclic"\n', "1979-05-27"),
+    *("[" * 900, "a.b.c = 1\n", "{sine={amplitude=1e308, frequency_hz=1e308}}", '{csv="s.toml"}'),
+    *("drive.force = 1\n", "max_steps = 3\n", "duration = 1e-300\n", "interval = 1e-9\n"),
+]
+
+
+def edited(rng: random.Random, text: str, tokens: list[str]) -> str:
+    """Return a text with a few pieces cut out, doubled, moved or replaced."""
+    for _ in range(rng.randint(1, 5)):
+        a = rng.randrange(len(text) + 1)
+        b = min(len(text), a + rng.choice([0, 1, 2, 8, 60]))
+        piece = rng.choice([rng.choice(tokens), "", text[a:b] * 2, chr(rng.randrange(1, 0x2FF))])
+        text = text[:a] + piece + text[b:]
+    return text
+
+
+def toml_case(rng: random.Random, folder: Path) -> Case:
+    path = folder / "s.toml"
+    source = rng.choice(sorted(SCENARIOS.glob("*.toml"))).read_text()
+    if rng.random() < 0.3:  # a number or a word for another
+        words = source.split(" ")
+        words[rng.randrange(len(words))] = rng.choice(TOKENS)
+        text = " ".join(words)
+    else:
+        text = edited(rng, source, TOKENS)
+    path.write_text(text, errors="replace")
+    command = rng.choice(["check", "check", "static", "solve"])
+    bounded = ["-o", "a.h5", "-q", "--max-wall", "0.05"] if command == "solve" else []
+    return [command, str(path), *bounded], text
+
+
+def csv_case(rng: random.Random, folder: Path) -> Case:
+    lines = [f"{0.1 * i}, {2000 + 100 * i}" for i in range(12)]
+    tokens = ["nan", "inf", "1e999", ",", ";", "\t", "\n", "#", "x", "\ufeff", "-1", "0.1", "\x00"]
+    text = edited(rng, "time, force\n" + "\n".join(lines), tokens)
+    raw = text.encode()
+    if rng.random() < 0.2:
+        raw = rng.choice([raw.decode().encode("utf-16"), bytes(rng.randbytes(40)), raw * 300])
+    (folder / "force.csv").write_bytes(raw)
+    scenario = folder / "s.toml"
+    scenario.write_text(
+        (SCENARIOS / "pulley.toml")
+        .read_text()
+        .replace("{ time = [0.0, 0.8], value = [1832.6, 3113.75] }", '{ csv = "force.csv" }')
+    )
+    command = rng.choice([["check"], ["solve", "-q", "-o", "a.h5", "--max-wall", "0.05"]])
+    return [command[0], str(scenario), *command[1:]], repr(raw[:2000])
+
+
+def sources(folder: Path) -> list[bytes]:
+    """Return result files: one that is done, and one that can go on."""
+
+    def poll(t: float) -> None:
+        if t > 0.6:
+            raise BudgetSpent("stopped")
+
+    data = changed(pulley(), output__interval=0.1)
+    path = folder / "source.h5"
+    found = []
+    for result in (simulate(data), run(validate(data, SCENARIOS), poll)):
+        hdf5.write(result, path)
+        found.append(path.read_bytes())
+    return found
+
+
+def bytes_case(rng: random.Random, folder: Path, originals: list[bytes]) -> Case:
+    """Truncate, flip bits, overwrite and shift pieces."""
+    raw = bytearray(rng.choice(originals))
+    way = rng.randrange(5)
+    if way == 0:
+        del raw[rng.randrange(len(raw)) :]
+    elif way == 1:
+        for _ in range(rng.choice([1, 1, 2, 8, 100])):
+            raw[rng.randrange(len(raw))] ^= 1 << rng.randrange(8)
+    elif way == 2:
+        a, length = rng.randrange(len(raw)), rng.choice([1, 8, 64, 4096])
+        raw[a : a + length] = rng.choice([b"\x00", b"\xff", rng.randbytes(1)]) * length
+    elif way == 3:
+        a, b = rng.randrange(len(raw)), rng.randrange(len(raw))
+        raw[a : a + 512] = raw[b : b + 512]
+    else:
+        raw = bytearray(rng.choice([b"", b"\x89HDF\r\n\x1a\n" + rng.randbytes(2000), b"x" * 100]))
+    return with_command(rng, folder, bytes(raw)), f"way {way}"
+
+
+VALUES: list[Any] = [
+    *("", "done", "interrupted", "x" * 60_000, "\ud7ff", "kind", 1, -1, 2**63 - 1, 1.5),
+    *(float("nan"), [1.0, 2.0], np.zeros(8000), h5py.Empty("f"), b"\xff\xfe", True, ["a", "b"]),
+]
+
+
+def hdf5_case(rng: random.Random, folder: Path, originals: list[bytes]) -> Case:
+    """Change attributes and datasets of a file that stays HDF5."""
+    path = folder / "changed.h5"
+    path.write_bytes(rng.choice(originals))
+    said = []
+    with h5py.File(path, "r+") as file:
+        for _ in range(rng.randint(1, 3)):
+            said.append(change(rng, file))
+    return with_command(rng, folder, path.read_bytes()), "; ".join(said)
+
+
+def change(rng: random.Random, file: Any) -> str:
+    names: list[str] = []
+    file.visit(names.append)
+    name = rng.choice(names)
+    way = rng.randrange(6)
+    if way == 0:
+        owner = rng.choice([file, file[name]])
+        key = rng.choice([*owner.attrs, "names", "units", "format_version"])
+        value = rng.choice(VALUES)
+        owner.attrs[key] = value
+        return f"{owner.name} @{key} = {value!r:.50}"
+    del file[name]
+    if way == 1:
+        return f"no {name}"
+    if way == 2:
+        shape = rng.choice([(10**12,), (10**6, 10**6), (2**40, 3), (0,), (1,), ()])
+        chunks = {"chunks": (1024,) * len(shape)} if shape and min(shape) > 1023 else {}
+        dtype = rng.choice(["f8", "f4", "i1", "S10"])
+        file.create_dataset(name, shape, dtype, **chunks)
+        return f"{name} of {shape} {dtype}"
+    if way == 3:
+        file.create_group(name)
+        return f"{name} a group"
+    if way == 4:
+        file[name] = rng.choice([["a", "b"], [np.nan] * 31, np.arange(31.0) * 1e300, [1j], True])
+        return f"{name} of odd values"
+    file[name] = h5py.SoftLink(rng.choice([f"/{name}", "/", "/time", "/nowhere"]))
+    return f"{name} a link"
+
+
+def with_command(rng: random.Random, folder: Path, raw: bytes) -> list[str]:
+    (folder / "a.h5").write_bytes(raw)
+    source = str(folder / "source.h5")
+    return rng.choice(
+        [
+            ["compare", "a.h5", source],
+            ["compare", source, "a.h5", "--rtol", "0.1"],
+            ["plot", "a.h5", "-o", "a.svg"],
+            ["resume", "a.h5", "-q", "-o", "b.h5", "--max-wall", "1"],
+        ]
+    )
+
+
+def outcome(arguments: list[str]) -> tuple[int, str]:
+    """Run the command line here; return its exit code and what it said on stderr."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = run_command_line(arguments)
+    return code, err.getvalue()
+
+
+def see(case: Case) -> int:
+    arguments, description = case
+    code, said = outcome(arguments)
+    legal = code in LEGAL[arguments[0]] and "Traceback" not in said
+    if legal and (code == 0 or said.startswith("frictionsim: ") or arguments[0] == "compare"):
+        return code
+    print(f"{arguments}: exit {code}, {said!r}\n{description}", file=sys.stderr)
+    raise SystemExit(1)
+
+
+def main(what: str, seed: int, count: int) -> None:
+    faulthandler.enable()
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    codes: Counter[int] = Counter()
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
+        folder = Path(name)
+        originals = sources(folder)
+        makers: dict[str, Callable[[random.Random], Case]] = {
+            "toml": lambda rng: toml_case(rng, folder),
+            "csv": lambda rng: csv_case(rng, folder),
+            "bytes": lambda rng: bytes_case(rng, folder, originals),
+            "hdf5": lambda rng: hdf5_case(rng, folder, originals),
+        }
+        for number in range(count):
+            case_seed = f"{what} {seed} {number}"
+            print(case_seed, file=sys.stderr)  # the last one is the one that ended the process
+            codes[see(makers[what](random.Random(case_seed)))] += 1
+    print(json.dumps({str(code): n for code, n in sorted(codes.items())}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

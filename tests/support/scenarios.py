@@ -1,0 +1,67 @@
+"""The shipped scenarios as data, runs of them, and the command line."""
+
+import copy
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.loading import validate
+from frictionsim.simulation.simulate import Run, run
+from frictionsim.solvers.mechanism import Mechanism
+
+ROOT = Path(__file__).parents[2]
+
+
+SCENARIOS = ROOT / "scenarios"
+
+
+GOLDEN = ROOT / "tests" / "golden"
+
+
+Scenario = dict[str, Any]
+
+
+def pulley(**changes: Any) -> Scenario:
+    """Return the shipped pulley as data; `solver__rtol=1e-6` sets solver.rtol, None removes."""
+    data: Scenario = tomllib.loads((SCENARIOS / "pulley.toml").read_text())
+    return changed(data, **changes)
+
+
+def changed(data: Scenario, **changes: Any) -> Scenario:
+    """Return a copy of scenario data with keys set, or removed where the value is None."""
+    data = copy.deepcopy(data)
+    for key, value in changes.items():
+        *tables, last = key.split("__")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        if value is None:
+            table.pop(last, None)
+        else:
+            table[last] = value
+    return data
+
+
+def simulate(data: Scenario) -> Run:
+    """Run scenario data, nobody watching."""
+    return run(validate(data, SCENARIOS), lambda t: None)
+
+
+def mechanism_of(done: Run) -> Mechanism:
+    """Return the equations of a run of one coordinate."""
+    return module_of(done.scene.kind).build(done.scene)
+
+
+def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":
+    """Run the command line as a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "frictionsim", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )

@@ -1,0 +1,184 @@
+"""An independent reader of the epicyclic gear, see `second_way`."""
+
+from math import cos, pi, radians
+
+import numpy as np
+
+from tests.support.second_way import (
+    ROUNDING,
+    Array,
+    Record,
+    Seen,
+    Table,
+    energy,
+    integral,
+    of_any_motion,
+    of_stick_and_slip,
+    signal,
+)
+
+# The load of the mesh has a kink where it changes its sign: trapezoids over a turn in so many
+# parts are off by some (2 pi/parts)^2/8 of it.
+PARTS = 100_000
+KINKS = 1e-8
+
+
+class Gear:
+    """Crank and satellite of a scene, member by member."""
+
+    def __init__(self, scenario: Table, formulation: str = "") -> None:
+        geometry, effects = scenario["mechanism"], scenario["effects"]
+        self.published = (formulation or geometry["formulation"]) == "published"
+        self.sun, self.planet = geometry["sun_radius"], geometry["planet_radius"]
+        self.length = self.sun + self.planet
+        self.crank_mass, self.planet_mass = geometry["crank_mass"], geometry["planet_mass"]
+        self.g = effects.get("gravity", {"g": 0.0})["g"]
+        hinge = effects.get("hinge_friction", {"torque_static": 0.0, "torque_kinetic": 0.0})
+        self.static, self.kinetic = hinge["torque_static"], hinge["torque_kinetic"]
+        rolling = effects.get("rolling_friction", {"arm": 0.0, "normal_load": "weight"})
+        self.arm, self.radial = rolling["arm"], rolling["normal_load"] == "radial"
+        # The satellite turns so much against the ground, and so much less against the crank.
+        self.turns = self.length / self.planet
+        self.relative = self.turns - 1.0
+        # A rod about its end; a disc on the crank that turns as it rolls.
+        rod = self.crank_mass * self.length**2 / 3.0
+        disc = self.planet_mass * (self.length**2 + 0.5 * (self.planet * self.turns) ** 2)
+        self.inertia = rod + disc
+
+    def gravity_moment(self) -> float:
+        """Return the moment of the weights about the sun's axis on a level crank, N m."""
+        crank = self.crank_mass * self.g * 0.5 * self.length
+        return crank + self.planet_mass * self.g * self.length
+
+    def weights(self) -> float:
+        """Return that of the equation: eq 26 as published has the satellite's twice."""
+        again = self.planet_mass * self.g * self.length if self.published else 0.0
+        return self.gravity_moment() + again
+
+    def load(self, angle: Array, speed: Array | float) -> Array:
+        """Return the load of the rolling friction, N; as published its sign is the sine's."""
+        weight = self.planet_mass * self.g * np.sin(angle)
+        if self.published:
+            return weight
+        centripetal = self.planet_mass * self.length * np.square(speed) if self.radial else 0.0
+        return np.abs(weight - centripetal)
+
+    def resistance(self, angle: Array, speed: Array | float) -> Array:
+        """Return what friction takes of the crank's torque as it turns forward, N m."""
+        couple = self.kinetic * (self.turns if self.published else self.relative)
+        return couple + self.arm * self.load(angle, speed) * self.turns
+
+    def uniform_mean(self, speed: float) -> Seen:
+        """Return the mean torque of uniform turning forward over a turn, numerically, N m."""
+        angle = np.linspace(0.0, 2.0 * pi, PARTS, endpoint=False)
+        torque = self.weights() * np.cos(angle) + self.resistance(angle, speed)
+        size = self.weights() + float(np.mean(np.abs(torque)))
+        return Seen(float(np.mean(torque)), KINKS * size)
+
+    def place(self, angle: Array, point: Table) -> tuple[Array, Array]:
+        """Return where a point of the satellite is: on the crank's end, turned as it rolls, m."""
+        own = radians(point["angle_deg"]) + self.turns * angle
+        x = self.length * np.cos(angle) + point["radius"] * np.cos(own)
+        return x, self.length * np.sin(angle) + point["radius"] * np.sin(own)
+
+
+def gear_statics(scenario: Table) -> dict[str, Seen]:
+    """Return what is known of the gear at rest, of the scenario alone."""
+    gear, angle = Gear(scenario), radians(scenario["mechanism"]["initial_angle_deg"])
+    balance = gear.weights() * cos(angle)
+    at = np.array([angle])
+    if gear.published:  # it cannot stick
+        resistance = float(gear.resistance(at, 0.0)[0])
+        forward = backward = balance + resistance
+    else:
+        holds = gear.static * gear.relative + gear.arm * float(gear.load(at, 0.0)[0]) * gear.turns
+        forward, backward = balance + holds, balance - holds
+        resistance = holds
+    size = gear.weights() + abs(resistance)
+    other = "consistent" if gear.published else "published"
+    inertia, level = gear.inertia, gear.gravity_moment()
+    return {
+        "torque_to_start_forward": Seen(forward, ROUNDING * size),
+        "torque_to_start_backward": Seen(backward, ROUNDING * size),
+        "uniform_torque_mean": gear.uniform_mean(0.0),
+        f"uniform_torque_mean_{other}": Gear(scenario, other).uniform_mean(0.0),
+        "gravity_moment": Seen(level, ROUNDING * level),
+        "inertia": Seen(inertia, ROUNDING * inertia),
+    }
+
+
+def epicyclic(record: Record) -> dict[str, Seen]:
+    """Return the figures of the summary of an epicyclic gear."""
+    scenario, time, courses = record.scenario, record.time, record.courses
+    gear, effects, drive = Gear(scenario), scenario["effects"], scenario["drive"]
+    angle, velocity = courses["angle"], courses["angular_velocity"]
+    torque = courses["drive_torque"] if "speed" in drive else signal(drive["torque"], time)
+    seen = of_any_motion(record)
+    seen["uniform_torque_mean"] = gear.uniform_mean(0.0)
+    if gear.radial:
+        seen["uniform_torque_mean_at_final_speed"] = gear.uniform_mean(float(velocity[-1]))
+    seen["energy_input"] = integral(time, torque * velocity)
+    seen["energy_kinetic"] = energy(0.5 * gear.inertia * float(velocity[-1]) ** 2)
+    if "gravity" in effects:
+        seen["energy_potential"] = energy(gear.weights() * float(np.sin(angle[-1])))
+    # A mesh without a load does not rub: a scene of it alone has no friction to tell of.
+    rubs = "rolling_friction" in effects and (gear.radial or gear.planet_mass * gear.g > 0.0)
+    if "hinge_friction" in effects or rubs:
+        resistance = gear.resistance(angle, velocity)
+        if gear.published:
+            seen["energy_friction"] = integral(time, resistance * velocity)
+        else:
+            seen["energy_friction"] = integral(time, resistance * np.abs(velocity))
+            seen |= of_stick_and_slip(record)
+    if "tracer_point" in effects:
+        seen["tracer_cusps"] = _cusps(gear, effects["tracer_point"], angle)
+        seen["tracer_dwell_time"] = _dwell(gear, effects["tracer_point"], record)
+    return seen
+
+
+def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
+    """Count where a point of the rim touches the sun between the ends of the crank's way."""
+    if point["radius"] != gear.planet:
+        return Seen(None)
+    low, high = float(np.min(angle)), float(np.max(angle))
+    # Between two neighbours lies more than a thousand of these places.
+    fine = np.linspace(low, high, 1000 + int(3000 * (high - low) * gear.relative))
+    distance = np.hypot(*gear.place(fine, point))
+    padded = np.concatenate([[np.inf], distance, [np.inf]])
+    lowest = (distance <= padded[:-2]) & (distance < padded[2:])
+    # From touching, the distance grows by L rho/r1 (1 - cos) of the angle that the point has
+    # turned: two of those steps, or at the ends of the way a rounding.
+    step = gear.relative * float(fine[1] - fine[0]) if high > low else 0.0
+    near = gear.sun + gear.length * gear.planet / gear.sun * (step * step + 1e-17)
+    touches = lowest & (distance <= near)
+    for end in (0, -1):
+        touches[end] &= bool(distance[end] <= gear.sun * (1.0 + ROUNDING))
+    return Seen(float(np.count_nonzero(touches)))
+
+
+def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
+    """Look for the longest stay about the slowest places, from sample to sample.
+
+    Speeds are those of the satellite's point, so that a place is a sample, off the slowest by half
+    an interval; the ends of a stay lie between samples, each an interval off at most.
+    """
+    time, angle = record.time, record.courses["angle"]
+    if time.size < 3:
+        return Seen(None)
+    own = radians(point["angle_deg"]) + gear.relative * angle
+    lever = np.hypot(
+        gear.length + point["radius"] * gear.turns * np.cos(own),
+        point["radius"] * gear.turns * np.sin(own),
+    )
+    speed = np.abs(record.courses["angular_velocity"]) * lever
+    padded = np.concatenate([[np.inf], speed, [np.inf]])
+    slow = np.flatnonzero((speed <= padded[:-2]) & (speed <= padded[2:]))
+    x, y = gear.place(angle, point)
+    longest = 0.0
+    for i in slow:
+        outside = np.hypot(x - x[i], y - y[i]) > point["dwell_distance"]
+        before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
+        start = time[before[-1]] if before.size else time[0]
+        stop = time[i + after[0]] if after.size else time[-1]
+        longest = max(longest, float(stop - start))
+    return Seen(longest, 3.0 * float(np.max(np.diff(time))))

@@ -1,0 +1,139 @@
+"""The files of results/ are those that its README names, and say what they were made with."""
+
+import csv
+import re
+from math import exp
+from pathlib import Path
+
+import pytest
+
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import run
+from tests.support.problems import (
+    BREAKAWAY,
+    CORD_RADIUS,
+    DRAG,
+    INERTIA,
+    LOAD,
+    P_END,
+    P_START,
+    R_K,
+    T_RAMP,
+    SlipOnRamp,
+)
+from tests.support.scenarios import SCENARIOS
+
+RESULTS = Path(__file__).parents[1] / "results"
+LISTED = re.findall(r"`(\w+\.(?:png|txt|csv|md|json))`", (RESULTS / "README.md").read_text())
+PICTURES = sorted(name for name in LISTED if name.endswith(".png"))
+TABLES = sorted(name for name in LISTED if name.endswith((".txt", ".csv", ".md")))
+MOST_BYTES = 200_000
+
+
+def test_the_readme_lists_each_file_once() -> None:
+    assert len(LISTED) == len(set(LISTED))
+    assert PICTURES
+    assert TABLES
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_a_listed_file_exists(name: str) -> None:
+    assert (RESULTS / name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_is_small(name: str) -> None:
+    assert (RESULTS / name).stat().st_size < MOST_BYTES
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_table_names_machine_and_versions(name: str) -> None:
+    text = (RESULTS / name).read_text(encoding="utf-8")
+    assert re.search(r"^\W*machine: \S", text, re.MULTILINE)
+    assert re.search(
+        r"^\W*versions: Python \S+, numpy \S+, scipy \S+, numba \S", text, re.MULTILINE
+    )
+
+
+def fig10_rows() -> list[tuple[float, ...]]:
+    """Return time, angle, velocity, acceleration and difference of the table of fig. 10."""
+    text = (RESULTS / "README.md").read_text(encoding="utf-8")
+    table = text.split("| time, s |")[1].split("\n\n")[0]
+    rows = [row.strip("|").split("|") for row in table.splitlines()[2:]]
+    assert rows[0][0].strip() == f"{BREAKAWAY:.9f}"
+    return [tuple(map(float, row)) for row in rows[1:]]
+
+
+def closed_form(time: float) -> tuple[float, float, float]:
+    """Return angle, velocity and acceleration on the ramp, and at the force that stays after it."""
+    slip = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
+    steady = ((P_END - LOAD) * CORD_RADIUS - R_K * (P_END + LOAD)) / DRAG
+    angle, velocity = slip(min(time, T_RAMP))
+    rest, rate = max(time - T_RAMP, 0.0), DRAG / INERTIA
+    gap = velocity - steady
+    if time >= T_RAMP:
+        angle += steady * rest + gap * (1.0 - exp(-rate * rest)) / rate
+        velocity = steady + gap * exp(-rate * rest)
+    return angle, velocity, rate * (steady - velocity)
+
+
+@pytest.mark.parametrize("backend", ["events", "published"])
+def test_fig_10_has_the_numbers_of_its_table(backend: str) -> None:
+    done = run(load(SCENARIOS / "pulley.toml", ["solver.duration=10"], backend), lambda t: None)
+    rows = fig10_rows()
+    assert [row[0] for row in rows] == [0.8, 1.0, 2.0, 5.0, 10.0]
+    for time, *printed, largest in rows:
+        exact = closed_form(time)
+        assert printed == pytest.approx(exact, abs=6e-10)  # nine decimals
+        at = abs(done.time - time).argmin()
+        names = ("angle", "angular_velocity", "angular_acceleration")
+        found = [done.courses[name][at] for name in names]
+        worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
+        # The table is of `events`; the same steps on another processor differ in roundings.
+        assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)
+
+
+def numbers(name: str) -> list[list[str]]:
+    """Return the rows of a table of results/, below its heading."""
+    with (RESULTS / f"{name}.csv").open(encoding="utf-8") as file:
+        return list(csv.reader(line for line in file if not line.startswith("#")))[1:]
+
+
+def readme_rows(heading: str) -> list[list[str]]:
+    """Return the cells of the table of the project's README that begins like this."""
+    text = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
+    table = text.split(heading)[1].split("\n\n")[0].splitlines()[2:]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
+
+
+def test_the_readme_has_the_meshes_of_the_table() -> None:
+    measured = {
+        (row[2], row[1]): [float(cell) for cell in row[3:8]]
+        for row in numbers("belt_mesh")
+        if row[0] == "belt_drive"
+    }
+    shown = readme_rows("| bodies | bending | T1, N |")
+    assert len(shown) == 8
+    for bodies, bending, *cells in shown:
+        tight, slack, _, arc, creep = measured[bodies, bending]
+        figures = (tight, slack, tight - slack, arc, arc / tight, creep)
+        for cell, value in zip(cells, figures, strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == f"{value:.{digits}f}"
+
+
+def test_the_readme_has_the_paper_s_numbers_of_the_table() -> None:
+    measured = {row[0].split(" [")[0]: row[2:] for row in numbers("belt_paper")}
+    shown = {row[0]: row[2:] for row in readme_rows("| | paper | exact stick, 150 bodies |")}
+    pairs = {
+        "speed of the driver, rad/s": "speed of the driver",
+        "slip, %": "slip",
+        "bodies on the arcs that stick": "share of touching bodies that stick",
+    }
+    for words, name in pairs.items():
+        for cell, value in zip(shown[words], measured[name], strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == f"{float(value):.{digits}f}"
+    spans = (measured["tension of the active span"], measured["tension of the passive span"])
+    for cell, *both in zip(shown["active, passive span, N"], *spans, strict=True):
+        assert cell == ", ".join(f"{float(value):.0f}" for value in both)

@@ -1,0 +1,397 @@
+"""What accuracy costs: settings, judgement, advice, and the command."""
+
+import csv
+import json
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+
+from frictionsim.cli import cost_study
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import Interrupted, SolverError
+from frictionsim.results import Measure, Quantity, Transition
+from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.loading import load, validate
+from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
+from frictionsim.work_precision import settings
+from frictionsim.work_precision.errors import Error, judge
+from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.settings import Variants
+from frictionsim.work_precision.study import Laboratory, Row, Study, study
+from tests.support.problems import RAMP
+from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate
+
+PULLEY, RETURN = (str(SCENARIOS / f"{name}.toml") for name in ("pulley", "pulley_return"))
+
+
+def ignore(what: Any) -> None:
+    """Watch nothing."""
+
+
+def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> Study:
+    """Return a study of a shipped scenario, each setting timed once."""
+    scene = load(Path(path))
+    mechanism = module_of(scene.kind).build(scene)
+    found = settings.ladders(scene, TOLERANCES, mechanism) if chosen is None else chosen
+    references = settings.references(mechanism, 1e-12)
+    arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "poll": ignore, "show": ignore}
+    measures = module_of(scene.kind).MEASURES
+    return study(scene, found, references, measures, **{**arguments, **options})
+
+
+def row(backend: str, error: float | None, seconds: float) -> Row:
+    """Return a hand-made row."""
+    errors = {} if error is None else {"angle": Error(error, error), "energy": Error(0.0, 0.0)}
+    status = "failed" if error is None else "done"
+    setting = Setting(backend, "rtol 1", ())
+    return Row(setting, status, "", seconds, 1, 1, 0, 6, 5, 1, errors)
+
+
+# --- advice ---------------------------------------------------------------------------------
+
+
+def test_the_cheapest_setting_that_is_exact_enough_is_advised() -> None:
+    rows = [
+        row("slow", 1e-9, 3.0),
+        row("rough", 5e-3, 0.1),
+        row("good", 5e-4, 1.0),
+        row("bad", 2.0, 0.01),
+        row("broken", None, 0.001),
+    ]
+    assert [a.row and a.row.setting.backend for a in advise(rows, 0.0)] == ["rough", "good", "slow"]
+    assert advise(rows, 0.0)[1].sentence == "for 0.1 %: good with rtol 1, 1e+03 ms, error 5.0e-04"
+    assert advise(rows[1:2], 0.0)[1].sentence == "for 0.1 %: none reached it"
+    assert [a.row for a in advise([], 0.0)] == [None, None, None]
+
+
+def test_times_that_are_alike_are_not_told_apart() -> None:
+    rows = [row("default", 1e-9, 1.05), row("same", 1e-9, 1.0), row("other", 1e-9, 1.2)]
+    assert {a.row and a.row.setting.backend for a in advise(rows, 0.0)} == {"default"}
+
+
+def test_nothing_is_advised_below_the_floor_of_the_references() -> None:
+    advice = advise([row("events", 1e-6, 1.0)], 2e-3)
+    assert [a.row is None for a in advice] == [False, True, True]
+    assert advice[2].sentence == "for 0.01 %: cannot be told, the references differ by 2.0e-03"
+
+
+# --- judgement ------------------------------------------------------------------------------
+
+
+class Told:
+    """An outcome of one event and one figure."""
+
+    def __init__(self, time: float, value: float | None, mode: int = 1) -> None:
+        self.courses: dict[str, Any] = {}
+        self.checks: dict[str, Any] = {}
+        self.transitions = [Transition(time, "shaft", 0, mode)]
+        self.quantities = {"angle": Quantity(value, "rad")}
+
+
+EVENTS, FIGURE = Measure("time", "events"), Measure("angle", "quantity", "angle")
+
+
+def test_errors_are_relative_to_what_matters() -> None:
+    errors = judge((EVENTS, FIGURE), Told(1.2, 3.0), Told(1.0, 2.0), duration=4.0)
+    assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
+    assert errors["angle"] == (1.0, 0.5)
+
+
+def test_other_events_and_missing_figures_are_wrong_altogether() -> None:
+    errors = judge((EVENTS, FIGURE), Told(1.0, None, mode=-1), Told(1.0, 2.0), duration=4.0)
+    assert set(errors.values()) == {Error(None, 1.0)}
+    both_none = judge((FIGURE,), Told(1.0, None), Told(1.0, None), duration=4.0)
+    assert both_none == {"angle": Error(0.0, 0.0)}
+
+
+# --- studies of the pulley -----------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def of_return() -> dict[str, list[float | None]]:
+    """The errors on the return profile, by backend, from the loosest to the tightest setting."""
+    found: dict[str, list[float | None]] = {}
+    for r in study_of(RETURN).rows:
+        found.setdefault(r.setting.backend, []).append(r.error)
+    return found
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_the_error_falls_with_the_tolerance(backend: str, of_return: Any) -> None:
+    errors = of_return[backend]
+    # From one rung to the next the tolerance falls by 100, and the error follows it.
+    assert all(fine < 0.2 * coarse for coarse, fine in pairwise(errors))
+    assert errors[-1] < 1e-12
+
+
+def test_eq_30_does_not_converge(of_return: Any) -> None:
+    # It runs back where it should stay: other events, and the angle is off by 58 % of the way.
+    assert of_return["published"] == [1.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("backend", ["regularised", "rk45", "dop853", "radau", "bdf", "lsoda"])
+def test_smoothed_friction_converges_with_its_speed(backend: str, of_return: Any) -> None:
+    errors = of_return[backend]
+    # By 10 in speed: at first order 10, where the breakaway decides 10^(2/3) = 4.6.
+    assert all(fine < coarse / 4.0 for coarse, fine in pairwise(errors))
+    assert errors[0] < 0.02
+
+
+def test_the_references_are_as_exact_as_they_say() -> None:
+    scene = validate(pulley(solver__duration=5.0), SCENARIOS)
+    measures = (Measure("final_angle", "quantity", "final_angle"),)
+    laboratory = Laboratory(Variants(scene), measures, 60.0, 1)
+    names = settings.references(module_of("pulley").build(scene), 1e-12)
+    reference = laboratory.reference(names, ignore)
+    exact = RAMP[3][1]
+    error = abs((reference.outcome.quantities["final_angle"].value or 0.0) / exact - 1.0)
+    assert 0.0 < reference.floor["final_angle"].relative < 1e-12
+    # `exact` is given to 17 digits; the floor is a difference of two errors of its own size.
+    assert error < 10.0 * reference.floor["final_angle"].relative
+
+
+COUNTS = GOLDEN / "pulley_cost.json"
+
+
+def test_counts_are_the_golden_ones(request: pytest.FixtureRequest) -> None:
+    """Those of our own integrator; SciPy's change with its version."""
+    own = ("events", "rkf45", "published", "regularised")
+    chosen = [s for s in ladders_of(PULLEY) if s.backend in own]
+    rows = study_of(PULLEY, chosen).rows
+    counts = {
+        f"{r.setting.backend}, {r.setting.label}": [r.steps, r.rejected, r.rhs_evaluations]
+        for r in rows
+    }
+    if request.config.getoption("--update-golden"):
+        lines = ",\n".join(f"  {json.dumps(name)}: {list_}" for name, list_ in counts.items())
+        COUNTS.write_text(f"{{\n{lines}\n}}\n")
+    golden = json.loads(COUNTS.read_text())
+    assert counts.keys() == golden.keys()
+    for name, found in counts.items():
+        # Sums in another order moved a step in 140, and two rejected ones in 3151.
+        assert found == pytest.approx(golden[name], rel=0.01, abs=3), name
+
+
+def ladders_of(path: str) -> list[Setting]:
+    scene = load(Path(path))
+    mechanism = module_of(scene.kind).build(scene)
+    return settings.ladders(scene, TOLERANCES, mechanism)
+
+
+def test_counts_are_those_of_a_run_without_samples_between() -> None:
+    found = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
+    bare = simulate(pulley(solver__rtol=1e-9, solver__atol=1e-12, output__interval=3.0))
+    assert (found.steps, found.rhs_evaluations) == (bare.counts.steps, bare.counts.rhs_evaluations)
+    assert found.repeats == 2
+
+
+def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
+    scene = validate(pulley(solver__backend="published", solver__step=1e-2), SCENARIOS)
+    variant = Variants(scene).judged(with_tolerance("events", 1e-5))
+    assert (variant.solver.backend, variant.solver.step, variant.solver.rtol) == (
+        *("events", None),
+        1e-5,
+    )
+    scene = validate(pulley(output__channels=["mode"]), SCENARIOS)
+    assert Variants(scene).judged(with_tolerance("events", 1e-5)).output.channels is None
+
+
+def test_without_friction_the_references_are_still_two_methods() -> None:
+    scene = validate(pulley(effects=None), SCENARIOS)
+    mechanism = module_of("pulley").build(scene)
+    names = [setting.backend for setting in settings.references(mechanism, 1e-12)]
+    assert names == ["events", "dop853"]
+    found = settings.ladders(scene, (1e-4,), mechanism)
+    smooth = [setting.label for setting in found if setting.backend != "published"]
+    assert smooth == ["rtol 1e-4"] * 8
+
+
+# --- what goes wrong -----------------------------------------------------------------------
+
+
+def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
+    few = Setting("rk45", "few", ("solver.max_steps=20",))
+    found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
+    assert [r.status for r in found.rows] == ["failed", "done"]
+    assert found.rows[0].reason.startswith("20 steps are spent at t = ")
+    assert found.rows[0].error is None
+
+
+def test_a_run_that_takes_too_long_is_reported() -> None:
+    slow = Setting("published", "tiny steps", ("solver.step=1e-5",))
+    scene = load(Path(PULLEY))
+    laboratory = Laboratory(Variants(scene), module_of("pulley").MEASURES, 1e-3, 1)
+    reference = simulate(pulley())  # whatever it is: there is nothing to judge
+    found = laboratory.row(slow, reference, ignore)
+    assert found.status == "failed"
+    assert found.reason.startswith("0.001 s of wall time are spent at t = ")
+
+
+def test_no_reference_is_an_error() -> None:
+    few = Setting("events", "few", ("solver.max_steps=2",))
+    scene = load(Path(PULLEY))
+    measures = module_of("pulley").MEASURES
+    with pytest.raises(SolverError, match="no reference to judge by: events, few: 2 steps are sp"):
+        study(scene, [], (few,), measures, 60.0, 1, ignore, ignore)
+
+
+def test_one_reference_of_two_is_enough_and_said(capsys: pytest.CaptureFixture[str]) -> None:
+    few = Setting("events", "few", ("solver.max_steps=2",))
+    scene = load(Path(PULLEY))
+    both = (few, with_tolerance("rkf45", 1e-10))
+    found = study(scene, [], both, module_of("pulley").MEASURES, 60.0, 1, ignore, ignore)
+    from frictionsim.cli.study_table import print_study
+
+    print_study(found)
+    assert "the second reference failed: how exact the first is, is not known" in (
+        capsys.readouterr().out
+    )
+
+
+def stop_after(calls: int) -> Callable[..., Any]:
+    """Return a watch under which a signal comes with the so many-th step."""
+
+    @contextmanager
+    def watch(
+        duration: float, with_progress: bool, max_wall: float | None
+    ) -> Iterator[Callable[[float], None]]:
+        left = iter(range(calls))
+
+        def poll(t: float) -> None:
+            if next(left, None) is None:
+                raise Interrupted(signal.SIGINT, t)
+
+        yield poll
+
+    return watch
+
+
+@pytest.mark.parametrize(("calls", "rows"), [(10, 0), (8_000, 2)])
+def test_what_was_measured_before_a_signal_is_shown(
+    calls: int,
+    rows: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setattr(cost_study, "watch", stop_after(calls))
+    table = tmp_path / "table.csv"
+    assert run_command_line(["cost", PULLEY, "--csv", str(table)]) == 130
+    said = capsys.readouterr()
+    assert "what accuracy costs (interrupted)" in said.out
+    assert said.out.count("events   ") >= min(rows, 1)
+    assert said.err.startswith("frictionsim: study interrupted by SIGINT at t = ")
+    assert len(table.read_text().splitlines()) >= 1 + rows
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--backends", "event"], "--backends: unknown backend 'event' (did you mean 'events'?)"),
+        (["--tolerances", "1e-3,fast"], "--tolerances: expected numbers with commas between"),
+        (["--tolerances", "1e-20"], "--tolerances: expected numbers from 1e-12 to 0.1, got"),
+        (["--tolerances", "nan"], "--tolerances: expected numbers from 1e-12 to 0.1, got 'nan'"),
+        (["--max-wall", "0"], "--max-wall: expected seconds above 0, got 0"),
+        (["--max-wall", "nan"], "--max-wall: expected seconds above 0, got nan"),
+        (["--repeats", "0"], "Invalid value for '--repeats'"),
+        (["--plot", "a.bmp"], "a.bmp: pictures are written as .png, .pdf, .svg; name one"),
+    ],
+)
+def test_bad_options_are_told_in_a_sentence(
+    options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["cost", PULLEY, *options]) == 2
+    assert capsys.readouterr().err.startswith(f"frictionsim: {sentence}")
+
+
+@pytest.mark.parametrize("option", ["--csv", "--plot", "-o"])
+def test_a_place_that_cannot_be_written_is_told_before_the_study(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["cost", PULLEY, option, str(tmp_path / "nowhere" / "a.png")]) == 4
+    assert "there is no folder" in capsys.readouterr().err
+
+
+# --- the command ---------------------------------------------------------------------------
+
+
+def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_path: Path) -> None:
+    done = cli(
+        *("cost", PULLEY, "--backends", "events,lsoda", "--tolerances", "1e-4,1e-8"),
+        *("--json", "-o", "a.h5", "--csv", "a.csv", "--plot", "a.png", "--repeats", "1"),
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    told = json.loads(done.stdout)
+    assert [s["setting"] for s in told["settings"][:2]] == ["rtol 1e-4", "rtol 1e-8"]
+    assert told["settings"][0]["overrides"] == ["solver.rtol=0.0001", "solver.atol=1e-07"]
+    assert told["recommendations"][0]["backend"] == "events"
+    assert told["references"] == ["events, rtol 5e-10", "rkf45, rtol 1e-9"]
+    errors = [s["error"] for s in told["settings"]]
+    with (tmp_path / "a.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert [float(line["error [1]"]) for line in lines] == errors
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert list(file["cost/error"][...]) == errors
+        assert file["cost/wall_seconds"].attrs["units"] == "s"
+        assert file["cost/backend"].asstr()[0] == "events"
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "a.png").stat().st_size < 200_000
+    refused = cli("compare", "a.h5", "a.h5")
+    assert refused.returncode == 2
+    assert "this is a table of `frictionsim cost`, not of a run" in refused.stderr
+
+
+def test_the_table_has_a_line_for_each_setting_and_the_advice(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arguments = ["cost", PULLEY, "--backends", "events,published", "--tolerances", "1e-4"]
+    assert run_command_line([*arguments, "--repeats", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1] == "reference: events, rtol 5e-6 and rkf45, rtol 1e-5"
+    assert [line.split()[0] for line in lines[5:9]] == ["events", *["published"] * 3]
+    assert [line[:10] for line in lines[9:]] == ["for 1 %: e", "for 0.1 %:", "for 0.01 %"]
+
+
+@pytest.mark.parametrize("suffix", [".pdf", ".svg"])
+def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None:
+    from frictionsim.plots.work_precision import draw
+
+    few = Setting("rk45", "few", ("solver.max_steps=20",))
+    found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
+    draw(found, tmp_path / f"a{suffix}")
+    draw(found._replace(rows=[], reference=None), tmp_path / f"b{suffix}")
+    if suffix == ".svg":
+        assert "<!-- rk45: 1 failed -->" in (tmp_path / "a.svg").read_text()
+
+
+# --- a kind with ladders of its own ----------------------------------------------------------
+
+
+def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
+    scene = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
+    kind = module_of("belt_drive")
+    found = kind.ladders(scene, TOLERANCES)
+    lines = ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda", "moreau", "rkf45, smoothed"]
+    assert list(dict.fromkeys(s.line for s in found)) == lines
+    for setting in found:
+        variant = Variants(scene).timed(setting)
+        assert variant.solver.backend == setting.backend
+        law = "regularised" if setting.family else "set-valued"
+        assert variant.effects.belt_friction.law == law  # type: ignore[attr-defined]
+    chosen = [setting for setting in found if setting.backend == "moreau"]
+    references = kind.references(scene, 1e-12)
+    done = study(scene, chosen, references, kind.MEASURES, 60.0, 1, ignore, ignore)
+    assert [r.status for r in done.rows] == ["done"] * 3
+    # The driving torque has just begun to rise: what moves is small and its errors relative to it.
+    assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4
+
+
+def test_a_kind_that_names_no_measures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(module_of("pulley"), "MEASURES")
+    assert run_command_line(["cost", PULLEY]) == 2
