@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """Leave at once on a signal; while a scene is simulated it is another's to handle."""
+    """Leave at once on a signal; while a scenario is simulated it is another's to handle."""
     os.write(2, b"frictionsim: interrupted\n")
     os._exit(128 + number)
 

@@ -1,4 +1,4 @@
-"""What a run leaves, as plain data: courses over time, transitions, figures and checks.
+"""What a run leaves, as plain data: channels over time, transitions, quantities and checks.
 
 Everything after the integration - result file, tables, JSON, pictures, comparison - sees this
 and nothing of the mechanism, however many coordinates that has.
@@ -25,7 +25,7 @@ STICK, FORWARD, BACKWARD = 0, 1, -1
 
 
 class Channel(NamedTuple):
-    """A recorded course: its SI unit and what it is, for files, tables and plots.
+    """A recorded channel: its SI unit and what it is, for files, tables and plots.
 
     `axis` names what it has a value for at each time, `body` or `pulley`; empty for one value.
     """
@@ -46,7 +46,7 @@ class Transition(NamedTuple):
 
 
 class Check(NamedTuple):
-    """A figure that must not exceed its limit."""
+    """A value that must not exceed its limit."""
 
     value: float
     limit: float
@@ -71,23 +71,23 @@ class Observed(NamedTuple):
     Attributes
     ----------
     time : (n,), s
-    courses : dict of (n,) or (n, members of the channel's axis)
+    channels : dict of (n,) or (n, members of the channel's axis)
     transitions : list of Transition
     quantities : Quantities
-        The figures of the summary.
+        The quantities of the summary.
     checks : dict of Check
         The audit.
     unsound : bool
         Samples that are not finite were cut off the end.
     warnings : tuple of str
-        What a user should know before trusting the figures.
+        What a user should know before trusting the quantities.
     sides : dict of (m,)
         Channels right before and right after each transition: `<channel>_before` and `_after`.
         Empty for a kind whose transitions have no sides.
     """
 
     time: "Array"
-    courses: dict[str, "Array"]
+    channels: dict[str, "Array"]
     transitions: list[Transition]
     quantities: "Quantities"
     checks: dict[str, Check]
@@ -97,7 +97,7 @@ class Observed(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A figure of merit; `value` is None where the run or the scene has none."""
+    """A number of the summary; `value` is None where the run or the scenario has none."""
 
     value: float | None
     unit: str
@@ -126,19 +126,19 @@ class Measure(NamedTuple):
     what : str
         `events`    the worst difference of an event's time, over the duration; 1 where the
                     events are not the same ones
-        `quantity`  the difference of a figure of the summary, over its size or the way of `scale`
-        `course`    the mean difference of a course, over its mean size
-        `check`     a figure of the run's own audit, which needs no reference
+        `quantity`  the difference of a quantity of the summary, over its size or the way of `scale`
+        `channel`    the mean difference of a channel, over its mean size
+        `check`     a value of the run's own audit, which needs no reference
     source : str
-        The figure, the course or the check; nothing for events.
+        The quantity, the channel or the check; nothing for events.
     unit : str
         Of the absolute error.
     scale : str
-        A course whose largest change from its start is what a quantity is compared with.
+        A channel whose largest change from its start is what a quantity is compared with.
     """
 
     name: str
-    what: Literal["events", "quantity", "course", "check"]
+    what: Literal["events", "quantity", "channel", "check"]
     source: str = ""
     unit: str = "1"
     scale: str = ""
@@ -151,7 +151,7 @@ ENERGY_BALANCE = Measure("energy_balance", "check", "energy")
 OF_ONE_COORDINATE = (
     Measure("event_time", "events", unit="s"),
     Measure("final_angle", "quantity", "final_angle", "rad", scale="angle"),
-    Measure("velocity_L1", "course", "angular_velocity", "rad/s"),
+    Measure("velocity_L1", "channel", "angular_velocity", "rad/s"),
     ENERGY_BALANCE,
 )
 

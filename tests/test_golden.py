@@ -17,7 +17,7 @@ from tests.support.scenarios import GOLDEN, SCENARIOS
 PUBLISHED_TIME = ["solver.duration=0.0005", "output.interval=0.00005"]
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 # A belt is followed for a short time only: contacts that open and close amplify the rounding in
-# which platforms differ, and the courses of all bodies fill megabytes.
+# which platforms differ, and the channels of all bodies fill megabytes.
 OF_A_BELT = [
     "solver.duration=0.02",
     "output.interval=0.002",

@@ -41,7 +41,7 @@ def wheel(friction: float, kink: Kink) -> Mechanism:
         stores={"energy_kinetic": lambda q, v: 0.5 * v * v},
         channels=lambda series: {},
         channel_info={},
-        figures=lambda series: {},
+        quantities=lambda series: {},
         effects=(),
         kinks=(kink,),
     )
@@ -73,8 +73,8 @@ def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, ki
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_has_what_the_registry_says(kind: str) -> None:
     module = module_of(kind)
-    assert set(module.Scene.BACKENDS) <= methods.BACKENDS.keys()
-    assert set(module.PANELS) <= module.Scene.CHANNELS.keys()
+    assert set(module.SCENARIO.BACKENDS) <= methods.BACKENDS.keys()
+    assert set(module.PANELS) <= module.SCENARIO.CHANNELS.keys()
     assert callable(module.simulation)
     assert callable(module.statics)
 
@@ -108,20 +108,20 @@ def test_a_backend_of_other_kinds_is_refused(capsys: pytest.CaptureFixture[str])
     assert said.endswith("take a backend with fixed steps: published\n")
 
 
-def test_channels_of_the_output_are_the_only_courses(tmp_path: Path) -> None:
+def test_channels_of_the_output_are_the_only_channels(tmp_path: Path) -> None:
     whole = simulate(pulley())
     some = simulate(pulley(output__channels=["mode", "angle"]))
     none = simulate(pulley(output__channels=[]))
-    assert list(some.courses) == ["angle", "mode"]
-    assert np.array_equal(some.courses["angle"], whole.courses["angle"])
-    assert none.courses == {}
+    assert list(some.channels) == ["angle", "mode"]
+    assert np.array_equal(some.channels["angle"], whole.channels["angle"])
+    assert none.channels == {}
     for run in (some, none):
         assert run.quantities == whole.quantities
         assert run.checks == whole.checks
         assert run.transitions == whole.transitions
         hdf5.write(run, tmp_path / "a.h5")
         found = hdf5.read(tmp_path / "a.h5")
-        assert found.courses.keys() == {"time", *run.courses}
+        assert found.channels.keys() == {"time", *run.channels}
         assert len(found.events["time"]) == 1
     assert "channels = []" in found.attributes["scenario"]
 
@@ -135,8 +135,8 @@ def test_a_channel_of_an_absent_effect_is_left_out_with_a_remark(
     channels = 'output.channels=["angle", "mode"]'
     arguments = ["solve", str(scenario), "-q", "-o", str(tmp_path / "a.h5"), "--set", channels]
     assert run_command_line(arguments) == 0
-    remark = "warning: output.channels: this scene has no course 'mode'; it is left out"
-    assert capsys.readouterr().err == f"frictionsim: {remark}\n"
+    warning = "warning: output.channels: this scenario has no channel 'mode'; it is left out"
+    assert capsys.readouterr().err == f"frictionsim: {warning}\n"
     found = hdf5.read(tmp_path / "a.h5")
-    assert found.courses.keys() == {"time", "angle"}
+    assert found.channels.keys() == {"time", "angle"}
     assert '"mode"' in found.attributes["scenario"]

@@ -87,7 +87,7 @@ def test_fig_10_has_the_numbers_of_its_table(backend: str) -> None:
         assert printed == pytest.approx(exact, abs=6e-10)  # nine decimals
         at = abs(done.time - time).argmin()
         names = ("angle", "angular_velocity", "angular_acceleration")
-        found = [done.courses[name][at] for name in names]
+        found = [done.channels[name][at] for name in names]
         worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
         # The table is of `events`; the same steps on another processor differ in roundings.
         assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)

@@ -130,13 +130,13 @@ def solve(
 
     if max_steps is not None:
         overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
-    scene = load(scenario, overrides, backend)
+    loaded = load(scenario, overrides, backend)
 
     from frictionsim.cli.job import Job, simulate
     from frictionsim.io.destination import Destination
 
     job = Job(
-        scene,
+        loaded,
         str(scenario),
         Destination(output or _default_target(scenario)),
         max_wall,
@@ -167,9 +167,9 @@ def resume(
     from frictionsim.scenario.loading import revive
 
     checkpoint = hdf5.read_checkpoint(result)
-    scene = revive(result, checkpoint.scenario)
+    loaded = revive(result, checkpoint.scenario)
     job = Job(
-        scene,
+        loaded,
         str(result),
         Destination(output or whole_name(result), resumed=result),
         max_wall,
@@ -204,14 +204,14 @@ def check(
     code = EXIT_DONE
     for path in scenarios:
         try:
-            scene = load(path, overrides)
+            loaded = load(path, overrides)
         except ScenarioError as error:
             complain(str(error))
             code = error.exit_code
         else:
-            effects = ", ".join(scene.effect_names) or "none"
-            print(f"{path}: ok; effects {effects}; backend {scene.solver.backend}")
-            warn(scene.warnings(), f"{path}: ")
+            effects = ", ".join(loaded.effect_names) or "none"
+            print(f"{path}: ok; effects {effects}; backend {loaded.solver.backend}")
+            warn(loaded.warnings(), f"{path}: ")
     return code
 
 
@@ -221,15 +221,15 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
     from frictionsim.scenario.kinds import module_of
     from frictionsim.scenario.loading import load
 
-    scene = load(scenario, overrides)
-    quantities = module_of(scene.kind).statics(scene)
+    loaded = load(scenario, overrides)
+    quantities = module_of(loaded.kind).statics(loaded)
     if as_json:
         from frictionsim.results import quantities_json
 
         print_json(
             {
                 "scenario": str(scenario),
-                "kind": scene.kind,
+                "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
             }
         )
@@ -247,7 +247,7 @@ def compare(
     atol: Annotated[float, typer.Option(min=0.0, help="Absolute, in each unit.")] = 1e-9,
     time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
     ignore: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Leave a course out; energy_* works.")
+        list[str] | None, typer.Option(metavar="NAME", help="Leave a channel out; energy_* works.")
     ] = None,
 ) -> int:
     """Compare a result with a golden one: exit 0 if they agree, 1 if they differ."""
@@ -264,7 +264,7 @@ def cost(
     scenario: ScenarioFile,
     overrides: Overrides = None,
     backends: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Instead of all that can do the scene.")
+        str | None, typer.Option(metavar="A,B", help="Instead of all that can do the loaded.")
     ] = None,
     tolerances: Annotated[
         str | None, typer.Option(metavar="X,Y", help="Relative, of adaptive backends.")
@@ -284,7 +284,7 @@ def cost(
     """Solve with every backend at a ladder of settings: what accuracy costs."""
     from frictionsim.scenario.loading import load
 
-    scene = load(scenario, overrides)
+    loaded = load(scenario, overrides)
 
     from frictionsim.cli import cost_study
     from frictionsim.cli.study_table import print_study
@@ -293,7 +293,7 @@ def cost(
     options = cost_study.Options(
         backends, tolerances, max_wall, repeats, output, csv, plot, no_clobber
     )
-    found = cost_study.study_scene(scene, options)
+    found = cost_study.study_scenario(loaded, options)
     if as_json:
         print_json(study_json(found, str(scenario)))
     else:

@@ -31,7 +31,7 @@ class Options(NamedTuple):
     no_clobber: bool = False
 
 
-def study_scene(scene: "Scenario", options: Options) -> Study:
+def study_scenario(scenario: "Scenario", options: Options) -> Study:
     """Run the study that the options ask for.
 
     Raises
@@ -44,20 +44,20 @@ def study_scene(scene: "Scenario", options: Options) -> Study:
     if not isfinite(options.max_wall) or options.max_wall <= 0.0:
         raise InputError(f"--max-wall: expected seconds above 0, got {options.max_wall:g}")
     tolerances = _tolerances(options.tolerances)
-    names = _backends(options.backends, scene)
+    names = _backends(options.backends, scenario)
     _check_targets(options)
-    kind = module_of(scene.kind)
-    measures = _measures(kind, scene)
-    settings = [s for s in _ladders(kind, scene, tolerances) if s.backend in names]
+    kind = module_of(scenario.kind)
+    measures = _measures(kind, scenario)
+    settings = [s for s in _ladders(kind, scenario, tolerances) if s.backend in names]
     rtol = min(tolerances) * ladder.TIGHTER
     with (
-        watch(scene.solver.duration, with_progress=False, max_wall=None) as poll,
+        watch(scenario.solver.duration, with_progress=False, max_wall=None) as poll,
         _StatusLine() as show,
     ):
         return study(
-            scene,
+            scenario,
             settings,
-            _references(kind, scene, rtol),
+            _references(kind, scenario, rtol),
             measures,
             options.max_wall,
             options.repeats,
@@ -77,7 +77,7 @@ def write_files(found: Study, options: Options) -> None:
         from frictionsim.io import hdf5
         from frictionsim.work_precision.report import columns
 
-        hdf5.write_table(found.scene, columns(found), found.status, options.output)
+        hdf5.write_table(found.scenario, columns(found), found.status, options.output)
     if options.csv is not None:
         write_csv(found, options.csv)
     if options.plot is not None:
@@ -86,23 +86,23 @@ def write_files(found: Study, options: Options) -> None:
         draw(found, options.plot)
 
 
-def _ladders(kind: Any, scene: "Scenario", tolerances: tuple[float, ...]) -> list[Setting]:
+def _ladders(kind: Any, scenario: "Scenario", tolerances: tuple[float, ...]) -> list[Setting]:
     if hasattr(kind, "ladders"):
-        found: list[Setting] = kind.ladders(scene, tolerances)
+        found: list[Setting] = kind.ladders(scenario, tolerances)
         return found
-    return ladder.ladders(scene, tolerances, kind.build(scene))
+    return ladder.ladders(scenario, tolerances, kind.build(scenario))
 
 
-def _references(kind: Any, scene: "Scenario", rtol: float) -> tuple[Setting, ...]:
+def _references(kind: Any, scenario: "Scenario", rtol: float) -> tuple[Setting, ...]:
     if hasattr(kind, "references"):
-        found: tuple[Setting, ...] = kind.references(scene, rtol)
+        found: tuple[Setting, ...] = kind.references(scenario, rtol)
         return found
-    return ladder.references(kind.build(scene), rtol)
+    return ladder.references(kind.build(scenario), rtol)
 
 
-def _measures(kind: Any, scene: "Scenario") -> Any:
+def _measures(kind: Any, scenario: "Scenario") -> Any:
     if not hasattr(kind, "MEASURES"):
-        raise InputError(f"cost: the kind '{scene.kind}' does not say what it is judged by")
+        raise InputError(f"cost: the kind '{scenario.kind}' does not say what it is judged by")
     return kind.MEASURES
 
 
@@ -123,8 +123,8 @@ def _tolerances(text: str | None) -> tuple[float, ...]:
     return tuple(sorted(set(found), reverse=True))
 
 
-def _backends(text: str | None, scene: "Scenario") -> tuple[str, ...]:
-    able = scene.BACKENDS
+def _backends(text: str | None, scenario: "Scenario") -> tuple[str, ...]:
+    able = scenario.BACKENDS
     if text is None:
         return able
     names = tuple(part.strip() for part in text.split(","))

@@ -1,4 +1,4 @@
-"""A run and its files, from the scene to the exit code."""
+"""A run and its files, from the scenario to the exit code."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Job(NamedTuple):
-    """A scene to simulate, from its start or from a checkpoint, and where to.
+    """A scenario to simulate, from its start or from a checkpoint, and where to.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Job(NamedTuple):
         What it was read from, for the summary.
     """
 
-    scene: "Scenario"
+    scenario: "Scenario"
     source: str
     destination: Destination
     max_wall: float | None = None
@@ -46,10 +46,10 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
         raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
     destination = job.destination
     destination.check(job.no_clobber)
-    known = job.scene.warnings()
+    known = job.scenario.warnings()
     warn(known)  # before the time to compute is spent
-    with watch(job.scene.solver.duration, not (quiet or as_json), job.max_wall, quiet) as poll:
-        result = run(job.scene, poll, _keeper(destination), job.checkpoint)
+    with watch(job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet) as poll:
+        result = run(job.scenario, poll, _keeper(destination), job.checkpoint)
         failed = failures(result.checks)
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")

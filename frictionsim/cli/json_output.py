@@ -11,19 +11,19 @@ if TYPE_CHECKING:
 
 
 def run_json(
-    run: "Run", scenario: str, output: str | None, estimate: "Estimate | None" = None
+    run: "Run", source: str, output: str | None, estimate: "Estimate | None" = None
 ) -> dict[str, Any]:
     """Return the JSON object of a run.
 
     Parameters
     ----------
     run : Run
-    scenario, output : str
+    source, output : str
         Paths of the scenario and of the result file, None if none was written.
     estimate : Estimate, optional
         Gives each quantity its `error`, and the object `error_estimate`, how it was found.
     """
-    found = _run_json(run, scenario, output)
+    found = _run_json(run, source, output)
     if estimate is not None:
         for name, quantity in found["quantities"].items():
             quantity["error"] = finite(estimate.errors.get(name))
@@ -31,11 +31,11 @@ def run_json(
     return found
 
 
-def _run_json(run: "Run", scenario: str, output: str | None) -> dict[str, Any]:
+def _run_json(run: "Run", source: str, output: str | None) -> dict[str, Any]:
     return {
-        "scenario": scenario,
-        "kind": run.scene.kind,
-        "backend": run.scene.solver.backend,
+        "scenario": source,
+        "kind": run.scenario.kind,
+        "backend": run.scenario.solver.backend,
         "status": run.status,
         "reason": run.reason,
         "failure": run.failure,

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 def print_study(study: "Study") -> None:
     """Print table, floor and advice on stdout."""
-    scene = study.scene
+    scenario = study.scenario
     tables.print_lines(
-        f"{scene.title or scene.kind}: what accuracy costs ({study.status})",
+        f"{scenario.title or scenario.kind}: what accuracy costs ({study.status})",
         *_reference_lines(study),
     )
     names = [measure.name for measure in study.measures]

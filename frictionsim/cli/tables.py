@@ -22,13 +22,13 @@ MOST_EVENTS = 20
 
 
 def print_run(run: "Run", output: str | None, estimate: "Estimate | None" = None) -> None:
-    """Print the summary of a run on stdout, with the errors of its figures if they are known."""
+    """Print the summary of a run on stdout, with the errors of its quantities if they are known."""
     console = _console()
-    title = run.scene.title or run.scene.kind
+    title = run.scenario.title or run.scenario.kind
     effects = ", ".join(run.effects) or "none"
     console.print(f"{title}: {run.status}")
     console.print(
-        f"kind {run.scene.kind}, effects {effects}, backend {run.scene.solver.backend}",
+        f"kind {run.scenario.kind}, effects {effects}, backend {run.scenario.solver.backend}",
         markup=False,
     )
     print_quantities(run.quantities, estimate.errors if estimate else None)
@@ -61,7 +61,7 @@ def print_quantities(
 
 def print_comparison(comparison: "Comparison") -> None:
     """Print the worst differences of two results on stdout."""
-    table = _table("course", ">worst difference", ">allowed", ">at", "")
+    table = _table("channel", ">worst difference", ">allowed", ">at", "")
     for row in comparison.rows:
         table.add_row(
             row.name,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Row(NamedTuple):
-    """The worst difference in one course.
+    """The worst difference in one channel.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Row(NamedTuple):
     at : float or None, s
     ok : bool
     note : str
-        What is wrong beside the numbers, or which member of the course's axis is worst.
+        What is wrong beside the numbers, or which member of the channel's axis is worst.
     """
 
     name: str
@@ -59,9 +59,9 @@ def compare(
     time_atol: float,
     ignore: list[str],
 ) -> Comparison:
-    """Compare two result files course by course and event by event.
+    """Compare two result files channel by channel and event by event.
 
-    A course agrees where |result - golden| <= atol + rtol |golden| at every sample. Samples
+    A channel agrees where |result - golden| <= atol + rtol |golden| at every sample. Samples
     within time_atol of an event of the golden file are left out: either side of a jump is right
     there. Events agree in number and modes, and in time within time_atol.
 
@@ -69,10 +69,10 @@ def compare(
     ----------
     result_path, golden_path : Path
     rtol, atol : float
-        atol in the unit of each course.
+        atol in the unit of each channel.
     time_atol : float, s
     ignore : list of str
-        Names or patterns (``energy_*``) of courses to leave out; ``events`` for the events.
+        Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def compare(
         raise InputError(
             f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
         )
-    _see_patterns(ignore, {*result.courses, *golden.courses, "events"})
+    _see_patterns(ignore, {*result.channels, *golden.channels, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
     pairs = _pairs(result, golden)
@@ -102,9 +102,9 @@ def compare(
     def wanted(name: str) -> bool:
         return not any(fnmatch(name, pattern) for pattern in ignore)
 
-    for name in sorted((result.courses.keys() | golden.courses.keys()) - {"time"}):
+    for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
         if wanted(name):
-            row = _compare_course(name, result, golden, pairs, rtol, atol, time_atol)
+            row = _compare_channel(name, result, golden, pairs, rtol, atol, time_atol)
             comparison.rows.append(row)
     if wanted("events"):
         events = _compare_events(result, golden, time_atol)
@@ -120,7 +120,7 @@ def _see_patterns(ignore: list[str], names: set[str]) -> None:
     names = names - {"time"}
     for pattern in ignore:
         if not any(fnmatch(name, pattern) for name in names):
-            raise InputError(f"--ignore: {unknown('course', pattern, sorted(names))}")
+            raise InputError(f"--ignore: {unknown('channel', pattern, sorted(names))}")
     if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
         raise InputError("--ignore: nothing is left to compare")
 
@@ -150,7 +150,7 @@ class _Pairs(NamedTuple):
 
 
 def _pairs(result: "Result", golden: "Result") -> _Pairs:
-    times, expected = result.courses["time"], golden.courses["time"]
+    times, expected = result.channels["time"], golden.channels["time"]
     (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
         np.all(found | np.isin(times, result.events["time"]))
@@ -176,7 +176,7 @@ def _compare_times(
     result: "Result", golden: "Result", pairs: _Pairs, comparison: Comparison, pair: str
 ) -> None:
     """Refuse two whole runs that were sampled at different times; broken-off ones differ."""
-    times, expected = result.courses["time"], golden.courses["time"]
+    times, expected = result.channels["time"], golden.channels["time"]
     if pairs.complete:
         return
     counts = f"{times.size} and {expected.size} samples"
@@ -189,7 +189,7 @@ def _compare_times(
     comparison.rows.append(Row("time", None, None, None, False, note))
 
 
-def _compare_course(
+def _compare_channel(
     name: str,
     result: "Result",
     golden: "Result",
@@ -198,16 +198,16 @@ def _compare_course(
     atol: float,
     time_atol: float,
 ) -> Row:
-    if name not in result.courses or name not in golden.courses:
-        where = "the golden file" if name in result.courses else "the result"
+    if name not in result.channels or name not in golden.channels:
+        where = "the golden file" if name in result.channels else "the result"
         return Row(name, None, None, None, False, f"missing in {where}")
     if result.units[name] != golden.units[name]:
         note = f"in {result.units[name]}, expected {golden.units[name]}"
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
         return Row(name, None, None, None, False, "of another axis, or of other members of it")
-    found, expected = result.courses[name][pairs.result], golden.courses[name][pairs.golden]
-    time = golden.courses["time"][pairs.golden]
+    found, expected = result.channels[name][pairs.result], golden.channels[name][pairs.golden]
+    time = golden.channels["time"][pairs.golden]
     away = _away_from(golden.events["time"], time, time_atol)
     found, expected, time = found[away], expected[away], time[away]
     if not found.size:
@@ -235,7 +235,7 @@ def _difference(found: Any, expected: Any) -> Any:
 
 
 def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
-    """Return the axis of a course and the names of its members; nothing for one value."""
+    """Return the axis of a channel and the names of its members; nothing for one value."""
     axis = result.axes[name]
     return axis, result.members[axis] if axis else ()
 
@@ -283,12 +283,12 @@ def _compare_sides(
     atol: float,
     time_atol: float,
 ) -> Iterator[Row]:
-    """Compare the courses right before and right after the events, where both results have them.
+    """Compare the channels right before and right after the events, where both results have them.
 
-    Within time_atol an event may be elsewhere, and a course goes on as fast as between the event
+    Within time_atol an event may be elsewhere, and a channel goes on as fast as between the event
     and the sample beside it.
     """
-    for name in sorted(golden.courses.keys() & result.courses.keys()):
+    for name in sorted(golden.channels.keys() & result.channels.keys()):
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
             continue
@@ -305,13 +305,13 @@ def _compare_sides(
 
 
 def _rate_beside(golden: "Result", name: str, values: Any, step: int) -> Any:
-    """Return how fast a course changes between its events and the samples before or after them."""
-    time, at = golden.courses["time"], golden.events["time"]
+    """Return how fast a channel changes between its events and the samples before or after them."""
+    time, at = golden.channels["time"], golden.events["time"]
     if step < 0:
         places = np.searchsorted(time, at, side="left") - 1
     else:
         places = np.searchsorted(time, at, side="right")
     places = np.clip(places, 0, time.size - 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rates = np.abs((golden.courses[name][places] - values) / (time[places] - at))
+        rates = np.abs((golden.channels[name][places] - values) / (time[places] - at))
     return np.where(np.isfinite(rates), rates, 0.0)

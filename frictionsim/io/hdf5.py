@@ -3,18 +3,18 @@
 A result file, format version 1, holds
 
     /                    attributes format_version, frictionsim_version, scenario (TOML with
-                         overrides, defaults and CSV courses filled in), kind, backend, title,
+                         overrides, defaults and CSV signals filled in), kind, backend, title,
                          status (done, failed, interrupted), reason (empty if all is well),
                          failure (the kind of it: not_finite, blow_up, step_underflow, event_storm,
                          budget, left_pulleys; empty if it has not failed), warnings (one a line)
-    /time                (n,) s, the dimension scale of every course: strictly increasing, each
-                         output.interval and, with output.at_events, at each event. There a course
+    /time                (n,) s, the dimension scale of every channel: strictly increasing, each
+                         output.interval and, with output.at_events, at each event. There a channel
                          has the value of the side that sticks, where there is one, else of after it
-    /<channel>           (n,) the courses of the kind: angle, angular_velocity, ...; of a kind of
+    /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of a kind of
                          many parts (n, k), a column for each member of an axis: body, pulley, ...
     /<axis>              (k,) 0, 1, ..., the dimension scale of those columns; attribute `names`,
                          joined by blanks, where the members have names
-    /energy_<name>       (n,) J, the energies that the scene has
+    /energy_<name>       (n,) J, the energies that the scenario has
     /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
     /events/time         (m,) s, the dimension scale of the transitions
     /events/contact      (m,) index into the attribute `flag_meanings`
@@ -32,7 +32,7 @@ A result file, format version 1, holds
 
 The table of `frictionsim cost` is a file of another layout: see `write_table`.
 
-With `output.channels` a file has those courses only, time and events. All datasets outside of
+With `output.channels` a file has those channels only, time and events. All datasets outside of
 /checkpoint are float64 with the attributes `units` and `long_name`; those of two dimensions are
 compressed. Nothing in a file that is done depends on when or where it was made: two runs of one
 scenario give identical bytes, however often they were interrupted and resumed. Behind the end of
@@ -89,8 +89,8 @@ def write(run: "Run", path: Path) -> None:
     put(image + seal(image), path)
 
 
-def write_table(scene: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
-    """Write a table of settings of one scene, whole or not at all.
+def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
+    """Write a table of settings of one scenario, whole or not at all.
 
     The file has the attributes of a result, and
 
@@ -103,7 +103,7 @@ def write_table(scene: "Scenario", columns: "Iterable[Column]", status: str, pat
     OutputError
     """
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _describe(file, scene, status)
+        _describe(file, scenario, status)
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
             if number == 0:
@@ -123,11 +123,11 @@ def _image(run: "Run") -> bytes:
     """Return the bytes of the result file of a run."""
     # A core file without backing store never touches the disk; its name is only a label.
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _describe(file, run.scene, run.status, run.reason, run.failure)
+        _describe(file, run.scenario, run.status, run.reason, run.failure)
         file.attrs["warnings"] = "\n".join(run.warnings)
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
-        for name, values in run.courses.items():
+        for name, values in run.channels.items():
             unit, long_name, axis = run.channel_info[name]
             if axis and axis not in axes:
                 axes[axis] = _add_axis(file, axis, run.axes[axis])
@@ -143,15 +143,15 @@ def _image(run: "Run") -> bytes:
 
 
 def _describe(
-    file: Any, scene: "Scenario", status: str, reason: str = "", failure: str = ""
+    file: Any, scenario: "Scenario", status: str, reason: str = "", failure: str = ""
 ) -> None:
     """Set the root attributes."""
     file.attrs["format_version"] = FORMAT_VERSION
     file.attrs["frictionsim_version"] = __version__
-    file.attrs["scenario"] = resolved_toml(scene)
-    file.attrs["kind"] = scene.kind
-    file.attrs["backend"] = scene.solver.backend
-    file.attrs["title"] = scene.title
+    file.attrs["scenario"] = resolved_toml(scenario)
+    file.attrs["kind"] = scenario.kind
+    file.attrs["backend"] = scenario.solver.backend
+    file.attrs["title"] = scenario.title
     file.attrs["status"] = status
     file.attrs["reason"] = reason
     file.attrs["failure"] = failure
@@ -180,10 +180,10 @@ def _add_transitions(events: Any, run: "Run") -> None:
     angles = [e.position for e in transitions]
     if None not in angles:
         _add(events, "angle", angles, "rad", "angle at the transition", scale)
-    for name, course in run.sides.items():
+    for name, side_values in run.sides.items():
         channel, _, side = name.rpartition("_")
         unit, long_name, _ = run.channel_info[channel]
-        _add(events, name, course, unit, f"{long_name}, right {side} the event", scale)
+        _add(events, name, side_values, unit, f"{long_name}, right {side} the event", scale)
 
 
 def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
@@ -250,10 +250,10 @@ class Result(NamedTuple):
     Attributes
     ----------
     attributes : dict of str
-    courses : dict of (n,) or (n, k) arrays, `time` among them
+    channels : dict of (n,) or (n, k) arrays, `time` among them
     units, long_names : dict of str
     axes : dict of str
-        What the columns of a course belong to; empty for a course of (n,).
+        What the columns of a channel belong to; empty for a channel of (n,).
     members : dict of tuple of str
         The names of the members of each axis, or their numbers.
     events : dict of (m,) arrays, `time` among them
@@ -262,7 +262,7 @@ class Result(NamedTuple):
     """
 
     attributes: dict[str, str]
-    courses: dict[str, Any]
+    channels: dict[str, Any]
     units: dict[str, str]
     long_names: dict[str, str]
     axes: dict[str, str]
@@ -387,7 +387,7 @@ def _read(file: Any) -> Result:
     contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
         attributes=attributes,
-        courses={name: _values(item) for name, item in datasets.items()},
+        channels={name: _values(item) for name, item in datasets.items()},
         units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
         long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
         axes={name: _axis_of(item) for name, item in datasets.items()},
@@ -418,13 +418,13 @@ def _members(scale: Any) -> tuple[str, ...]:
 
 
 def _see_shapes(result: Result) -> None:
-    """See that all courses are over one time, and events name contacts that there are."""
-    for courses, axes in ((result.courses, result.axes), (result.events, {})):
-        n = courses["time"].size
-        for name, values in courses.items():
+    """See that all channels are over one time, and events name contacts that there are."""
+    for channels, axes in ((result.channels, result.axes), (result.events, {})):
+        n = channels["time"].size
+        for name, values in channels.items():
             axis = axes.get(name, "")
             if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
-                raise ValueError(f"{name} is not a course over time")
+                raise ValueError(f"{name} is not a channel over time")
     contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
         raise ValueError("an event is of a contact without a name")
@@ -434,7 +434,7 @@ def _bounded(dataset: Any) -> Any:
     """Return a dataset, unless it claims more than its file can hold."""
     size = dataset.file.id.get_filesize()
     if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MOST_COMPRESSED * size:
-        raise ValueError(f"{dataset.name} is no course")
+        raise ValueError(f"{dataset.name} is no channel")
     return dataset
 
 

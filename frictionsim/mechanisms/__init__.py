@@ -4,15 +4,15 @@ Each module holds one mechanism whole - parameters, effects, equations, statics,
 
     Scene              the model of its scenario files, with the BACKENDS that can do it and the
                        CHANNELS that it may have
-    simulation(scene)  the Simulation of a scene
-    statics(scene)     its figures of impending motion
-    PANELS             the courses that a plot of it shows
+    simulation(scenario)  the Simulation of a scenario
+    statics(scenario)     its quantities of impending motion
+    PANELS             the channels that a plot of it shows
     MEASURES           what the cost of accuracy is judged by
 
-and, where the defaults of `frictionsim.work_precision` do not fit, ladders(scene, tolerances),
-references(scene, rtol) and tighter(scene): settings to compare, settings to judge by, and the
+and, where the defaults of `frictionsim.work_precision` do not fit, ladders(scenario, tolerances),
+references(scenario, rtol) and tighter(scenario): settings to compare, settings to judge by, and the
 setting that `solve --estimate-error` compares with.
 
-A mechanism of one coordinate has its equations in build(scene), composed of the effects that the
-scene names, and leaves the rest to OneCoordinate.
+A mechanism of one coordinate has its equations in build(scenario), composed of the effects that the
+scenario names, and leaves the rest to OneCoordinate.
 """

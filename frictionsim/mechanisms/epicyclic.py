@@ -1,7 +1,7 @@
-"""An epicyclic gear: a crank carries a satellite that rolls on a fixed sun.
+"""An epicyclic gear: a crank carries a planet that rolls on a fixed sun.
 
 phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the turns
-of the satellite for each of the crank, G the weights. Formulation `consistent` (Lagrange and
+of the planet for each of the crank, G the weights. Formulation `consistent` (Lagrange and
 Newton-Euler agree on it):
 
     J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
@@ -9,16 +9,16 @@ Newton-Euler agree on it):
     sticking   T holds while |T| <= M_As r1/r2 + f |G_2 sin phi| lambda
     N = |G_2 sin phi| (`weight`) or |G_2 sin phi - m_2 L phi'^2| (`radial`)
 
-M_A is the couple of the hinge, which satellite and crank feel against each other: it works on
+M_A is the couple of the hinge, which planet and crank feel against each other: it works on
 their relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. How crank and
-mesh share the radial load of the satellite is not determined; `normal_load` states which share is
+mesh share the radial load of the planet is not determined; `normal_load` states which share is
 taken.
 
 Formulation `published` is eq 26 of [1]_ as it is printed, for all directions of motion:
 
     J phi'' = M_O - (G_OA/2 + 2 G_2) L cos phi - M_A lambda - f G_2 sin phi lambda
 
-It counts the weight of the satellite twice, has the couple of the hinge act against the ground,
+It counts the weight of the planet twice, has the couple of the hinge act against the ground,
 and its friction drives where phi' < 0 or sin phi < 0; it cannot stick.
 
 References
@@ -40,7 +40,7 @@ from frictionsim.results import OF_ONE_COORDINATE, Channel, Measure, Quantities,
 from frictionsim.scenario.methods import SINGLE_DOF
 from frictionsim.scenario.schema import Params, misfit, quantity
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.signal_tables import CourseInTime, course_of
+from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ CHANNELS = {
     "tracer_x": Channel("m", "horizontal place of the tracer point"),
     "tracer_y": Channel("m", "vertical place of the tracer point"),
     "energy_input": Channel("J", "work of the torque on the crank"),
-    "energy_kinetic": Channel("J", "kinetic energy of crank and satellite"),
+    "energy_kinetic": Channel("J", "kinetic energy of crank and planet"),
     "energy_potential": Channel("J", "potential energy of the weights in the equation"),
     "energy_friction": Channel("J", "heat of hinge and mesh"),
 }
@@ -71,7 +71,7 @@ PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity
 MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
 
 
-class Geometry(Params):
+class EpicyclicParameters(Params):
     """`[mechanism]`."""
 
     sun_radius: float = quantity("m", gt=0)
@@ -95,7 +95,7 @@ class Geometry(Params):
 
     @property
     def turns(self) -> float:
-        """lambda: turns of the satellite for each of the crank."""
+        """lambda: turns of the planet for each of the crank."""
         return self.length / self.planet_radius
 
     @property
@@ -104,11 +104,11 @@ class Geometry(Params):
         return (2.0 * self.crank_mass + 9.0 * self.planet_mass) * self.length**2 / 6.0
 
 
-class Drive(Params):
+class EpicyclicDrive(Params):
     """`[drive]`: a torque on the crank, or the speed that it is turned with."""
 
-    torque: CourseInTime | None = quantity("N m", None)
-    speed: CourseInTime | None = quantity("rad/s", None)
+    torque: TimeSignal | None = quantity("N m", None)
+    speed: TimeSignal | None = quantity("rad/s", None)
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
@@ -118,7 +118,7 @@ class Drive(Params):
 
 
 class HingeFriction(Params):
-    """Dry couple between satellite and crank."""
+    """Dry couple between planet and crank."""
 
     torque_static: float = quantity("N m", ge=0)
     torque_kinetic: float = quantity("N m", ge=0)
@@ -134,13 +134,13 @@ class HingeFriction(Params):
 
 
 class RollingFriction(Params):
-    """Rolling friction of the satellite on the sun."""
+    """Rolling friction of the planet on the sun."""
 
     arm: float = quantity("m", ge=0)
     normal_load: Literal["weight", "radial"] = "weight"
 
 
-class Effects(Params):
+class EpicyclicEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
     gravity: Gravity | None = None
@@ -149,16 +149,16 @@ class Effects(Params):
     tracer_point: TracerPoint | None = None
 
 
-class Scene(Scenario):
+class EpicyclicScenario(Scenario):
     """A scenario of kind `epicyclic`."""
 
     BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["epicyclic"]
-    mechanism: Geometry
-    drive: Drive
-    effects: Effects = Effects()
+    mechanism: EpicyclicParameters
+    drive: EpicyclicDrive
+    effects: EpicyclicEffects = EpicyclicEffects()
 
     @model_validator(mode="after")
     def _choices_go_together(self) -> Self:
@@ -179,10 +179,10 @@ class Scene(Scenario):
 
 
 class _Terms:
-    """The constants of the equation, and the terms that the effects of a scene have in it."""
+    """The constants of the equation, and the terms that the effects of a scenario have in it."""
 
-    def __init__(self, scene: Scene) -> None:
-        geometry, effects = scene.mechanism, scene.effects
+    def __init__(self, scenario: EpicyclicScenario) -> None:
+        geometry, effects = scenario.mechanism, scenario.effects
         self.length, self.turns = geometry.length, geometry.turns
         self.gearing = geometry.sun_radius / geometry.planet_radius
         g = effects.gravity.g if effects.gravity else 0.0
@@ -208,20 +208,25 @@ class _Terms:
         return self.planet_weight * sin(angle) - centripetal
 
 
-def simulation(scene: Scene) -> "Simulation":
-    """Return what simulates a scene."""
+SCENARIO = EpicyclicScenario
+
+
+def simulation(scenario: EpicyclicScenario) -> "Simulation":
+    """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
         OneCoordinate,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scene, build(scene))
+    return OneCoordinate(scenario, build(scenario))
 
 
-def build(scene: Scene) -> Mechanism:
-    """Compose the equation of the crank from the effects that the scene names."""
-    terms, geometry = _Terms(scene), scene.mechanism
+def build(scenario: EpicyclicScenario) -> Mechanism:
+    """Compose the equation of the crank from the effects that the scenario names."""
+    terms, geometry = _Terms(scenario), scenario.mechanism
     published = geometry.formulation == "published"
-    moment, stored = _published_equation(terms, scene) if published else _equation(terms, scene)
+    moment, stored = (
+        _published_equation(terms, scenario) if published else _equation(terms, scenario)
+    )
     contact = None if published else _contact(terms)
     powers: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
     rubs = terms.hinge is not None or terms.rolls
@@ -230,10 +235,10 @@ def build(scene: Scene) -> Mechanism:
         powers["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
     inertia = geometry.inertia
     stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
-    if scene.effects.gravity is not None:
+    if scenario.effects.gravity is not None:
         stores["energy_potential"] = lambda angle, velocity: stored * sin(angle)
-    prescribed = scene.drive.speed is not None
-    drive = course_of(scene.drive.speed if prescribed else scene.drive.torque)  # type: ignore[arg-type]
+    prescribed = scenario.drive.speed is not None
+    drive = signal_from(scenario.drive.speed if prescribed else scenario.drive.torque)  # type: ignore[arg-type]
 
     def uniform_torque(angle: Value, velocity: Value) -> Value:
         opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
@@ -241,7 +246,7 @@ def build(scene: Scene) -> Mechanism:
 
     def channels(series: Series) -> dict[str, Value]:
         angle, velocity = series.position, series.velocity
-        courses = {
+        found = {
             "angle": angle,
             "angular_velocity": velocity,
             "angular_acceleration": series.acceleration,
@@ -249,24 +254,24 @@ def build(scene: Scene) -> Mechanism:
             "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
-            courses["normal_load"] = terms.mesh_load(angle, velocity)
+            found["normal_load"] = terms.mesh_load(angle, velocity)
         if contact is not None:
-            courses["friction_torque"], courses["mode"] = series.friction, series.mode
+            found["friction_torque"], found["mode"] = series.friction, series.mode
         elif rubs:
-            courses["friction_torque"] = -resistance(angle)
-        if scene.effects.tracer_point is not None:
-            courses["tracer_x"], courses["tracer_y"] = place(
-                terms.length, terms.turns, scene.effects.tracer_point, angle
+            found["friction_torque"] = -resistance(angle)
+        if scenario.effects.tracer_point is not None:
+            found["tracer_x"], found["tracer_y"] = place(
+                terms.length, terms.turns, scenario.effects.tracer_point, angle
             )
-        return courses
+        return found
 
-    def figures(series: Series) -> Quantities:
-        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scene, 0.0), "N m")}
+    def quantities(series: Series) -> Quantities:
+        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
         if terms.radial and series.velocity.size:
-            torque = uniform_torque_mean(scene, float(series.velocity[-1]))
+            torque = uniform_torque_mean(scenario, float(series.velocity[-1]))
             found["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
-        if scene.effects.tracer_point is not None:
-            point = scene.effects.tracer_point
+        if scenario.effects.tracer_point is not None:
+            point = scenario.effects.tracer_point
             x, y = place(terms.length, terms.turns, point, series.position)
             paces = pace(terms.length, terms.turns, point, series.position, series.velocity)
             found["tracer_cusps"] = Quantity(
@@ -294,9 +299,9 @@ def build(scene: Scene) -> Mechanism:
         stores=stores,
         channels=channels,
         channel_info=CHANNELS,
-        figures=figures,
+        quantities=quantities,
         run_warnings=run_warnings,
-        effects=scene.effect_names,
+        effects=scenario.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,
         kinks=() if published else _kinks(terms),
@@ -304,19 +309,19 @@ def build(scene: Scene) -> Mechanism:
     )
 
 
-def _equation(terms: _Terms, scene: Scene) -> tuple[Any, float]:
+def _equation(terms: _Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the moment of the consistent form, and the factor of sin phi in its potential."""
     k = terms.gravity_moment
-    if scene.effects.gravity is None:
+    if scenario.effects.gravity is None:
         return (lambda torque, angle, velocity: torque), 0.0
     return (lambda torque, angle, velocity: torque - k * cos(angle)), k
 
 
-def _published_equation(terms: _Terms, scene: Scene) -> tuple[Any, float]:
+def _published_equation(terms: _Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
     resistance = _published_resistance(terms)
     weight = terms.gravity_moment + terms.planet_weight * terms.length
-    if scene.effects.gravity is None:
+    if scenario.effects.gravity is None:
         return (lambda torque, angle, velocity: torque - resistance(angle)), 0.0
     return (
         lambda torque, angle, velocity: torque - weight * cos(angle) - resistance(angle)
@@ -335,7 +340,7 @@ def _published_resistance(terms: _Terms) -> Any:
 
 
 def _contact(terms: _Terms) -> Contact | None:
-    """Return the friction of hinge and mesh, of those that the scene names."""
+    """Return the friction of hinge and mesh, of those that the scenario names."""
     static_hinge = terms.static_couple * terms.gearing
     kinetic_hinge = terms.kinetic_couple * terms.gearing
     lever, weight = terms.arm * terms.turns, terms.planet_weight
@@ -381,7 +386,7 @@ def _kinks(terms: _Terms) -> tuple[Kink, ...]:
     return (Kink(every=pi),)
 
 
-def uniform_torque_mean(scene: Scene, speed: float) -> float:
+def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
 
     At rest, speed = 0, it is that of a slow turn; with `radial` it depends on the speed.
@@ -391,11 +396,11 @@ def uniform_torque_mean(scene: Scene, speed: float) -> float:
 
     Parameters
     ----------
-    scene : Scene
+    scenario : Scene
     speed : float, rad/s
     """
-    terms = _Terms(scene)
-    if scene.mechanism.formulation == "published":
+    terms = _Terms(scenario)
+    if scenario.mechanism.formulation == "published":
         return terms.kinetic_couple * terms.turns
     a, b = terms.planet_weight, 0.0
     if terms.radial:
@@ -404,21 +409,21 @@ def uniform_torque_mean(scene: Scene, speed: float) -> float:
     return terms.kinetic_couple * terms.gearing + terms.arm * load * terms.turns
 
 
-def statics(scene: Scene) -> Quantities:
+def statics(scenario: EpicyclicScenario) -> Quantities:
     """Return the torques that just start the crank where it is, and those of uniform turning."""
-    terms, mechanism = _Terms(scene), build(scene)
+    terms, mechanism = _Terms(scenario), build(scenario)
     angle = mechanism.position
     balance = -mechanism.moment(0.0, angle, 0.0)
     limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0
-    other = "published" if scene.mechanism.formulation == "consistent" else "consistent"
-    changed = scene.model_copy(
-        update={"mechanism": scene.mechanism.model_copy(update={"formulation": other})}
+    other = "published" if scenario.mechanism.formulation == "consistent" else "consistent"
+    changed = scenario.model_copy(
+        update={"mechanism": scenario.mechanism.model_copy(update={"formulation": other})}
     )
     return {
         "torque_to_start_forward": Quantity(balance + limit, "N m"),
         "torque_to_start_backward": Quantity(balance - limit, "N m"),
-        "uniform_torque_mean": Quantity(uniform_torque_mean(scene, 0.0), "N m"),
+        "uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m"),
         f"uniform_torque_mean_{other}": Quantity(uniform_torque_mean(changed, 0.0), "N m"),
         "gravity_moment": Quantity(terms.gravity_moment, "N m"),
-        "inertia": Quantity(scene.mechanism.inertia, "kg m^2"),
+        "inertia": Quantity(scenario.mechanism.inertia, "kg m^2"),
     }

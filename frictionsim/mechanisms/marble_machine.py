@@ -40,8 +40,8 @@ from frictionsim.scenario.methods import SINGLE_DOF
 from frictionsim.scenario.schema import Params, misfit, quantity
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
-from frictionsim.scenario.signal_tables import CourseInTime, course_of
-from frictionsim.scenario.signals import Constant, Course
+from frictionsim.scenario.signal_tables import TimeSignal, signal_from
+from frictionsim.scenario.signals import Constant, Signal
 from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ PANELS = ("motor_torque", "load_torque", "friction_torque", "angular_velocity", 
 MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
 
 
-class Geometry(Params):
+class MarbleMachineParameters(Params):
     """`[mechanism]`."""
 
     pinion_radius: float = quantity("m", gt=0)
@@ -117,10 +117,10 @@ class Motor(Params):
     name: str = ""
 
 
-class Drive(Params):
+class MarbleMachineDrive(Params):
     """`[drive]`: a torque on the pinion, or a motor on it."""
 
-    torque: CourseInTime | None = quantity("N m", None)
+    torque: TimeSignal | None = quantity("N m", None)
     motor: Motor | None = None
 
     @model_validator(mode="after")
@@ -136,7 +136,7 @@ class MotorInertia(Params):
     inertia: float = quantity("kg m^2", ge=0)
 
 
-class Effects(Params):
+class MarbleMachineEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
     gravity: Gravity | None = None
@@ -145,16 +145,16 @@ class Effects(Params):
     motor_inertia: MotorInertia | None = None
 
 
-class Scene(Scenario):
+class MarbleMachineScenario(Scenario):
     """A scenario of kind `marble_machine`."""
 
     BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["marble_machine"]
-    mechanism: Geometry
-    drive: Drive
-    effects: Effects = Effects()
+    mechanism: MarbleMachineParameters
+    drive: MarbleMachineDrive
+    effects: MarbleMachineEffects = MarbleMachineEffects()
 
     @property
     def largest_torque(self) -> float:
@@ -165,7 +165,7 @@ class Scene(Scenario):
         return extremes(torque, self.solver.duration)[1]
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scene: also a drive that cannot lift the marbles."""
+        """Return what is odd about the scenario: also a drive that cannot lift the marbles."""
         found = super().warnings()
         if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
             return found
@@ -193,7 +193,7 @@ class _Mesh(NamedTuple):
         return (sideways * sideways + down * down) ** 0.5
 
 
-def mesh_of(geometry: Geometry) -> _Mesh:
+def mesh_of(geometry: MarbleMachineParameters) -> _Mesh:
     """Return the components of the tooth force per torque on the pinion."""
     alpha = radians(geometry.pressure_angle_deg)
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
@@ -201,18 +201,21 @@ def mesh_of(geometry: Geometry) -> _Mesh:
     return _Mesh(force * cosine(direction), -force * sine(direction))
 
 
-def simulation(scene: Scene) -> "Simulation":
-    """Return what simulates a scene."""
+SCENARIO = MarbleMachineScenario
+
+
+def simulation(scenario: MarbleMachineScenario) -> "Simulation":
+    """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
         OneCoordinate,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scene, build(scene))
+    return OneCoordinate(scenario, build(scenario))
 
 
-def build(scene: Scene) -> Mechanism:
-    """Compose the equation of the gear from the effects that the scene names."""
-    geometry, effects = scene.mechanism, scene.effects
+def build(scenario: MarbleMachineScenario) -> Mechanism:
+    """Compose the equation of the gear from the effects that the scenario names."""
+    geometry, effects = scenario.mechanism, scenario.effects
     k, p, n = geometry.gear_ratio, geometry.pitch, geometry.carried
     mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
     weight = (geometry.gear_mass + n * geometry.marble_mass) * g
@@ -232,8 +235,8 @@ def build(scene: Scene) -> Mechanism:
         lifted = 2.0 * (angle // p) + sin(delta - 0.5 * p) / sine(0.5 * p) + 1.0
         return lift * lifted
 
-    drive, pinion_torque = _pinion_torque(scene)
-    moment = _moment(scene, pinion_torque, load)
+    drive, pinion_torque = _pinion_torque(scenario)
+    moment = _moment(scenario, pinion_torque, load)
     powers = {"energy_input": lambda u, angle, velocity: k * pinion_torque(u, velocity) * velocity}
     stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
     if effects.gravity is not None:
@@ -263,7 +266,7 @@ def build(scene: Scene) -> Mechanism:
     def channels(series: Series) -> dict[str, Value]:
         torque = pinion_torque(series.drive, series.velocity)
         through_mesh = torque - motor_inertia * k * series.acceleration
-        courses = {
+        found = {
             "angle": series.position,
             "angular_velocity": series.velocity,
             "angular_acceleration": series.acceleration,
@@ -272,13 +275,13 @@ def build(scene: Scene) -> Mechanism:
             "carried_marbles": n,
         }
         if effects.gravity is not None:
-            courses["load_torque"] = load(series.position)
+            found["load_torque"] = load(series.position)
         if contact is not None:
-            courses["friction_torque"], courses["mode"] = series.friction, series.mode
-        return courses
+            found["friction_torque"], found["mode"] = series.friction, series.mode
+        return found
 
-    def figures(series: Series) -> Quantities:
-        found = torques_of_rest(scene)
+    def quantities(series: Series) -> Quantities:
+        found = torques_of_rest(scenario)
         if series.time.size:
             cell = series.position // p
             found["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
@@ -291,7 +294,7 @@ def build(scene: Scene) -> Mechanism:
         return found
 
     def run_warnings(series: Series) -> list[str]:
-        return _run_warnings(scene, series, pinion_torque(series.drive, series.velocity))
+        return _run_warnings(scenario, series, pinion_torque(series.drive, series.velocity))
 
     return Mechanism(
         drive=drive,
@@ -302,16 +305,16 @@ def build(scene: Scene) -> Mechanism:
         stores=stores,
         channels=channels,
         channel_info=CHANNELS,
-        figures=figures,
+        quantities=quantities,
         run_warnings=run_warnings,
-        effects=scene.effect_names,
+        effects=scenario.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=geometry.initial_angular_velocity,
         kinks=(Kink(every=p, event="transfer"),),
     )
 
 
-def _run_warnings(scene: Scene, series: Series, torque: Any) -> list[str]:
+def _run_warnings(scenario: MarbleMachineScenario, series: Series, torque: Any) -> list[str]:
     """Return that the gear went the wrong way, or stands still under a torque that drives."""
     from frictionsim.simulation.run_warnings import (
         against_drive,  # numpy, which `check` does without
@@ -319,11 +322,11 @@ def _run_warnings(scene: Scene, series: Series, torque: Any) -> list[str]:
 
     found = []
     back = against_drive(series.time, torque, series.position)
-    cell = series.position // scene.mechanism.pitch
+    cell = series.position // scenario.mechanism.pitch
     if back and series.position[-1] < series.position[0]:
         found.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
     rests = [e.time for e in series.transitions if e.mode_to == STICK != e.mode_from]
-    if scene.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
+    if scenario.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
         found.append(
             f"the gear stands still from {rests[-1]:.6g} s on, under {torque[-1]:.6g} N m on the"
             " pinion at the end"
@@ -331,19 +334,19 @@ def _run_warnings(scene: Scene, series: Series, torque: Any) -> list[str]:
     return found
 
 
-def _pinion_torque(scene: Scene) -> tuple[Course, Any]:
+def _pinion_torque(scenario: MarbleMachineScenario) -> tuple[Signal, Any]:
     """Return the input u over time, and the torque T_p of u and the speed of the gear."""
-    motor = scene.drive.motor
+    motor = scenario.drive.motor
     if motor is None:
-        assert scene.drive.torque is not None  # the model of the drive sees to it
-        return course_of(scene.drive.torque), lambda u, velocity: u
-    slope = scene.mechanism.gear_ratio / motor.no_load_speed
+        assert scenario.drive.torque is not None  # the model of the drive sees to it
+        return signal_from(scenario.drive.torque), lambda u, velocity: u
+    slope = scenario.mechanism.gear_ratio / motor.no_load_speed
     return Constant(motor.stall_torque), lambda u, velocity: u * (1.0 - slope * velocity)
 
 
-def _moment(scene: Scene, pinion_torque: Any, load: Any) -> Any:
-    """Return k T_p - M_L - b theta', of the terms that the scene has."""
-    k, effects = scene.mechanism.gear_ratio, scene.effects
+def _moment(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
+    """Return k T_p - M_L - b theta', of the terms that the scenario has."""
+    k, effects = scenario.mechanism.gear_ratio, scenario.effects
     if effects.air_drag is None:
         if effects.gravity is None:
             return lambda u, angle, velocity: k * pinion_torque(u, velocity)
@@ -425,15 +428,15 @@ def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: f
     return Limits((b + root) / a, (b - root) / a)
 
 
-def torques_of_rest(scene: Scene) -> Quantities:
+def torques_of_rest(scenario: MarbleMachineScenario) -> Quantities:
     """Return the torques to lift and to hold: at a transfer, as in the paper, and at the worst.
 
     At the transfer n + 1 marbles are on the gear, the first and the last without a moment. In
     between there are n, and their moment is largest half a pitch further.
     """
-    geometry, journal = scene.mechanism, scene.effects.shaft_friction
+    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
     radius = journal.static_radius if journal else 0.0
-    g = scene.effects.gravity.g if scene.effects.gravity else 0.0
+    g = scenario.effects.gravity.g if scenario.effects.gravity else 0.0
     mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
     weights = [
@@ -457,7 +460,7 @@ def torques_of_rest(scene: Scene) -> Quantities:
     if at_transfer.lift is not None and worst.lift is not None:
         grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
         found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
-        motor = scene.drive.motor
+        motor = scenario.drive.motor
         # A single marble has no moment at a transfer; what rounding leaves of it is no load.
         if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
             found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
@@ -466,13 +469,13 @@ def torques_of_rest(scene: Scene) -> Quantities:
     return found
 
 
-def statics(scene: Scene) -> Quantities:
+def statics(scenario: MarbleMachineScenario) -> Quantities:
     """Solve eq 24 for the torque on the pinion, and show what it is made of."""
-    geometry, journal = scene.mechanism, scene.effects.shaft_friction
-    mesh, g = mesh_of(geometry), scene.effects.gravity.g if scene.effects.gravity else 0.0
+    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
+    mesh, g = mesh_of(geometry), scenario.effects.gravity.g if scenario.effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    found = torques_of_rest(scene)
+    found = torques_of_rest(scenario)
     found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
     found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
     found["angle_of_the_worst"] = Quantity(half, "rad")

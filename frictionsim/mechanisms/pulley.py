@@ -25,7 +25,7 @@ from frictionsim.scenario.methods import SINGLE_DOF
 from frictionsim.scenario.schema import Params, quantity
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
-from frictionsim.scenario.signal_tables import CourseInTime, course_of
+from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import Contact, Mechanism, Series, Value
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
 MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
 
 
-class Geometry(Params):
+class PulleyParameters(Params):
     """`[mechanism]`."""
 
     cord_radius: float = quantity("m", gt=0)
@@ -69,33 +69,33 @@ class Geometry(Params):
     initial_angular_velocity: float = quantity("rad/s", 0.0)
 
 
-class Drive(Params):
+class PulleyDrive(Params):
     """`[drive]`."""
 
-    force: CourseInTime = quantity("N")
+    force: TimeSignal = quantity("N")
     direction: Literal["vertical", "horizontal"] = "vertical"
 
 
-class Effects(Params):
+class PulleyEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
     shaft_friction: ShaftFriction | None = None
     air_drag: AirDrag | None = None
 
 
-class Scene(Scenario):
+class PulleyScenario(Scenario):
     """A scenario of kind `pulley`."""
 
     BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["pulley"]
-    mechanism: Geometry
-    drive: Drive
-    effects: Effects = Effects()
+    mechanism: PulleyParameters
+    drive: PulleyDrive
+    effects: PulleyEffects = PulleyEffects()
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scene: also a shaft as thick as its pulley, or a push."""
+        """Return what is odd about the scenario: also a shaft as thick as its pulley, or a push."""
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
         found = super().warnings()
         if journal is not None and journal.shaft_radius >= arm:
@@ -107,19 +107,26 @@ class Scene(Scenario):
         return found
 
 
-def simulation(scene: Scene) -> "Simulation":
-    """Return what simulates a scene."""
+SCENARIO = PulleyScenario
+
+
+def simulation(scenario: PulleyScenario) -> "Simulation":
+    """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
         OneCoordinate,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scene, build(scene))
+    return OneCoordinate(scenario, build(scenario))
 
 
-def build(scene: Scene) -> Mechanism:
-    """Compose the equation of the pulley from the effects that the scene names."""
-    arm, inertia, load = scene.mechanism.cord_radius, scene.mechanism.inertia, scene.mechanism.load
-    journal, air = scene.effects.shaft_friction, scene.effects.air_drag
+def build(scenario: PulleyScenario) -> Mechanism:
+    """Compose the equation of the pulley from the effects that the scenario names."""
+    arm, inertia, load = (
+        scenario.mechanism.cord_radius,
+        scenario.mechanism.inertia,
+        scenario.mechanism.load,
+    )
+    journal, air = scenario.effects.shaft_friction, scenario.effects.air_drag
 
     def drive_moment(force: Value, angle: Value, velocity: Value) -> Value:
         return (force - load) * arm
@@ -130,7 +137,7 @@ def build(scene: Scene) -> Mechanism:
     def horizontal_reaction(force: Value) -> Value:
         return (force * force + load * load) ** 0.5
 
-    vertical = scene.drive.direction == "vertical"
+    vertical = scenario.drive.direction == "vertical"
     reaction = vertical_reaction if vertical else horizontal_reaction
 
     moment = drive_moment
@@ -155,7 +162,7 @@ def build(scene: Scene) -> Mechanism:
         )
 
     def channels(series: Series) -> dict[str, Value]:
-        courses = {
+        found = {
             "angle": series.position,
             "angular_velocity": series.velocity,
             "angular_acceleration": series.acceleration,
@@ -163,15 +170,15 @@ def build(scene: Scene) -> Mechanism:
             "shaft_reaction": reaction(series.drive),
         }
         if contact is not None:
-            courses["friction_torque"] = series.friction
-            courses["mode"] = series.mode
-        return courses
+            found["friction_torque"] = series.friction
+            found["mode"] = series.mode
+        return found
 
-    def figures(series: Series) -> Quantities:
-        return limits_of_rest(scene)
+    def quantities(series: Series) -> Quantities:
+        return limits_of_rest(scenario)
 
     return Mechanism(
-        drive=course_of(scene.drive.force),
+        drive=signal_from(scenario.drive.force),
         inertia=inertia,
         moment=moment,
         contact=contact,
@@ -182,10 +189,10 @@ def build(scene: Scene) -> Mechanism:
         },
         channels=channels,
         channel_info=CHANNELS,
-        figures=figures,
-        effects=scene.effect_names,
-        position=radians(scene.mechanism.initial_angle_deg),
-        velocity=scene.mechanism.initial_angular_velocity,
+        quantities=quantities,
+        effects=scenario.effect_names,
+        position=radians(scenario.mechanism.initial_angle_deg),
+        velocity=scenario.mechanism.initial_angular_velocity,
     )
 
 
@@ -237,32 +244,32 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
     return LimitForces(load * (1.0 + root) / (1.0 - q), load * (1.0 - q) / (1.0 + root))
 
 
-def limits_of_rest(scene: Scene) -> Quantities:
-    """Return the forces that just lift and just hold, in the direction of the scene."""
-    journal = scene.effects.shaft_friction
+def limits_of_rest(scenario: PulleyScenario) -> Quantities:
+    """Return the forces that just lift and just hold, in the direction of the scenario."""
+    journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
-    vertical = scene.drive.direction == "vertical"
-    forces = limit_forces(scene.mechanism.cord_radius, r_s, scene.mechanism.load, vertical)
+    vertical = scenario.drive.direction == "vertical"
+    forces = limit_forces(scenario.mechanism.cord_radius, r_s, scenario.mechanism.load, vertical)
     return {
         "force_to_lift": Quantity(forces.lift, "N"),
         "force_to_hold": Quantity(forces.hold, "N"),
     }
 
 
-def statics(scene: Scene) -> Quantities:
-    """Solve eq 24 for every force of the scene, vertical and horizontal, at rest and sliding."""
-    journal = scene.effects.shaft_friction
+def statics(scenario: PulleyScenario) -> Quantities:
+    """Solve eq 24 for every force of the scenario, vertical and horizontal, at rest and sliding."""
+    journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0
-    arm, load = scene.mechanism.cord_radius, scene.mechanism.load
-    figures = limits_of_rest(scene)
-    steady = limit_forces(arm, r_k, load, scene.drive.direction == "vertical")
-    figures["force_to_keep_lifting"] = Quantity(steady.lift, "N")
-    figures["force_to_keep_lowering"] = Quantity(steady.hold, "N")
+    arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
+    found = limits_of_rest(scenario)
+    steady = limit_forces(arm, r_k, load, scenario.drive.direction == "vertical")
+    found["force_to_keep_lifting"] = Quantity(steady.lift, "N")
+    found["force_to_keep_lowering"] = Quantity(steady.hold, "N")
     for direction in ("vertical", "horizontal"):
         forces = limit_forces(arm, r_s, load, direction == "vertical")
-        figures[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
-        figures[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
-    figures["friction_radius_static"] = Quantity(r_s, "m")
-    figures["friction_radius_kinetic"] = Quantity(r_k, "m")
-    return figures
+        found[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
+        found[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
+    found["friction_radius_static"] = Quantity(r_s, "m")
+    found["friction_radius_kinetic"] = Quantity(r_k, "m")
+    return found

@@ -15,6 +15,6 @@ def cos(x: Any) -> Any:
 
 
 def _numpy() -> Any:
-    import numpy  # not where a scene is only looked at
+    import numpy  # not where a scenario is only looked at
 
     return numpy

@@ -1,4 +1,4 @@
-"""The path of a point of a satellite that rolls on a sun: place, cusps, dwell."""
+"""The path of a point of a planet that rolls on a sun: place, cusps, dwell."""
 
 from math import pi, radians
 from typing import Any
@@ -8,7 +8,7 @@ from frictionsim.scenario.schema import Params, quantity
 
 
 class TracerPoint(Params):
-    """A point of the satellite whose path is recorded; at angle_deg = 180 it starts on the sun.
+    """A point of the planet whose path is recorded; at angle_deg = 180 it starts on the sun.
 
     `dwell_distance` is how far it may be from a place to be said to dwell there.
     """
@@ -19,7 +19,7 @@ class TracerPoint(Params):
 
 
 def place(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:
-    """Return the place of a point of the satellite, an epicycloid for radius = r2, m and m.
+    """Return the place of a point of the planet, an epicycloid for radius = r2, m and m.
 
     x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
     """
@@ -45,7 +45,7 @@ def cusps(sun_radius: float, planet_radius: float, point: TracerPoint, angle: An
 
 
 def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
-    """Return the speed of a point of the satellite, m/s.
+    """Return the speed of a point of the planet, m/s.
 
     |phi'| times the derivative of its place by phi, the crank's end at L and the point at
     lambda rho across and along the crank.

@@ -1,7 +1,7 @@
 """Pictures of result files: the only package that imports matplotlib.
 
 A kind of mechanism has one or more views, each a function that draws a result; the first is what
-is drawn if none is named. A kind that is not in VIEWS has its courses drawn over time.
+is drawn if none is named. A kind that is not in VIEWS has its channels drawn over time.
 """
 
 from collections.abc import Callable, Mapping
@@ -68,7 +68,7 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
     Raises
     ------
     InputError
-        If there is no such format, view or body, or the result lacks the courses of the view.
+        If there is no such format, view or body, or the result lacks the channels of the view.
     OutputError
         If the picture cannot be written.
     """
@@ -81,7 +81,7 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
         raise InputError(f"no view '{view}' of kind '{kind}'; there are: {known}")
     if body is not None and view != BODY:
         raise InputError(f"the view '{view}' shows no single body; a body goes with '{BODY}'")
-    if not result.courses["time"].size:
+    if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     figure = views[view](result) if body is None else views[view](result, body)
     save(figure, path)
@@ -95,7 +95,7 @@ def plot_all(result: "Result", path: Path, body: int | None = None) -> tuple[lis
     list of Path
         The pictures that were written.
     list of str
-        Why others were not: the result lacks their courses.
+        Why others were not: the result lacks their channels.
 
     Raises
     ------

@@ -44,13 +44,13 @@ def pulleys_of(result: "Result") -> list[Pulley]:
         )
         for i in range(len(given(result, *where)))
     ]
-    if np.max(result.courses["pulley_index"], initial=-1) >= len(pulleys):
+    if np.max(result.channels["pulley_index"], initial=-1) >= len(pulleys):
         raise InputError("bodies in this result touch pulleys that its scenario does not have")
     return pulleys
 
 
 def has_friction(result: "Result") -> bool:
-    """Return whether the scene has friction between belt and pulleys."""
+    """Return whether the scenario has friction between belt and pulleys."""
     return "belt_friction" in scenario_of(result).get("effects", {})
 
 
@@ -83,7 +83,7 @@ def middle_of_first_span(touched: "Array") -> int:
 
 def joints_at(result: "Result", sample: int) -> "Array":
     """Return the places (n, 2) of the joints, m; joint k is between the bodies k - 1 and k."""
-    bodies = np.column_stack([result.courses["x"][sample], result.courses["y"][sample]])
+    bodies = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
     return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
 
 
@@ -100,7 +100,7 @@ class BeltLine:
 
     def __init__(self, result: "Result", sample: int) -> None:
         joints = joints_at(result, sample)
-        start = first_off(result.courses["pulley_index"][sample])
+        start = first_off(result.channels["pulley_index"][sample])
         self.order = np.roll(np.arange(len(joints)), -start)
         self._points = joints[self.order]
         self._legs = np.roll(self._points, -1, axis=0) - self._points
@@ -130,6 +130,6 @@ class BeltLine:
         total = np.zeros_like(self.place)
         for sample in samples:
             places = self.places_of(joints_at(result, sample))
-            tension = result.courses["tension"][sample]
+            tension = result.channels["tension"][sample]
             total += np.interp(self.place, places, tension, period=self.length)
         return total / len(samples)

@@ -118,15 +118,15 @@ def drive(result: "Result") -> "Figure":
 
 def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
     """Return what the title says besides: the time, and that pulleys are left out below."""
-    notes = [f"at {result.courses['time'][-1]:.6g} s"]
+    notes = [f"at {result.channels['time'][-1]:.6g} s"]
     if len(pulleys) > MOST_DETAILS:
         notes.append(f"forces on the first {MOST_DETAILS} of {len(pulleys)} pulleys")
     return notes
 
 
 def _belt(result: "Result") -> _Belt:
-    bodies = np.column_stack([result.courses["x"][-1], result.courses["y"][-1]])
-    tension = result.courses["tension"][-1]
+    bodies = np.column_stack([result.channels["x"][-1], result.channels["y"][-1]])
+    tension = result.channels["tension"][-1]
     scale = Normalize(float(np.min(tension)), float(np.max(tension)))
     pieces = np.stack([np.roll(bodies, 1, axis=0), bodies], axis=1)
     pitch = float(np.median(np.hypot(*(pieces[:, 1] - pieces[:, 0]).T)))
@@ -134,8 +134,8 @@ def _belt(result: "Result") -> _Belt:
 
 
 def _touch(result: "Result", number: int, pulley: Pulley, belt: _Belt, rubs: bool) -> _Touch:
-    courses = result.courses
-    on = courses["pulley_index"][-1] == number
+    channels = result.channels
+    on = channels["pulley_index"][-1] == number
     joints, bodies = belt.pieces.mean(axis=1), belt.pieces[:, 1]
     halves = np.stack([joints, bodies, np.roll(joints, -1, axis=0)], axis=1)
     place = bodies[on]
@@ -145,9 +145,9 @@ def _touch(result: "Result", number: int, pulley: Pulley, belt: _Belt, rubs: boo
         place,
         halves[on],
         away / np.maximum(np.hypot(*away.T), np.finfo(float).tiny)[:, None],
-        courses["normal_force"][-1][on],
-        courses["friction_force"][-1][on] if rubs else none,
-        (courses["sticking"][-1][on] if rubs else none) > 0,
+        channels["normal_force"][-1][on],
+        channels["friction_force"][-1][on] if rubs else none,
+        (channels["sticking"][-1][on] if rubs else none) > 0,
     )
 
 
@@ -272,9 +272,9 @@ def _round_below(value: float) -> float:
 def _caption(result: "Result", number: int, pulley: Pulley) -> str:
     """Return the name of a pulley, and below it its speed and torque if they are known."""
     known = [
-        f"{result.courses[name][-1, number]:.4g} {result.units[name]}"
+        f"{result.channels[name][-1, number]:.4g} {result.units[name]}"
         for name in ("pulley_speed", "pulley_torque")
-        if name in result.courses
+        if name in result.channels
     ]
     numbers = ", ".join(known).replace("-", "\N{MINUS SIGN}")
     return "\n".join(text for text in (verbatim(pulley.name), numbers) if text)

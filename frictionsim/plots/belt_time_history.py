@@ -55,8 +55,8 @@ def speeds(result: "Result") -> "Figure":
 
 
 def _draw_pulleys(panel: Any, result: "Result", name: str) -> list[Any]:
-    """Draw a course of each pulley; return the handles."""
-    time, columns = result.courses["time"], result.courses[name].T
+    """Draw a channel of each pulley; return the handles."""
+    time, columns = result.channels["time"], result.channels[name].T
     members = result.members[result.axes[name]]
     return [
         panel.plot(time, column, **line(i), label=verbatim(members[i]))[0]
@@ -71,7 +71,7 @@ def tension(result: "Result") -> "Figure":
     """
     need(result, "tension", ("x", "y", "pulley_index", "tension"))
     belt = BeltLine(result, -1)
-    at_end = result.courses["tension"][-1][np.append(belt.order, belt.order[0])]
+    at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     figure = blank(result, TENSION_HEIGHT)
     panel = figure.subplots()
     handles = [
@@ -95,13 +95,13 @@ def tension(result: "Result") -> "Figure":
 
 def _last(result: "Result") -> Any:
     """Return the samples of the last fifth, or some of them spread over it."""
-    samples = np.flatnonzero(last_part(result.courses["time"]))
+    samples = np.flatnonzero(last_part(result.channels["time"]))
     return samples[:: -(-len(samples) // MOST_SAMPLES)]
 
 
 def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
     """Draw the mean tension of each span where it is at the end: the numbers of the summary."""
-    touched = result.courses["pulley_index"][-1][belt.order]
+    touched = result.channels["pulley_index"][-1][belt.order]
     means, style = mean_spans(result), line(2)
     drawn = [
         panel.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
@@ -118,17 +118,17 @@ def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
 
 def mean_spans(result: "Result") -> Any:
     """Return the mean tension of each span over the last fifth of a run, N."""
-    last = np.flatnonzero(last_part(result.courses["time"]))
-    tension, touched = result.courses["tension"], result.courses["pulley_index"]
+    last = np.flatnonzero(last_part(result.channels["time"]))
+    tension, touched = result.channels["tension"], result.channels["pulley_index"]
     count = len(pulleys_of(result))
     spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])
-    return time_mean(result.courses["time"][last], spans)
+    return time_mean(result.channels["time"][last], spans)
 
 
 def _shade_arcs(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
     """Shade where the belt touches a pulley; body k is between the joints k and k + 1."""
     pulleys = pulleys_of(result)
-    touched = result.courses["pulley_index"][-1][belt.order]
+    touched = result.channels["pulley_index"][-1][belt.order]
     longest: dict[int, tuple[float, float]] = {}
     for value, first, stop in runs(touched):
         number = int(value)
@@ -157,7 +157,7 @@ def body(result: "Result", number: int | None = None) -> "Figure":
     names = ["pulley_speed", "tension", "normal_force"]
     names += ["friction_force", "slip_velocity"] if has_friction(result) else []
     need(result, "body", [*names, "pulley_index"])
-    touched = result.courses["pulley_index"]
+    touched = result.channels["pulley_index"]
     number = middle_of_first_span(touched[0]) if number is None else number
     _refuse_body(number, touched.shape[1])
     figure, panels = stack(result, names)
@@ -181,18 +181,18 @@ def _refuse_body(number: int, count: int) -> None:
 
 
 def _draw_body(panel: Any, result: "Result", name: str, number: int) -> None:
-    values = result.courses[name][:, number]
+    values = result.channels[name][:, number]
     if name != "tension":  # the others are of a touch
-        values = np.where(result.courses["pulley_index"][:, number] < 0, np.nan, values)
-    panel.plot(result.courses["time"], values, color=BLUE, linewidth=1.2)
+        values = np.where(result.channels["pulley_index"][:, number] < 0, np.nan, values)
+    panel.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
 
 
 def _shade_touch(panels: Sequence[Any], result: "Result", number: int) -> list[Any]:
     """Shade when the body touches a pulley, each pulley in its own grey."""
-    time = result.courses["time"]
+    time = result.channels["time"]
     names = [pulley.name for pulley in pulleys_of(result)]
     handles = {}
-    for value, first, stop in runs(result.courses["pulley_index"][:, number]):
+    for value, first, stop in runs(result.channels["pulley_index"][:, number]):
         if value < 0:
             continue
         pulley = int(value)
@@ -207,9 +207,9 @@ def _shade_touch(panels: Sequence[Any], result: "Result", number: int) -> list[A
 
 
 def _mark_sticking(panel: Any, result: "Result", number: int) -> list[Any]:
-    if "sticking" not in result.courses:
+    if "sticking" not in result.channels:
         return []
-    sticks = result.courses["sticking"][:, number] > 0
+    sticks = result.channels["sticking"][:, number] > 0
     style: Style = {"color": VERMILION, "linewidth": 3.0, "solid_capstyle": "butt"}
-    panel.plot(result.courses["time"], np.where(sticks, 0.0, np.nan), **style)
+    panel.plot(result.channels["time"], np.where(sticks, 0.0, np.nan), **style)
     return [Line2D([], [], **style, label="sticking")] if sticks.any() else []

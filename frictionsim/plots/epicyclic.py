@@ -46,16 +46,16 @@ def torque(result: "Result") -> "Figure":
     Friction counts as it acts: it is negative where it opposes a forward motion.
     """
     need(result, "torque", ("angle",))
-    found = {name: words for name, words in TORQUES.items() if name in result.courses}
+    found = {name: words for name, words in TORQUES.items() if name in result.channels}
     if not found:
         raise InputError(
-            "cannot draw the view 'torque': this result has none of the courses"
+            "cannot draw the view 'torque': this result has none of the channels"
             f" {', '.join(TORQUES)} (see output.channels)"
         )
     figure = blank(result, TORQUE_HEIGHT)
     panel = figure.subplots()
     handles = [
-        panel.plot(result.courses["angle"], result.courses[name], **line(i), label=words)[0]
+        panel.plot(result.channels["angle"], result.channels[name], **line(i), label=words)[0]
         for i, (name, words) in enumerate(found.items())
     ]
     grid(panel)
@@ -77,21 +77,21 @@ def _radians(turns: Any) -> Any:
 
 
 def path(result: "Result") -> "Figure":
-    """Draw the path of the tracer point in the plane, with sun, satellite and crank at the end.
+    """Draw the path of the tracer point in the plane, with sun, planet and crank at the end.
 
     Where the crank's angle is not in the result, sun and path only.
     """
-    if not {"tracer_x", "tracer_y"} <= result.courses.keys():
+    if not {"tracer_x", "tracer_y"} <= result.channels.keys():
         raise InputError(
-            "cannot draw the view 'path': this result has no course tracer_x, tracer_y; a scene has"
-            " them with effects.tracer_point (see output.channels)"
+            "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; a scenario"
+            " has them with effects.tracer_point (see output.channels)"
         )
     sun_radius, radius = (given(result, "mechanism", f"{part}_radius") for part in PARTS)
     figure = blank(result, PATH_HEIGHT)
     plane = figure.subplots()
     sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
-    if "angle" in result.courses:
+    if "angle" in result.channels:
         handles += _draw_satellite(plane, result, sun_radius + radius, radius)
     plane.set_aspect("equal")
     plane.margins(0.04)
@@ -105,9 +105,9 @@ def path(result: "Result") -> "Figure":
 
 def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]:
     """Return the path between the least and the largest angle: samples may be far apart on it."""
-    if "angle" not in result.courses:
-        return result.courses["tracer_x"], result.courses["tracer_y"]
-    low, high = np.min(result.courses["angle"]), np.max(result.courses["angle"])
+    if "angle" not in result.channels:
+        return result.channels["tracer_x"], result.channels["tracer_y"]
+    low, high = np.min(result.channels["angle"]), np.max(result.channels["angle"])
     count = int(min(2 + (high - low) / STEP, MOST_POINTS))
     point = TracerPoint.model_validate(given(result, "effects", "tracer_point"))
     length = sun_radius + radius
@@ -115,7 +115,7 @@ def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]
 
 
 def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]:
-    x, y = result.courses["tracer_x"], result.courses["tracer_y"]
+    x, y = result.channels["tracer_x"], result.channels["tracer_y"]
     start = {"marker": "o", "mfc": "white", "mec": VERMILION, "markersize": 7, "linestyle": ""}
     end = start | {"mfc": VERMILION}
     return [
@@ -126,12 +126,12 @@ def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]
 
 
 def _draw_satellite(plane: Any, result: "Result", length: float, radius: float) -> list[Any]:
-    """Draw satellite and crank as they are at the end."""
-    angle = result.courses["angle"][-1]
+    """Draw planet and crank as they are at the end."""
+    angle = result.channels["angle"][-1]
     centre = length * float(np.cos(angle)), length * float(np.sin(angle))
-    end = result.courses["tracer_x"][-1], result.courses["tracer_y"][-1]
-    disc = Circle(centre, radius, fc=(SKY, 0.4), ec=BLACK, zorder=3, label="satellite")
-    satellite = plane.add_patch(disc)
+    end = result.channels["tracer_x"][-1], result.channels["tracer_y"][-1]
+    disc = Circle(centre, radius, fc=(SKY, 0.4), ec=BLACK, zorder=3, label="planet")
+    planet = plane.add_patch(disc)
     plane.plot(*zip(centre, end, strict=True), color=GREY, linewidth=1.0, zorder=3)
     crank = {"color": ORANGE, "linewidth": 3.0, "marker": "o", "markersize": 5, "zorder": 3}
-    return [satellite, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
+    return [planet, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 HEIGHT = 5.5  # inches
 ROOM = 0.25  # of the range of load and friction, above and below it
 TRANSFER = "transfer"
-MOST_TRANSFERS = 60  # more would hide the courses
+MOST_TRANSFERS = 60  # more would hide the channels
 
 
 def torque(result: "Result") -> "Figure":
@@ -28,12 +28,12 @@ def torque(result: "Result") -> "Figure":
     """
     need(result, "torque", ("angle", "motor_torque"))
     ratio = given(result, "mechanism", "gear_ratio")
-    driving = {"motor, times the gear ratio": ratio * result.courses["motor_torque"]}
+    driving = {"motor, times the gear ratio": ratio * result.channels["motor_torque"]}
     resisting = _resisting(result)
     figure = blank(result, HEIGHT)
     panels = figure.subplots(2 if resisting else 1, 1, sharex=True, squeeze=False)[:, 0]
     for panel in panels:
-        handles = _draw(panel, result.courses["angle"], driving | resisting)
+        handles = _draw(panel, result.channels["angle"], driving | resisting)
     if resisting:
         _scale_to(panels[-1], list(resisting.values()))
     panels[0].set_ylabel(label(result, "motor_torque", "torque on the gear"))
@@ -46,28 +46,28 @@ def torque(result: "Result") -> "Figure":
 
 def _resisting(result: "Result") -> dict[str, Any]:
     """Return the torques of the marbles and of the friction, of those that the result has."""
-    courses = result.courses
+    channels = result.channels
     found = {}
-    if "load_torque" in courses:
-        found["load of the marbles"] = courses["load_torque"]
-    if "friction_torque" in courses:
-        found["friction"] = courses["friction_torque"]
+    if "load_torque" in channels:
+        found["load of the marbles"] = channels["load_torque"]
+    if "friction_torque" in channels:
+        found["friction"] = channels["friction_torque"]
     if len(found) == 2:
-        found["load less friction"] = courses["load_torque"] - courses["friction_torque"]
+        found["load less friction"] = channels["load_torque"] - channels["friction_torque"]
     return found
 
 
 def _draw(panel: Any, angle: Any, torques: dict[str, Any]) -> list[Any]:
     grid(panel)
     return [
-        panel.plot(angle, course, **line(i), label=name)[0]
-        for i, (name, course) in enumerate(torques.items())
+        panel.plot(angle, channel, **line(i), label=name)[0]
+        for i, (name, channel) in enumerate(torques.items())
     ]
 
 
-def _scale_to(panel: Any, courses: Sequence[Any]) -> None:
-    """Have a panel show the range of some of its courses, the others as far as they are in it."""
-    low, high = np.min(courses), np.max(courses)
+def _scale_to(panel: Any, channels: Sequence[Any]) -> None:
+    """Have a panel show the range of some of its channels, the others as far as they are in it."""
+    low, high = np.min(channels), np.max(channels)
     room = ROOM * (high - low)
     if room > 0.0:
         panel.set_ylim(low - room, high + room)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
 # The words stand above the upper line and below the lower one, however close these are.
 LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to hold", "top")}
-FAR = 3.0  # largest forces of the course: a limit beyond would press the course flat
+FAR = 3.0  # largest forces of the channel: a limit beyond would press the channel flat
 
 
 def response(result: "Result") -> "Figure":
@@ -29,12 +29,12 @@ def response(result: "Result") -> "Figure":
     The forces that just lift and hold stand beside the force, the static limit of the shaft
     around the friction torque.
     """
-    figure, panels, handles = time_history.courses(result)
-    if "friction_torque" in result.courses:
+    figure, panels, handles = time_history.draw_channels(result)
+    if "friction_torque" in result.channels:
         limits = _limits(result)
         if "drive_force" in panels:
             _draw_limit_forces(panels["drive_force"], result, limits)
-        if limits and "friction_torque" in panels and "shaft_reaction" in result.courses:
+        if limits and "friction_torque" in panels and "shaft_reaction" in result.channels:
             handles.append(_draw_static_limit(panels["friction_torque"], result, limits))
     put_key(figure, handles)
     return figure
@@ -43,14 +43,14 @@ def response(result: "Result") -> "Figure":
 def _limits(result: "Result") -> "Quantities":
     """Return the figures of impending motion; none of a scenario of another version's keys."""
     try:
-        scene = validate(scenario_of(result), Path())
+        scenario = validate(scenario_of(result), Path())
     except ScenarioFaults:
         return {}
-    return module_of(scene.kind).statics(scene)
+    return module_of(scenario.kind).statics(scenario)
 
 
 def _draw_limit_forces(panel: Any, result: "Result", limits: "Quantities") -> None:
-    highest = FAR * np.max(np.abs(result.courses["drive_force"]))
+    highest = FAR * np.max(np.abs(result.channels["drive_force"]))
     for name, (words, side) in LIMIT_FORCES.items():
         force = limits[name].value if name in limits else None
         if force is not None and force <= highest:
@@ -67,7 +67,7 @@ def _draw_limit_forces(panel: Any, result: "Result", limits: "Quantities") -> No
 
 
 def _draw_static_limit(panel: Any, result: "Result", limits: Mapping[str, Any]) -> Any:
-    time = result.courses["time"]
-    limit = limits["friction_radius_static"].value * result.courses["shaft_reaction"]
+    time = result.channels["time"]
+    limit = limits["friction_radius_static"].value * result.channels["shaft_reaction"]
     panel.plot(time, -limit, **LIMIT_LINE)
     return panel.plot(time, limit, **LIMIT_LINE, label="limit of static friction")[0]

@@ -46,16 +46,16 @@ def refuse_format(path: Path) -> None:
 
 
 def need(result: "Result", view: str, names: Sequence[str]) -> None:
-    """See that a result has the courses that a view shows.
+    """See that a result has the channels that a view shows.
 
     Raises
     ------
     InputError
     """
-    missing = [name for name in names if name not in result.courses]
+    missing = [name for name in names if name not in result.channels]
     if missing:
         raise InputError(
-            f"cannot draw the view '{view}': this result has no course {', '.join(missing)};"
+            f"cannot draw the view '{view}': this result has no channel {', '.join(missing)};"
             f" the view needs {', '.join(names)} (see output.channels)"
         )
 
@@ -132,17 +132,17 @@ def line(number: int) -> Style:
 
 
 def label(result: "Result", name: str, words: str = "") -> str:
-    """Return the label of an axis that shows a course, with its unit."""
+    """Return the label of an axis that shows a channel, with its unit."""
     return f"{words or name.replace('_', ' ')},\n{unit(result, name)}"
 
 
 def unit(result: "Result", name: str) -> str:
-    """Return the unit of a course as it is printed."""
+    """Return the unit of a channel as it is printed."""
     return result.units[name].replace("^2", "²")
 
 
 def grid(axes: Any) -> None:
-    """Have an axes that shows courses begin at its edge, over a thin grid."""
+    """Have an axes that shows channels begin at its edge, over a thin grid."""
     axes.margins(x=0.0)
     axes.grid(linewidth=0.3)
 

@@ -1,4 +1,4 @@
-"""Courses over time, one panel under the other, with sticking shaded and events marked."""
+"""Channels over time, one panel under the other, with sticking shaded and events marked."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from frictionsim.io.hdf5 import Result
 
 PANEL_HEIGHT = 1.7  # inches
-MOST_MARKS = 60  # events; more would hide the courses
+MOST_MARKS = 60  # events; more would hide the channels
 LEAST_STICK, LEAST_GAP = 0.033, 0.08  # of the width, for the word `stick`, for a time
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
@@ -44,18 +44,18 @@ OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.
 
 
 def response(result: "Result") -> "Figure":
-    """Draw the courses that the kind wants drawn, or any if the file has none of them."""
-    figure, _, handles = courses(result)
+    """Draw the channels that the kind wants drawn, or any if the file has none of them."""
+    figure, _, handles = draw_channels(result)
     put_key(figure, handles)
     return figure
 
 
-def courses(result: "Result") -> "tuple[Figure, dict[str, Any], list[Any]]":
-    """Draw the courses of `response`; return picture, panels by course, and handles for a key."""
+def draw_channels(result: "Result") -> "tuple[Figure, dict[str, Any], list[Any]]":
+    """Draw the channels of `response`; return picture, panels by channel, and handles for a key."""
     figure, panels = stack(result, _names(result))
     handles = []
     for name, panel in panels.items():
-        handles += _draw_course(panel, result, name)
+        handles += _draw_channel(panel, result, name)
     return figure, panels, [*handles, *mark_modes(result, list(panels.values()))]
 
 
@@ -68,12 +68,12 @@ def _names(result: "Result") -> list[str]:
     wanted = module_of(result.attributes["kind"]).PANELS
     names = [name for name in wanted if name in drawable] or drawable
     if not names:
-        raise InputError("cannot draw this result: it has no course that can be drawn as a line")
+        raise InputError("cannot draw this result: it has no channel that can be drawn as a line")
     return names
 
 
 def stack(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
-    """Return a picture with an empty panel over time for each course, and the panels by name."""
+    """Return a picture with an empty panel over time for each channel, and the panels by name."""
     count = len(result.events["time"])
     notes = [f"{count} events, not marked"] if count > MOST_MARKS else []
     figure = blank(result, 0.8 + PANEL_HEIGHT * len(names), *notes)
@@ -86,8 +86,8 @@ def stack(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, An
     return figure, dict(zip(names, panels, strict=True))
 
 
-def _draw_course(panel: Any, result: "Result", name: str) -> list[Any]:
-    """Draw a course; if it has columns, one line for each, and return their handles."""
+def _draw_channel(panel: Any, result: "Result", name: str) -> list[Any]:
+    """Draw a channel; if it has columns, one line for each, and return their handles."""
     time, values = with_jumps(result, name)
     axis = result.axes[name]
     if not axis:
@@ -100,8 +100,8 @@ def _draw_course(panel: Any, result: "Result", name: str) -> list[Any]:
 
 
 def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
-    """Return times and values of a course, with both sides of each jump and a gap between them."""
-    time, values = result.courses["time"], result.courses[name]
+    """Return times and values of a channel, with both sides of each jump and a gap between them."""
+    time, values = result.channels["time"], result.channels[name]
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
     if sides[0] is None or sides[1] is None:
         return time, values
@@ -124,7 +124,7 @@ def mark_modes(result: "Result", panels: Sequence[Any]) -> list[Any]:
     for start, stop in sticks:
         for panel in panels:
             panel.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
-        if stop - start > LEAST_STICK * np.ptp(result.courses["time"]):
+        if stop - start > LEAST_STICK * np.ptp(result.channels["time"]):
             write_above(panels[0], 0.5 * (start + stop), "stick", row=0)
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
@@ -133,8 +133,8 @@ def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
     """Yield the times from every rest to the next breakaway."""
     if result.axes.get("mode") != "":  # not all rests are those of one contact
         return
-    time, events = result.courses["time"], result.events
-    resting_since = time[0] if result.courses["mode"][0] == 0 else None
+    time, events = result.channels["time"], result.events
+    resting_since = time[0] if result.channels["mode"][0] == 0 else None
     for at, mode in zip(events["time"], events["mode_to"], strict=True):
         if mode == 0:
             resting_since = at
@@ -157,7 +157,7 @@ def _mark_events(result: "Result", panels: Sequence[Any], row: int) -> list[Any]
         handles[name] = Line2D([], [], label=verbatim(name), **style)
         for panel in panels:
             panel.axvline(at, **style)
-    least = LEAST_GAP * np.ptp(result.courses["time"])
+    least = LEAST_GAP * np.ptp(result.channels["time"])
     for i, rows in enumerate(rows_for(times, least, most=2)):
         write_above(panels[0], times[i], f"{times[i]:.4g} s", row + rows)
     return list(handles.values())

@@ -49,7 +49,7 @@ def draw(study: "Study", path: Path) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
-    title = (study.scene.title or study.scene.kind).replace("$", r"\$")  # no formula
+    title = (study.scenario.title or study.scenario.kind).replace("$", r"\$")  # no formula
     figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
     try:
         with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():

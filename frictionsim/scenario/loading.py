@@ -13,7 +13,7 @@ from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
-# A scenario is written by hand; long courses belong into a CSV file.
+# A scenario is written by hand; long signals belong into a CSV file.
 LARGEST_FILE = 16 * 1024 * 1024
 # Products of a few of these, and their squares, are still numbers.
 LARGEST_NUMBER = 1e50
@@ -77,21 +77,21 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         raise ScenarioFaults([(("kind",), _kind_fault(data))])
-    model: type[Scenario] = module_of(kind).Scene
+    model: type[Scenario] = module_of(kind).SCENARIO
     try:
-        scene = model.model_validate(data, context={"folder": folder})
+        scenario = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         from frictionsim.scenario.messages import fault_text
 
         raise ScenarioFaults([fault_text(e, model) for e in _own_faults(error)]) from None
     beyond = [
         (path, f"{value:.3g} is beyond any use; numbers go up to {LARGEST_NUMBER:g}")
-        for path, value in _numbers(scene.model_dump(by_alias=True))
+        for path, value in _numbers(scenario.model_dump(by_alias=True))
         if abs(value) > LARGEST_NUMBER
     ]
     if beyond:
         raise ScenarioFaults(beyond)
-    return scene
+    return scenario
 
 
 def revive(path: Path, text: str) -> Scenario:
@@ -137,7 +137,7 @@ def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
 
 
 def resolved_toml(scenario: Scenario) -> str:
-    """Return the scenario as TOML with overrides, defaults and CSV courses filled in."""
+    """Return the scenario as TOML with overrides, defaults and CSV signals filled in."""
     import tomli_w
 
     tables = scenario.model_dump(by_alias=True, exclude_none=True)
@@ -215,7 +215,7 @@ def _read(path: Path) -> str:
         raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
     if len(content) > LARGEST_FILE:
         raise ScenarioError(
-            [f"{path}: larger than {LARGEST_FILE >> 20} MiB; put long courses into CSV files"]
+            [f"{path}: larger than {LARGEST_FILE >> 20} MiB; put long signals into CSV files"]
         )
     try:
         return content.decode("utf-8-sig")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 
 from frictionsim.errors import unknown
-from frictionsim.scenario.signal_tables import COURSE_TAGS, FORMS_BESIDE_NUMBER
+from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS
 from frictionsim.scenario.toml_positions import KeyPath
 
 LONGEST_VALUE = 40  # characters of a found value that a message shows
@@ -116,10 +116,10 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
     unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
-    at_course = at_name = False
+    at_signal = at_name = False
     for part in location:
-        if at_course:  # the form of the course, which is no key
-            here, at_course = COURSE_TAGS.get(str(part)), False
+        if at_signal:  # the form of the signal, which is no key
+            here, at_signal = SIGNAL_TAGS.get(str(part)), False
             continue
         path = (*path, part)
         if isinstance(part, int) or at_name:  # a place in a list, a name that is free to choose
@@ -135,7 +135,7 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
         items = "numbers" if not _has_text(field.annotation) else "names"
         items = "tables" if models else items
         at_name = get_origin(field.annotation) is dict
-        at_course = len(models) > 1
+        at_signal = len(models) > 1
         here = models[0] if models else None
     return _Place(path, table, "" if unit == "1" else str(unit), items)
 

@@ -1,6 +1,7 @@
-"""The ways to solve a scene, by the name that a scenario gives as `solver.backend`.
+"""The ways to solve a scenario, by the name that a scenario gives as `solver.backend`.
 
-Which of them can do a scene is the matter of its kind (`Scene.BACKENDS`). Those for mechanisms of
+Which of them can do a scenario is the matter of its kind (`BACKENDS` of
+its model). Those for mechanisms of
 one coordinate have solution(mechanism, settings, recording), which returns a `Solution`: its run
 steps the mechanism to settings.duration, fills the recording with samples and transitions, and
 polls along the way.

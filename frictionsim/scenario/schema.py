@@ -14,7 +14,7 @@ class Params(BaseModel):
         extra="forbid",
         frozen=True,
         allow_inf_nan=False,
-        defer_build=True,  # only the scene that is loaded is built, not each of its tables
+        defer_build=True,  # only the scenario that is loaded is built, not each of its tables
     )
 
 

@@ -49,7 +49,7 @@ class Output(Params):
     interval: float | None = quantity("s", None, gt=0)
     at_events: bool = True
     checkpoint: float | None = quantity("s", None, gt=0)
-    # All where it is left out. The figures and the audit of a run do not depend on it.
+    # All where it is left out. The quantities and the audit of a run do not depend on it.
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None
 
 
@@ -61,7 +61,7 @@ class Scenario(Params):
     BACKENDS : tuple of str
         Those that can do this kind.
     CHANNELS : mapping of name to Channel
-        The courses that a scene of this kind may have.
+        The channels that a scenario of this kind may have.
     """
 
     BACKENDS: ClassVar[tuple[str, ...]]
@@ -89,7 +89,7 @@ class Scenario(Params):
         return {f"drive.{name}": signal for name, signal in getattr(self, "drive", ())}
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scene, though it can be simulated."""
+        """Return what is odd about the scenario, though it can be simulated."""
         from frictionsim.scenario.signal_checks import period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration

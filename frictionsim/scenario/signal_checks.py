@@ -1,27 +1,27 @@
-"""What the courses of a drive are like: how fast they repeat and between which values they go."""
+"""What the signals of a drive are like: how fast they repeat and between which values they go."""
 
 from itertools import pairwise
 from math import floor, log10
 from typing import Any, NamedTuple
 
-from frictionsim.scenario.signal_tables import PointsTable, SineTable, course_of
+from frictionsim.scenario.signal_tables import PointsTable, SineTable, signal_from
 
 # So many samples show a period.
 SAMPLES_OF_A_PERIOD = 10
 ROUNDING = 1e-9  # of an interval that was meant to be a tenth
 
 
-def period_of(course: Any, end: float) -> float | None:
-    """Return the shortest period of a course of the scenario up to `end`, s; None if it has none.
+def period_of(signal: Any, end: float) -> float | None:
+    """Return the shortest period of a signal of the scenario up to `end`, s; None if it has none.
 
     Of a table of points it is twice the shortest time between two of its turns, or how long the
     shortest pulse takes: from where it begins to rise, before a turn, to where it has fallen.
     """
-    if isinstance(course, SineTable):
-        return 1.0 / course.sine.frequency_hz if course.sine.amplitude else None
-    if not isinstance(course, PointsTable):
+    if isinstance(signal, SineTable):
+        return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
+    if not isinstance(signal, PointsTable):
         return None
-    turns = [turn for turn in _turns(course) if 0.0 < turn.time < end]
+    turns = [turn for turn in _turns(signal) if 0.0 < turn.time < end]
     periods = [turn.pulse for turn in turns]
     periods += [2.0 * (b.time - a.time) for a, b in pairwise(turns)]
     return min(periods, default=None)
@@ -48,12 +48,12 @@ def _turns(table: PointsTable) -> list[_Turn]:
     return turns
 
 
-def extremes(course: Any, end: float) -> tuple[float, float]:
-    """Return the least and the largest value of a course of the scenario from 0 to `end`, s."""
-    if isinstance(course, SineTable) and course.sine.frequency_hz * end >= 1.0:
-        mean, amplitude = course.sine.mean, abs(course.sine.amplitude)
+def extremes(signal: Any, end: float) -> tuple[float, float]:
+    """Return the least and the largest value of a signal of the scenario from 0 to `end`, s."""
+    if isinstance(signal, SineTable) and signal.sine.frequency_hz * end >= 1.0:
+        mean, amplitude = signal.sine.mean, abs(signal.sine.amplitude)
         return mean - amplitude, mean + amplitude
-    value = course_of(course)
+    value = signal_from(signal)
     found, t = [value(0.0), value(end)], value.next_turn(0.0)
     while t < end:
         found.append(value(t))

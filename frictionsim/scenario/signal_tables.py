@@ -1,7 +1,7 @@
-"""Courses in time of a force, a torque or a speed, and where they kink and turn.
+"""Signals in time of a force, a torque or a speed, and where they kink and turn.
 
 A solver ends its steps on kinks, where a derivative jumps, so that no step straddles one.
-Between two turns a course is monotone: whatever threshold it crosses there, it crosses once,
+Between two turns a signal is monotone: whatever threshold it crosses there, it crosses once,
 which is what makes the search for a breakaway rigorous.
 """
 
@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from frictionsim.scenario.schema import Params, misfit, quantity
-from frictionsim.scenario.signals import Constant, Course, PiecewiseLinear, Sine, SmoothStep
+from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
 
 class PointsTable(Params):
@@ -31,11 +31,11 @@ class PointsTable(Params):
     value: tuple[float, ...] = Field(min_length=1, strict=False)
 
     @model_validator(mode="after")
-    def _points_make_a_course(self) -> Self:
+    def _points_make_a_signal(self) -> Self:
         _see_points("time", self.time, "s", self.value)
         return self
 
-    def course(self) -> Course:
+    def signal(self) -> Signal:
         if len(set(self.value)) == 1:
             return Constant(self.value[0])
         return PiecewiseLinear(self.time, self.value)
@@ -48,7 +48,7 @@ class SpeedTable(Params):
     value: tuple[float, ...] = Field(min_length=1, strict=False)
 
     @model_validator(mode="after")
-    def _points_make_a_course(self) -> Self:
+    def _points_make_a_signal(self) -> Self:
         _see_points("speed", self.speed, "rad/s", self.value)
         return self
 
@@ -80,7 +80,7 @@ class SineTable(Params):
 
     sine: SineShape
 
-    def course(self) -> Course:
+    def signal(self) -> Signal:
         s = self.sine
         if s.amplitude == 0.0:
             return Constant(s.mean)
@@ -105,7 +105,7 @@ class SmoothStepTable(Params):
 
     smooth_step: SmoothStepShape
 
-    def course(self) -> Course:
+    def signal(self) -> Signal:
         s = self.smooth_step
         if s.before == s.after:
             return Constant(s.before)
@@ -163,7 +163,7 @@ def _is_number(cell: str) -> bool:
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
 _FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
 # The tag names the form in a validation error's location; it is no key of the scenario.
-COURSE_TAGS: dict[str, type[Params]] = {
+SIGNAL_TAGS: dict[str, type[Params]] = {
     "<points>": PointsTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
@@ -176,9 +176,9 @@ FORMS_BESIDE_NUMBER = {
 }
 
 
-def _course_form(table: Any) -> str | None:
+def _signal_form(table: Any) -> str | None:
     if isinstance(table, Params):
-        return next(tag for tag, model in COURSE_TAGS.items() if isinstance(table, model))
+        return next(tag for tag, model in SIGNAL_TAGS.items() if isinstance(table, model))
     if not isinstance(table, dict):
         return _NUMBER
     if "sine" in table:
@@ -190,37 +190,37 @@ def _course_form(table: Any) -> str | None:
     return None
 
 
-def _course_form_or_of_speed(table: Any) -> str | None:
+def _signal_form_or_of_speed(table: Any) -> str | None:
     if isinstance(table, dict) and "speed" in table:
         return "<of speed>"
-    form = _course_form(table)
+    form = _signal_form(table)
     return _NUMBER_OR_OF_SPEED if form == _NUMBER else form
 
 
 def _discriminator(form: Any, number: str) -> Discriminator:
     # The type of the error says which forms there are; a context would not be hashable.
-    return Discriminator(form, custom_error_type=number, custom_error_message="expected a course")
+    return Discriminator(form, custom_error_type=number, custom_error_message="expected a signal")
 
 
-CourseInTime = Annotated[
+TimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER)]
     | Annotated[PointsTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")],
-    _discriminator(_course_form, _NUMBER),
+    _discriminator(_signal_form, _NUMBER),
     BeforeValidator(_read_csv),
 ]
-CourseOfSpeedOrTime = Annotated[
+SpeedOrTimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
     | Annotated[PointsTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
     | Annotated[SpeedTable, Tag("<of speed>")],
-    _discriminator(_course_form_or_of_speed, _NUMBER_OR_OF_SPEED),
+    _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED),
     BeforeValidator(_read_csv),
 ]
 
 
-def course_of(table: float | PointsTable | SineTable | SmoothStepTable) -> Course:
-    """Return the function of time that a course of the scenario describes."""
-    return Constant(table) if isinstance(table, int | float) else table.course()
+def signal_from(table: float | PointsTable | SineTable | SmoothStepTable) -> Signal:
+    """Return the function of time that a signal of the scenario describes."""
+    return Constant(table) if isinstance(table, int | float) else table.signal()

@@ -11,7 +11,7 @@ from math import ceil, cos, inf, pi, sin
 from typing import Protocol
 
 
-class Course(Protocol):
+class Signal(Protocol):
     """A continuous, piecewise smooth function of time."""
 
     def __call__(self, t: float) -> float:
@@ -24,7 +24,7 @@ class Course(Protocol):
         """Return the first time after t, s, at which a derivative jumps; inf if none."""
 
     def next_turn(self, t: float) -> float:
-        """Return a time after t, s, up to which the course is monotone and smooth."""
+        """Return a time after t, s, up to which the signal is monotone and smooth."""
 
 
 class Constant:

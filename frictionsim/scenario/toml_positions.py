@@ -5,7 +5,7 @@ from typing import Any
 
 KeyPath = tuple[str | int, ...]
 
-# A statement longer than this is data, a course of many points; parsing it anew with each of its
+# A statement longer than this is data, a signal of many points; parsing it anew with each of its
 # lines would take long, so only those are tried that it may end with.
 LONG_STATEMENT = 100
 CLOSINGS = ("]", "}", '"', "'")

@@ -17,7 +17,7 @@ ATOL_OVER_RTOL = 1e-3
 
 
 class Setting(NamedTuple):
-    """A way to solve a scene.
+    """A way to solve a scenario.
 
     Attributes
     ----------
@@ -41,12 +41,12 @@ class Setting(NamedTuple):
         return self.family or self.backend
 
 
-def with_overrides(scene: "Scenario", overrides: Iterable[str]) -> "Scenario":
-    """Return a scene with some of its keys set, `a.b=VALUE` each."""
-    data = tomllib.loads(resolved_toml(scene))
+def with_overrides(scenario: "Scenario", overrides: Iterable[str]) -> "Scenario":
+    """Return a scenario with some of its keys set, `a.b=VALUE` each."""
+    data = tomllib.loads(resolved_toml(scenario))
     for override in overrides:
         apply_override(data, override)
-    return validate(data, Path())  # courses of files are filled in already
+    return validate(data, Path())  # signals of files are filled in already
 
 
 def with_tolerance(backend: str, rtol: float) -> Setting:

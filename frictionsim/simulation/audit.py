@@ -1,4 +1,4 @@
-"""What every run of one coordinate is checked for before its figures are shown.
+"""What every run of one coordinate is checked for before its quantities are shown.
 
 energy      work in = change of kinetic and potential energy + heat of friction and damping
 friction    |T| within the static limit where it sticks, at the kinetic limit where it slides
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 STEPS_IN_STEP = 100.0
 # ... and rounding is left when the tolerance is below it.
 ROUNDING = 1e-12
-# Whatever the tolerance, figures whose energy is further off are of no use.
+# Whatever the tolerance, quantities whose energy is further off are of no use.
 WORST_ENERGY = 0.01
-# An absolute tolerance lets energies be off by no more than this share of the scene's own size.
+# An absolute tolerance lets energies be off by no more than this share of the scenario's own size.
 SMALL = 1e-8
 
 
@@ -38,7 +38,7 @@ def audit(
     rtol, atol : float
         Of the integration.
     size : float, J
-        An energy of the size of the scene: its kinetic energy at the start, and the work of the
+        An energy of the size of the scenario: its kinetic energy at the start, and the work of the
         largest moment along one radian.
     """
     checks = {"energy": energy_check(series, rtol, atol, size)}
@@ -53,7 +53,7 @@ def energy_check(series: "Series", rtol: float, atol: float, size: float) -> Che
     """Compare the work in with where it went, over the largest of the energies.
 
     Small energies are only integrated to the absolute tolerance, which counts as far as it is
-    small for the scene, too.
+    small for the scenario, too.
     """
     limit = min(STEPS_IN_STEP * rtol + ROUNDING, WORST_ENERGY)
     residual = -series.ledger["energy_input"]

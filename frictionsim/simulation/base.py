@@ -8,7 +8,7 @@ if TYPE_CHECKING:
 
 
 class Simulation(Protocol):
-    """One scene, to be solved once; a family of mechanisms has a class of its own for it.
+    """One scenario, to be solved once; a family of mechanisms has a class of its own for it.
 
     Attributes
     ----------
@@ -17,7 +17,7 @@ class Simulation(Protocol):
     states : int
         What is integrated: the length of the state vector.
     channel_info : mapping of name to Channel
-        For every course that it may show.
+        For every channel that it may show.
     axes : mapping of name to tuple of str
         The names of the members of each axis, without blanks; "0", "1", ... where they have
         none. Empty for one coordinate.
@@ -69,12 +69,12 @@ class Simulation(Protocol):
         """
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take over the state of another simulation of the same scene, before `solve`.
+        """Take over the state of another simulation of the same scenario, before `solve`.
 
         Raises
         ------
         InputError
-            If it is of another scene.
+            If it is of another scenario.
         """
 
     def counts(self) -> tuple[int, int, int]:

@@ -53,7 +53,7 @@ def taken(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
 
 def unfit(name: str) -> InputError:
     """Return the error of a state that belongs to something else."""
-    return InputError(f"its checkpoint is not of this scene: '{name}' does not fit")
+    return InputError(f"its checkpoint is not of this scenario: '{name}' does not fit")
 
 
 def _like(before: Any, values: Any, name: str) -> Any:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from frictionsim.results import Array, Transition
-    from frictionsim.scenario.signals import Course
+    from frictionsim.scenario.signals import Signal
     from frictionsim.solvers.mechanism import Mechanism, Series
 
 # Two transitions that are no further apart are one: a search ends within two roundings.
@@ -62,7 +62,7 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
     return f"ran back by {abs(way):.6g} rad, against a torque of {mean:.4g} N m in the mean"
 
 
-def _at_turns(drive: "Course", end: float) -> list[float]:
+def _at_turns(drive: "Signal", end: float) -> list[float]:
     """Return the values of a drive where it turns, between which its samples may lie."""
     found: list[float] = []
     t = drive.next_turn(0.0)

@@ -1,4 +1,4 @@
-"""One run: a scene goes in; courses, transitions, figures, checks and counts come out."""
+"""One run: a scenario goes in; channels, transitions, quantities, checks and counts come out."""
 
 from collections.abc import Mapping
 from time import perf_counter
@@ -46,15 +46,15 @@ class Run(NamedTuple):
     effects : tuple of str
         The effects that were simulated.
     channel_info : mapping of name to Channel
-        For each course, and maybe for more.
+        For each channel, and maybe for more.
     axes : mapping of name to tuple of str
         The names of the members of each axis that a channel may have.
     time : (n,), s
-    courses : dict of (n,) or (n, members of the channel's axis)
-        Those to record: all, or those of `output.channels` that the scene has.
+    channels : dict of (n,) or (n, members of the channel's axis)
+        Those to record: all, or those of `output.channels` that the scenario has.
     transitions : list of Transition
     quantities : Quantities
-        The figures of the summary.
+        The quantities of the summary.
     checks : dict of Check
         The audit.
     status : str
@@ -62,23 +62,23 @@ class Run(NamedTuple):
     reason : str
         Why it is not done; empty if it is.
     sides : dict of (m,)
-        The recorded courses right before and right after each transition.
+        The recorded channels right before and right after each transition.
     exit_code : int
         Of the run itself, before any audit.
     warnings : tuple of str
-        What a user should know before trusting the figures: of the scene, then of the run.
+        What a user should know before trusting the quantities: of the scenario, then of the run.
     failure : str
         The kind of a failure, such as `event_storm`; empty if it has not failed.
     checkpoint : dict of arrays or None
         The state of the simulation, where a run that is not done can go on from it.
     """
 
-    scene: "Scenario"
+    scenario: "Scenario"
     effects: tuple[str, ...]
     channel_info: Mapping[str, Channel]
     axes: Mapping[str, tuple[str, ...]]
     time: "Array"
-    courses: dict[str, "Array"]
+    channels: dict[str, "Array"]
     transitions: list[Transition]
     quantities: Quantities
     checks: dict[str, Check]
@@ -119,22 +119,22 @@ class _Outcome(NamedTuple):
 
 
 def run(
-    scene: "Scenario",
+    scenario: "Scenario",
     poll: "Callable[[float], Any]",
     keep: "Callable[[Run], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
 ) -> Run:
-    """Simulate a scene.
+    """Simulate a scenario.
 
     Parameters
     ----------
-    scene : Scenario
+    scenario : Scenario
     poll : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
     keep : callable, optional
         Called with the run so far every `output.checkpoint` seconds.
     checkpoint : dict of arrays, optional
-        Of an earlier run of the scene, which goes on from there.
+        Of an earlier run of the scenario, which goes on from there.
 
     Returns
     -------
@@ -144,21 +144,21 @@ def run(
     Raises
     ------
     InputError
-        If the checkpoint is of another scene.
+        If the checkpoint is of another scenario.
     """
-    simulation: Simulation = module_of(scene.kind).simulation(scene)
+    simulation: Simulation = module_of(scenario.kind).simulation(scenario)
     clock = _Clock()
     if checkpoint is not None:
         simulation.restore(checkpoint)
         restore(clock, "clock", checkpoint)
     watcher = poll
-    if keep is not None and scene.output.checkpoint is not None:
-        poll = _keeping(scene, simulation, poll, keep, scene.output.checkpoint, clock)
-    return _run_of(scene, simulation, _solve(simulation, watcher, poll, clock), clock)
+    if keep is not None and scenario.output.checkpoint is not None:
+        poll = _keeping(scenario, simulation, poll, keep, scenario.output.checkpoint, clock)
+    return _run_of(scenario, simulation, _solve(simulation, watcher, poll, clock), clock)
 
 
 def _keeping(
-    scene: "Scenario",
+    scenario: "Scenario",
     simulation: "Simulation",
     poll: "Callable[[float], Any]",
     keep: "Callable[[Run], Any]",
@@ -175,7 +175,7 @@ def _keeping(
             clock.stop()  # to write is not to solve
             reason = f"checkpoint at t = {t:.9g} s"
             outcome = _Outcome("interrupted", reason, can_go_on=True)
-            keep(_run_of(scene, simulation, outcome, clock))
+            keep(_run_of(scenario, simulation, outcome, clock))
             last = perf_counter()
             clock.start()
 
@@ -205,22 +205,24 @@ def _solve(
     return _Outcome()
 
 
-def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, clock: _Clock) -> Run:
+def _run_of(
+    scenario: "Scenario", simulation: "Simulation", outcome: _Outcome, clock: _Clock
+) -> Run:
     """Return a run with what its simulation shows."""
     seen = simulation.observe()
     if seen.unsound and outcome.failure != NotFinite.failure:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Outcome("failed", reason, NotFinite.exit_code, NotFinite.failure)
-    wanted = scene.output.channels
+    wanted = scenario.output.channels
     return Run(
-        scene=scene,
+        scenario=scenario,
         effects=simulation.effects,
         channel_info=simulation.channel_info,
         axes=simulation.axes,
         time=seen.time,
-        courses={
-            name: course
-            for name, course in seen.courses.items()
+        channels={
+            name: channel
+            for name, channel in seen.channels.items()
             if wanted is None or name in wanted
         },
         transitions=seen.transitions,
@@ -230,7 +232,7 @@ def _run_of(scene: "Scenario", simulation: "Simulation", outcome: _Outcome, cloc
         status=outcome.status,
         reason=outcome.reason,
         exit_code=outcome.exit_code,
-        warnings=_warnings(scene, simulation, seen),
+        warnings=_warnings(scenario, simulation, seen),
         failure=outcome.failure,
         checkpoint=_checkpoint(simulation, clock) if outcome.can_go_on else None,
         sides={
@@ -247,10 +249,10 @@ def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | No
     return None if state is None else {**state, **exported(clock, "clock")}
 
 
-def _warnings(scene: "Scenario", simulation: "Simulation", seen: "Observed") -> tuple[str, ...]:
-    """Return what is odd about a scene and its run, each once."""
-    absent = [name for name in scene.output.channels or () if name not in seen.courses]
+def _warnings(scenario: "Scenario", simulation: "Simulation", seen: "Observed") -> tuple[str, ...]:
+    """Return what is odd about a scenario and its run, each once."""
+    absent = [name for name in scenario.output.channels or () if name not in seen.channels]
     missing = (
-        f"output.channels: this scene has no course '{name}'; it is left out" for name in absent
+        f"output.channels: this scenario has no channel '{name}'; it is left out" for name in absent
     )
-    return tuple(dict.fromkeys([*scene.warnings(), *missing, *seen.warnings]))
+    return tuple(dict.fromkeys([*scenario.warnings(), *missing, *seen.warnings]))

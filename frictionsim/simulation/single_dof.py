@@ -28,22 +28,22 @@ class OneCoordinate:
 
     Parameters
     ----------
-    scene : Scenario
+    scenario : Scenario
     mechanism : Mechanism
         Built from it.
     """
 
-    def __init__(self, scene: "Scenario", mechanism: Mechanism) -> None:
-        self._settings, self._mechanism = scene.solver, mechanism
-        self._at_events, self._interval = scene.output.at_events, scene.interval
+    def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
+        self._settings, self._mechanism = scenario.solver, mechanism
+        self._at_events, self._interval = scenario.output.at_events, scenario.interval
         # Smoothed friction creeps where it should stick and has no limits that it must keep.
-        backend = methods.BACKENDS[scene.solver.backend]
+        backend = methods.BACKENDS[scenario.solver.backend]
         smoothed = backend.regularised and not mechanism.prescribed
         self._set_valued = None if smoothed else mechanism.contact
         self._can_go_on = not backend.integrator
-        self._recording = Recording(SampleTimes(scene.solver.duration, scene.interval))
-        solution = solution_of(scene.solver.backend, mechanism.prescribed)
-        self._solution = solution(mechanism, scene.solver, self._recording)
+        self._recording = Recording(SampleTimes(scenario.solver.duration, scenario.interval))
+        solution = solution_of(scenario.solver.backend, mechanism.prescribed)
+        self._solution = solution(mechanism, scenario.solver, self._recording)
         self._width = Recording.COLUMNS + len(mechanism.ledger)
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)
@@ -55,7 +55,7 @@ class OneCoordinate:
         return 0.0
 
     def solve(self, poll: Callable[[float], Any]) -> None:
-        """Have the backend of the scene step to the end."""
+        """Have the backend of the scenario step to the end."""
         self._solution.run(poll)
 
     def counts(self) -> tuple[int, int, int]:
@@ -77,12 +77,12 @@ class OneCoordinate:
         return state
 
     def restore(self, state: Arrays) -> None:
-        """Take over the state of another simulation of the same scene.
+        """Take over the state of another simulation of the same scenario.
 
         Raises
         ------
         InputError
-            If it is of another scene.
+            If it is of another scenario.
         """
         for name, part in self._solution.saved_parts.items():
             restore(part, name, state)
@@ -106,7 +106,7 @@ class OneCoordinate:
         return samples_of(self._recording, self._width, self._at_events)
 
     def _series_of(self, rows: Any, transitions: list[Transition]) -> Series:
-        """Return rows as the arrays that figures and channels are made of."""
+        """Return rows as the arrays that quantities and channels are made of."""
         mechanism, columns = self._mechanism, rows.T.copy()
         time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
         acceleration, friction, mode = others
@@ -132,18 +132,18 @@ class OneCoordinate:
         series = self._series_of(samples.rows, samples.transitions)
         return Observed(
             time=series.time,
-            courses=_courses(mechanism, series),
+            channels=_channels(mechanism, series),
             transitions=series.transitions,
-            quantities=_figures(mechanism, series),
+            quantities=_quantities(mechanism, series),
             checks=audit(
                 series, self._set_valued, settings.rtol, settings.atol, _size(mechanism, series)
             ),
             unsound=samples.unsound,
             warnings=tuple(self._run_warnings(series)),
             sides={
-                f"{name}_{side}": course
+                f"{name}_{side}": channel
                 for side, rows in (("before", samples.before), ("after", samples.after))
-                for name, course in self._side(rows, samples.transitions).items()
+                for name, channel in self._side(rows, samples.transitions).items()
             },
         )
 
@@ -169,26 +169,26 @@ class OneCoordinate:
 
 
 def _size(mechanism: Mechanism, series: Series) -> float:
-    """Return an energy of the size of the scene, whatever the solver made of it, J."""
+    """Return an energy of the size of the scenario, whatever the solver made of it, J."""
     moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
     at_start = mechanism.stores["energy_kinetic"](mechanism.position, mechanism.velocity)
     return float(np.max(np.abs(moment), initial=0.0)) + float(at_start)
 
 
-def _courses(mechanism: Mechanism, series: Series) -> dict[str, Any]:
-    """Return every course by the name it has in the result file."""
+def _channels(mechanism: Mechanism, series: Series) -> dict[str, Any]:
+    """Return every channel by the name it has in the result file."""
     found = {**mechanism.channels(series), **series.ledger, **series.stores}
-    # A course that is constant may be given as a number.
+    # A channel that is constant may be given as a number.
     return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
 
 
-def _figures(mechanism: Mechanism, series: Series) -> Quantities:
+def _quantities(mechanism: Mechanism, series: Series) -> Quantities:
     """Return the summary's quantities: the mechanism's own, then those of any motion.
 
     breakaway_time is when a contact first goes over from stick to slip; None if it never does.
-    A run that failed may have gone on after its last sample, of which no figure speaks.
+    A run that failed may have gone on after its last sample, of which no quantity speaks.
     """
-    found = mechanism.figures(series)
+    found = mechanism.quantities(series)
     if mechanism.contact is not None:
         seen = [e for e in series.transitions if e.time <= np.max(series.time, initial=-np.inf)]
         slips = (e.time for e in seen if e.mode_from == STICK)

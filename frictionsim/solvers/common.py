@@ -131,7 +131,7 @@ def motion_of(mechanism: "Mechanism") -> str:
 
 
 def new_stepper(mechanism: "Mechanism", settings: "Solver") -> Stepper:
-    """Return the integrator for a mechanism, with the settings of the scene."""
+    """Return the integrator for a mechanism, with the settings of the scenario."""
     integrator = BACKENDS[settings.backend].integrator
     if integrator:
         from frictionsim.solvers.scipy_stepper import ScipyStepper  # scipy takes 0.3 s to import

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
-    from frictionsim.scenario.signals import Course
+    from frictionsim.scenario.signals import Signal
 
 Value = Any  # float while stepping, array of floats afterwards
 
@@ -116,12 +116,12 @@ class Mechanism(NamedTuple):
 
         inertia dv/dt = moment(u, q, v) + T,    u = drive(t)
 
-    with the friction torque T of `contact`. A scene without dry friction has no contact, and
-    an effect that the scene does not name has no term in any function here.
+    with the friction torque T of `contact`. A scenario without dry friction has no contact, and
+    an effect that the scenario does not name has no term in any function here.
 
     Attributes
     ----------
-    drive : Course
+    drive : Signal
         The input u over time.
     inertia : float, kg m^2, positive
     moment : callable, N m
@@ -139,18 +139,18 @@ class Mechanism(NamedTuple):
     prescribed : bool
         The drive gives the velocity, and u is the torque that it takes: a summand of the moment.
     channels : callable
-        channels(series) returns the courses to record beside time and energies, by name.
+        channels(series) returns the channels to record beside time and energies, by name.
     channel_info : mapping of name to Channel
         For each of those names, and for the energies.
-    figures : callable
-        figures(series) returns the mechanism's own figures of a run.
+    quantities : callable
+        quantities(series) returns the mechanism's own quantities of a run.
     run_warnings : callable
         run_warnings(series) returns what is odd about a whole run, as warnings.
     effects : tuple of str
         The effects that are simulated.
     """
 
-    drive: "Course"
+    drive: "Signal"
     inertia: float
     moment: Callable[[Value, Value, Value], Value]
     contact: Contact | None
@@ -158,7 +158,7 @@ class Mechanism(NamedTuple):
     stores: Mapping[str, Callable[[Value, Value], Value]]
     channels: Callable[[Series], dict[str, Any]]
     channel_info: Mapping[str, "Channel"]
-    figures: Callable[[Series], "Quantities"]
+    quantities: Callable[[Series], "Quantities"]
     effects: tuple[str, ...]
     run_warnings: Callable[[Series], list[str]] = lambda series: []
     position: float = 0.0

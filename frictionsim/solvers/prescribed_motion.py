@@ -1,6 +1,6 @@
 """A mechanism whose velocity is given: what torque does it take?
 
-Every backend hands such a scene over to this one: there is no breakaway to find, and the only
+Every backend hands such a scenario over to this one: there is no breakaway to find, and the only
 unknowns are the position and the energies. The drive torque u follows from the equation,
 
     u = inertia dv/dt - moment(0, q, v) - T,   T = -s kinetic_limit,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Solver
     from frictionsim.solvers.mechanism import Contact, Mechanism
 
-TRANSITION_SPEED = 1e-3  # rad/s, where the scene does not give it
+TRANSITION_SPEED = 1e-3  # rad/s, where the scenario does not give it
 KINETIC_FROM = 1.5  # times the transition speed
 
 

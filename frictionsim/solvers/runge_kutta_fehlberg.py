@@ -289,7 +289,7 @@ class RungeKuttaFehlberg45:
         raise BudgetSpent(
             f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; resume the"
             " run, give a larger solver.max_steps, or looser tolerances unless a short time"
-            " constant of the scene, as inertia over drag, is what keeps the steps short"
+            " constant of the scenario, as inertia over drag, is what keeps the steps short"
         )
 
     def cut(self, t: float) -> None:

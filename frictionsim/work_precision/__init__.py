@@ -1,4 +1,4 @@
-"""What accuracy costs: one scene solved by every backend, at a ladder of settings of each.
+"""What accuracy costs: one scenario solved by every backend, at a ladder of settings of each.
 
 settings.py   a setting, and the ladders of mechanisms of one coordinate
 measures.py   what is judged; a kind of mechanism names its own

@@ -1,4 +1,4 @@
-"""How far off the figures of a run are: it is solved again, more exactly, and compared.
+"""How far off the quantities of a run are: it is solved again, more exactly, and compared.
 
 An adaptive run is solved again with a tenth of its tolerances and, where it smooths friction,
 of its transition speed; what changes is about the error of the first run. Steps of a fixed length
@@ -24,7 +24,7 @@ RICHARDSON = 2.0
 
 
 class Estimate(NamedTuple):
-    """The errors of the figures of a run by their names, None where a figure is none.
+    """The errors of the quantities of a run by their names, None where a quantity is none.
 
     `method` says how they were found, or why there are none; `exit_code` is that of a second run
     which a signal ended.
@@ -36,7 +36,7 @@ class Estimate(NamedTuple):
 
 
 def estimate(first: Run, poll: "Callable[[float], Any]") -> Estimate:
-    """Solve the scene of a run again, more exactly.
+    """Solve the scenario of a run again, more exactly.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def estimate(first: Run, poll: "Callable[[float], Any]") -> Estimate:
     poll : callable
         Called with the time after each step.
     """
-    setting = tighter(first.scene)
-    second = run(with_overrides(first.scene, setting.overrides), poll)
+    setting = tighter(first.scenario)
+    second = run(with_overrides(first.scenario, setting.overrides), poll)
     if second.status != "done":
         reason = f"no error estimate: with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
@@ -66,13 +66,13 @@ def _difference(value: float | None, second: Run, name: str, factor: float) -> f
     return None if value is None or other is None else factor * abs(value - other)
 
 
-def tighter(scene: "Scenario") -> Setting:
-    """Return a more exact setting of the backend of a scene; its kind may know a better one."""
-    kind = module_of(scene.kind)
-    found: Setting | None = kind.tighter(scene) if hasattr(kind, "tighter") else None
+def tighter(scenario: "Scenario") -> Setting:
+    """Return a more exact setting of the backend of a scenario; its kind may know a better one."""
+    kind = module_of(scenario.kind)
+    found: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
     if found is not None:
         return found
-    solver = scene.solver
+    solver = scenario.solver
     if solver.step is not None:
         step = 0.5 * solver.step
         return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))

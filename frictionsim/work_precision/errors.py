@@ -19,7 +19,7 @@ class Outcome(Protocol):
     """A run, or an exact solution in its place."""
 
     @property
-    def courses(self) -> "Mapping[str, Array]": ...
+    def channels(self) -> "Mapping[str, Array]": ...
 
     @property
     def transitions(self) -> "Sequence[Transition]": ...
@@ -65,8 +65,8 @@ def _error(measure: "Measure", found: Outcome, reference: Outcome, duration: flo
     if measure.what == "check":
         value = found.checks[measure.source].value
         return Error(value, value)
-    if measure.what == "course":
-        return _of_course(found.courses.get(measure.source), reference.courses[measure.source])
+    if measure.what == "channel":
+        return _of_channel(found.channels.get(measure.source), reference.channels[measure.source])
     return _of_quantity(measure, found, reference)
 
 
@@ -82,7 +82,7 @@ def _of_events(
     return Error(worst, worst / duration)
 
 
-def _of_course(found: "Array | None", wanted: "Array") -> Error:
+def _of_channel(found: "Array | None", wanted: "Array") -> Error:
     if found is None or found.shape != wanted.shape:
         return Error(None, WRONG)
     return _over(float(np.mean(np.abs(found - wanted))), float(np.mean(np.abs(wanted))))
@@ -97,8 +97,8 @@ def _of_quantity(measure: "Measure", found: Outcome, reference: Outcome) -> Erro
         return Error(None, WRONG) if values[0] is not values[1] else Error(0.0, 0.0)
     scale = abs(values[1])
     if measure.scale:
-        course = reference.courses[measure.scale]
-        scale = float(np.max(np.abs(course - course[0])))
+        channel = reference.channels[measure.scale]
+        scale = float(np.max(np.abs(channel - channel[0])))
     return _over(abs(values[0] - values[1]), scale)
 
 

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
 
 
-def study_json(study: "Study", scenario: str) -> dict[str, Any]:
+def study_json(study: "Study", source: str) -> dict[str, Any]:
     """Return the JSON object of a study."""
     reference = study.reference
     return {
-        "scenario": scenario,
-        "kind": study.scene.kind,
+        "scenario": source,
+        "kind": study.scenario.kind,
         "status": study.status,
         "reason": study.reason,
         "measures": {measure.name: {"unit": measure.unit} for measure in study.measures},

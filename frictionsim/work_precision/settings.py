@@ -34,30 +34,30 @@ SET_BY_LADDERS = ("backend", "step", "transition_speed")
 
 
 class Variants:
-    """A scene in all its settings.
+    """A scenario in all its settings.
 
     Parameters
     ----------
-    scene : Scenario
+    scenario : Scenario
         Solver settings that are part of a ladder do not count.
     """
 
-    def __init__(self, scene: "Scenario") -> None:
-        self._data: dict[str, Any] = tomllib.loads(resolved_toml(scene))
+    def __init__(self, scenario: "Scenario") -> None:
+        self._data: dict[str, Any] = tomllib.loads(resolved_toml(scenario))
         for key in SET_BY_LADDERS:
             self._data["solver"].pop(key, None)
-        self._duration = scene.solver.duration
+        self._duration = scenario.solver.duration
 
     def judged(self, setting: Setting) -> "Scenario":
-        """Return the scene with a setting, sampled so that it can be judged."""
+        """Return the scenario with a setting, sampled so that it can be judged."""
         return self._with(setting, self._duration / SAMPLES, self._duration)
 
     def timed(self, setting: Setting) -> "Scenario":
-        """Return the scene with a setting, sampled at its ends only: samples cost time, too."""
+        """Return the scenario with a setting, sampled at its ends only: samples cost time, too."""
         return self._with(setting, self._duration, self._duration)
 
     def warm_up(self, setting: Setting) -> "Scenario":
-        """Return the first instant of the scene: what is loaded or compiled then is not timed."""
+        """Return its first instant: what is loaded or compiled then is not timed."""
         instant = self._duration * INSTANT
         return self._with(setting, instant, instant)
 
@@ -73,7 +73,7 @@ class Variants:
 
 
 def ladders(
-    scene: "Scenario", tolerances: Iterable[float], mechanism: "Mechanism"
+    scenario: "Scenario", tolerances: Iterable[float], mechanism: "Mechanism"
 ) -> list[Setting]:
     """Return the settings of every backend that can do a mechanism of one coordinate.
 
@@ -82,10 +82,10 @@ def ladders(
     """
     smooth = mechanism.contact is not None and not mechanism.prescribed
     found: list[Setting] = []
-    for name in scene.BACKENDS:
+    for name in scenario.BACKENDS:
         backend = BACKENDS[name]
         if backend.fixed_step:
-            found += [_with_step(name, share * scene.solver.duration) for share in STEPS]
+            found += [_with_step(name, share * scenario.solver.duration) for share in STEPS]
         elif backend.regularised and smooth:
             speeds = SPEEDS_IF_IMPLICIT if backend.implicit else SPEEDS
             found += [_with_speed(name, speed) for speed in speeds]

@@ -1,4 +1,4 @@
-"""Runs a scene with one setting after another: what each is off by, and what it takes."""
+"""Runs a scenario with one setting after another: what each is off by, and what it takes."""
 
 import gc
 from collections.abc import Callable, Iterable
@@ -84,9 +84,9 @@ class Reference(NamedTuple):
 
 
 class Study(NamedTuple):
-    """A scene in all its settings, as far as they were run."""
+    """A scenario in all its settings, as far as they were run."""
 
-    scene: "Scenario"
+    scenario: "Scenario"
     measures: "tuple[Measure, ...]"
     reference: Reference | None
     rows: list[Row]
@@ -133,7 +133,7 @@ class Stopped(Exception):
 
 
 class Laboratory:
-    """Runs settings of one scene within their budgets."""
+    """Runs settings of one scenario within their budgets."""
 
     def __init__(
         self, variants: Variants, measures: "Iterable[Measure]", max_wall: float, repeats: int
@@ -165,7 +165,7 @@ class Laboratory:
                 reasons.append(f"{name}: {found.reason}")
         if not runs:
             raise SolverError(f"there is no reference to judge by: {'; '.join(reasons)}")
-        duration = runs[0].scene.solver.duration
+        duration = runs[0].scenario.solver.duration
         floor = judge(self._measures, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
@@ -181,7 +181,7 @@ class Laboratory:
         last, seconds = judged, [judged.counts.wall_seconds]
         errors: dict[str, Error] = {}
         if judged.status == "done":
-            duration = judged.scene.solver.duration
+            duration = judged.scenario.solver.duration
             last, seconds = self._timed(setting, poll)
             if last.status == "done":
                 errors = judge(self._measures, judged, reference, duration)
@@ -208,19 +208,19 @@ class Laboratory:
             self._warm.add(setting.line)
 
     def _timed(self, setting: Setting, poll: Poll) -> tuple[Run, list[float]]:
-        scene = self._variants.timed(setting)
+        scenario = self._variants.timed(setting)
         gc.collect()  # it is switched off while the program runs
         seconds: list[float] = []
         while True:
-            found = _run(scene, poll, self._max_wall)
+            found = _run(scenario, poll, self._max_wall)
             seconds.append(found.counts.wall_seconds)
             enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
             if enough or found.status != "done":
                 return found, seconds
 
 
-def _run(scene: "Scenario", poll: Poll, max_wall: float) -> Run:
-    found = run(scene, Budget(poll, max_wall))
+def _run(scenario: "Scenario", poll: Poll, max_wall: float) -> Run:
+    found = run(scenario, Budget(poll, max_wall))
     if found.status == "interrupted":
         raise Stopped(found)
     return found
@@ -233,7 +233,7 @@ def _audit_text(found: Run, judged: set[str]) -> str:
 
 
 def study(
-    scene: "Scenario",
+    scenario: "Scenario",
     settings: list[Setting],
     references: tuple[Setting, ...],
     measures: "tuple[Measure, ...]",
@@ -246,7 +246,7 @@ def study(
 
     Parameters
     ----------
-    scene : Scenario
+    scenario : Scenario
     settings : list of Setting
     references : tuple of Setting
         Different methods, tighter than any of the settings.
@@ -270,7 +270,7 @@ def study(
     SolverError
         If no reference comes to its end.
     """
-    laboratory = Laboratory(Variants(scene), measures, max_wall, repeats)
+    laboratory = Laboratory(Variants(scenario), measures, max_wall, repeats)
     rows: list[Row] = []
     reference = None
     try:
@@ -281,5 +281,5 @@ def study(
             rows.append(laboratory.row(setting, reference.outcome, poll))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code
-        return Study(scene, measures, reference, rows, "interrupted", reason, code)
-    return Study(scene, measures, reference, rows, "done", "", 0)
+        return Study(scenario, measures, reference, rows, "interrupted", reason, code)
+    return Study(scenario, measures, reference, rows, "done", "", 0)

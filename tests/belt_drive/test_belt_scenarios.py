@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from tests.support.belt_scenarios import pair, scene_of, trio
+from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import Scenario
 
 
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
 def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
-    assembly = assemble(scene_of(data))
+    assembly = assemble(scenario_of(data))
     touching = np.bincount(assembly.rest.pulley[assembly.rest.pulley >= 0])
     assert len(touching) == len(data["mechanism"]["pulleys"])
     assert np.all(touching >= 3)
@@ -20,9 +20,9 @@ def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
 
 
 def test_the_belt_on_three_pulleys_has_every_effect() -> None:
-    scene = scene_of(trio())
-    assert all(effect is not None for _, effect in scene.effects)
-    laws = assemble(scene).laws
+    scenario = scenario_of(trio())
+    assert all(effect is not None for _, effect in scenario.effects)
+    laws = assemble(scenario).laws
     assert [name for name in laws._fields if getattr(laws, name) is None] == [
         "regularised",
         "creep",

@@ -22,7 +22,7 @@ from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels.jit import compilation
 from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
-from tests.support.belt_scenarios import SCENES, STEPS, scene_of, trio
+from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
 ANNOUNCED = "frictionsim: compiling the kernels of this combination of effects, once: about "
@@ -103,14 +103,16 @@ class Calls:
 
 
 @pytest.mark.parametrize(
-    "data", [*SCENES.values(), trio(solver__backend="rk45")], ids=[*SCENES, "rk45, every effect"]
+    "data",
+    [*COMPILED.values(), trio(solver__backend="rk45")],
+    ids=[*COMPILED, "rk45, every effect"],
 )
 def test_all_kernels_are_compiled_before_the_first_step(
     data: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So that the seconds of solving have none of it; also of a run that is resumed."""
     calls = Calls(monkeypatch)
-    scene = scene_of(changed(data, solver__duration=5e-3, output__interval=1e-3))
+    scenario = scenario_of(changed(data, solver__duration=5e-3, output__interval=1e-3))
     polled: list[float] = []
 
     def stop(t: float) -> None:
@@ -118,7 +120,7 @@ def test_all_kernels_are_compiled_before_the_first_step(
         if len(polled) == 3:
             raise Interrupted(signal.SIGINT, t)
 
-    drive = BeltDrive(scene)
+    drive = BeltDrive(scenario)
     drive.prepare(stop)
     prepared = calls.seen.copy()
     assert prepared
@@ -129,7 +131,7 @@ def test_all_kernels_are_compiled_before_the_first_step(
     if state is None:  # SciPy's methods do not go on
         return
     calls.seen.clear()
-    resumed = BeltDrive(scene)
+    resumed = BeltDrive(scenario)
     resumed.restore(state)
     resumed.prepare(stop)
     prepared = calls.seen.copy()
@@ -137,13 +139,13 @@ def test_all_kernels_are_compiled_before_the_first_step(
     assert calls.seen == prepared
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", COMPILED)
 def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
     def end(times: int) -> dict[str, Any]:
-        scene = scene_of(SCENES[name])
-        assembly = assemble(scene)
-        module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
-        stepping = module.Stepping(assembly, scene.solver)
+        scenario = scenario_of(COMPILED[name])
+        assembly = assemble(scenario)
+        module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
+        stepping = module.Stepping(assembly, scenario.solver)
         stepping.begin()
         stepping.advance(1.0, 1.0, STEPS)
         for _ in range(times):

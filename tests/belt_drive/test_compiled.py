@@ -13,18 +13,18 @@ import pytest
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel_sources
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from tests.support.belt_scenarios import SCENES, STEPS, scene_of
+from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import ROOT, Scenario, simulate
 
 
 def ends(data: Scenario) -> dict[str, Any]:
     """Return all that the next step depends on after a few steps from a start with some motion."""
-    scene = scene_of(data)
-    assembly = assemble(scene)
+    scenario = scenario_of(data)
+    assembly = assemble(scenario)
     width, n = assembly.room.shape[1], assembly.laws.chain.bodies
     assembly.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
-    module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
-    stepping = module.Stepping(assembly, scene.solver)
+    module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
+    stepping = module.Stepping(assembly, scenario.solver)
     stepping.begin()
     stepping.advance(1.0, 1.0, STEPS)
     inside = stepping.look(0.3 * stepping.t)
@@ -33,7 +33,7 @@ def ends(data: Scenario) -> dict[str, Any]:
 
 
 def everything() -> str:
-    return json.dumps({name: ends(data) for name, data in SCENES.items()})
+    return json.dumps({name: ends(data) for name, data in COMPILED.items()})
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +52,9 @@ def plain() -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", COMPILED)
 def test_compiled_as_plain(name: str, plain: dict[str, Any]) -> None:
-    compiled = ends(SCENES[name])
+    compiled = ends(COMPILED[name])
     assert compiled.keys() == plain[name].keys()
     assert compiled["work"] == plain[name]["work"]
     for key, found in compiled.items():
@@ -67,12 +67,12 @@ def test_compiled_as_plain(name: str, plain: dict[str, Any]) -> None:
         assert np.all(np.abs(found - expected) <= close * size), key
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", COMPILED)
 def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
-    once, again = simulate(SCENES[name]), simulate(SCENES[name])
+    once, again = simulate(COMPILED[name]), simulate(COMPILED[name])
     assert once.status == again.status == "done"
-    assert once.courses.keys() == again.courses.keys()
-    assert all(np.array_equal(once.courses[key], again.courses[key]) for key in once.courses)
+    assert once.channels.keys() == again.channels.keys()
+    assert all(np.array_equal(once.channels[key], again.channels[key]) for key in once.channels)
     assert once.quantities == again.quantities
     assert once.checks == again.checks
     assert once.counts[:4] == again.counts[:4]

@@ -28,10 +28,10 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
     slope,
     value,
 )
-from frictionsim.mechanisms.belt_drive.schema import Scene
-from frictionsim.scenario.signal_tables import course_of
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+from frictionsim.scenario.signal_tables import signal_from
 from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations
-from tests.support.belt_scenarios import Array, kinematics, pair, reference, scene_of, trio
+from tests.support.belt_scenarios import Array, kinematics, pair, reference, scenario_of, trio
 from tests.support.scenarios import Scenario
 
 # Of the largest of its kind. Coordinates of 0.3 m are rounded by 1e-16 m, which a joint of 4e5 N/m
@@ -57,16 +57,16 @@ def disturbed(assembly: Assembly, seed: int) -> Array:
 
 
 def coefficients(
-    scene: Scene, body_length: float, near: Array, held: Array, slip: Array
+    scenario: BeltDriveScenario, body_length: float, near: Array, held: Array, slip: Array
 ) -> tuple[Array, Array]:
     """Return mu of each body for T > 0 and for T < 0: of the pulley it is near, of the patch.
 
     At rest where it is held; sliding, only the friction that brakes its slip.
     """
-    law, patch = scene.effects.belt_friction, scene.effects.patch
+    law, patch = scenario.effects.belt_friction, scenario.effects.patch
     forward, backward = np.zeros(len(near)), np.zeros(len(near))
     for i, j in enumerate(near):
-        at = law.pulleys.get(scene.mechanism.names[j], law)
+        at = law.pulleys.get(scenario.mechanism.names[j], law)
         if patch is not None and patch.start <= (i + 0.5) * body_length < patch.end:
             at = patch
         if held[i] or at.mu_s == at.mu_k:
@@ -82,8 +82,8 @@ class Both:
     """The rates at one state, of the kernels and of the reference."""
 
     def __init__(self, data: Scenario, seed: int) -> None:
-        self.scene = scene_of(data)
-        self.assembly = a = assemble(self.scene)
+        self.scenario = scenario_of(data)
+        self.assembly = a = assemble(self.scenario)
         self.t = 0.025 * (seed + 1) + 1e-5  # the prescribed speed is near zero
         self.state = disturbed(a, seed)
         self.rate = np.full_like(self.state, np.nan)
@@ -107,24 +107,24 @@ class Both:
 
     def _reference(self) -> Accelerations:
         a, length = self.assembly, self.assembly.laws.chain.length
-        belt = reference(self.scene, length, a.laws.exact.tau if a.laws.exact else 1e-5)
+        belt = reference(self.scenario, length, a.laws.exact.tau if a.laws.exact else 1e-5)
         parts = self._kinematics()
         away = np.hypot(
             parts[0][:, None] - belt.centres[:, 0], parts[1][:, None] - belt.centres[:, 1]
         )
         near = np.argmin(away - belt.radii, axis=1)
-        law = self.scene.effects.belt_friction
+        law = self.scenario.effects.belt_friction
         x, y = parts[0] - belt.centres[near, 0], parts[1] - belt.centres[near, 1]
         slip = belt.radii[near] * parts[7][near] - (parts[4] * x - parts[3] * y) / np.hypot(x, y)
-        mu = coefficients(self.scene, length, near, self.held, slip) if law else 0.0
+        mu = coefficients(self.scenario, length, near, self.held, slip) if law else 0.0
         return accelerations(belt, self.t, *parts, mu=mu, h=STEP)
 
     def _kinematics(self) -> list[Array]:
         """Return the motion at the state, with the speeds that are prescribed."""
         parts = kinematics(self.state, self.assembly)
-        for j, name in enumerate(self.scene.mechanism.names):
-            if name in self.scene.drive and self.scene.drive[name].speed is not None:
-                parts[7][j] = course_of(self.scene.drive[name].speed)(self.t)
+        for j, name in enumerate(self.scenario.mechanism.names):
+            if name in self.scenario.drive and self.scenario.drive[name].speed is not None:
+                parts[7][j] = signal_from(self.scenario.drive[name].speed)(self.t)
         return parts
 
     def of_bodies(self, row: int) -> Array:
@@ -179,13 +179,13 @@ def test_all_effects_together(seed: int) -> None:
     assert_same(both, CLOSE_STUCK)
 
 
-def test_a_prescribed_speed_is_its_course() -> None:
+def test_a_prescribed_speed_is_its_channel() -> None:
     both = Both(trio(), 1)
-    course = course_of(both.scene.drive["driver"].speed)
+    channel = signal_from(both.scenario.drive["driver"].speed)
     table = both.assembly.pulleys.table
     # The sine of 2 rad and its derivative, in another order of operations.
-    assert table[SPEED, 0] == pytest.approx(course(both.t), rel=1e-14)
-    assert table[ALPHA, 0] == pytest.approx(course.slope(both.t), rel=1e-13)
+    assert table[SPEED, 0] == pytest.approx(channel(both.t), rel=1e-14)
+    assert table[ALPHA, 0] == pytest.approx(channel.slope(both.t), rel=1e-13)
     speeds = kinematics(both.rate, both.assembly)[6]
     assert np.array_equal(speeds, table[SPEED])
 
@@ -257,15 +257,15 @@ COURSES = {
 }
 
 
-def test_courses_are_those_of_the_scenario() -> None:
+def test_channels_are_those_of_the_scenario() -> None:
     tables = [
-        scene_of(pair(drive__driver={"torque": table})).drive["driver"].torque
+        scenario_of(pair(drive__driver={"torque": table})).drive["driver"].torque
         for table in COURSES.values()
     ]
     pieces = pieces_of([pieces_in_time(table) for table in tables])
     for j, table in enumerate(tables):
-        course = course_of(table)
+        channel = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(pieces, j, t) == pytest.approx(course(t), abs=1e-13)
-            assert slope(pieces, j, t) == pytest.approx(course.slope(t), abs=1e-11)
+            assert value(pieces, j, t) == pytest.approx(channel(t), abs=1e-13)
+            assert slope(pieces, j, t) == pytest.approx(channel.slope(t), abs=1e-11)

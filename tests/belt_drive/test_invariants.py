@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.simulation.simulate import Run
-from tests.support.belt_scenarios import Array, pair, scene_of, trio
+from tests.support.belt_scenarios import Array, pair, scenario_of, trio
 from tests.support.scenarios import Scenario, changed, simulate
 
 BACKENDS = ["rkf45", "moreau"]
@@ -34,11 +34,11 @@ def done(request: pytest.FixtureRequest) -> Run:
 
 
 def test_energies_add_up(done: Run) -> None:
-    energy = {name: course for name, course in done.courses.items() if name.startswith("energy")}
+    energy = {name: channel for name, channel in done.channels.items() if name.startswith("energy")}
     assert len(energy) == 5
-    change = {name: course - course[0] for name, course in energy.items()}
+    change = {name: channel - channel[0] for name, channel in energy.items()}
     residual = change.pop("energy_input") - sum(change.values())
-    largest = max(np.max(np.abs(course)) for course in change.values())
+    largest = max(np.max(np.abs(channel)) for channel in change.values())
     # Contacts open and close, and bodies stick, within a step, which no backend locates: 1e-3 in
     # the steps that moreau takes by itself, half of that in half of them.
     assert np.max(np.abs(residual)) <= 2e-3 * largest
@@ -52,13 +52,17 @@ def test_energies_add_up(done: Run) -> None:
 
 def limits(done: Run) -> Array:
     """Return mu_s N of each body in each sample."""
-    scene, normal = done.scene, done.courses["normal_force"]
-    belt, law, patch = scene.mechanism.belt, scene.effects.belt_friction, scene.effects.patch
+    scenario, normal = done.scenario, done.channels["normal_force"]
+    belt, law, patch = (
+        scenario.mechanism.belt,
+        scenario.effects.belt_friction,
+        scenario.effects.patch,
+    )
     mu = np.full(normal.shape, law.mu_s)
     for name, own in law.pulleys.items():
-        mu[done.courses["pulley_index"] == scene.mechanism.names.index(name)] = own.mu_s
+        mu[done.channels["pulley_index"] == scenario.mechanism.names.index(name)] = own.mu_s
     if patch is not None:
-        path = scene.mechanism.path().length  # the pretension stretches it by 2 per cent
+        path = scenario.mechanism.path().length  # the pretension stretches it by 2 per cent
         centre = (np.arange(belt.bodies) + 0.5) * path / belt.bodies / 1.02
         inside = (centre > patch.start + 0.02) & (centre < patch.end - 0.02)
         mu[:, inside] = patch.mu_s
@@ -66,26 +70,26 @@ def limits(done: Run) -> Array:
 
 
 def test_friction_never_exceeds_its_limit(done: Run) -> None:
-    friction, limit = done.courses["friction_force"], limits(done)
+    friction, limit = done.channels["friction_force"], limits(done)
     assert np.all(np.abs(friction) <= limit * (1.0 + 1e-12))
-    assert np.any(done.courses["sticking"] == 0.0)
-    assert np.any(done.courses["sticking"] == 1.0)
+    assert np.any(done.channels["sticking"] == 0.0)
+    assert np.any(done.channels["sticking"] == 1.0)
     assert done.checks["friction"].ok
 
 
 def test_friction_brakes_what_slides(done: Run) -> None:
     """Force on the body and rim less body have one sign, but for the tail of what sticks."""
-    friction, slip = done.courses["friction_force"], done.courses["slip_velocity"]
-    sliding = (done.courses["sticking"] == 0.0) & (np.abs(slip) > 1e-3)
+    friction, slip = done.channels["friction_force"], done.channels["slip_velocity"]
+    sliding = (done.channels["sticking"] == 0.0) & (np.abs(slip) > 1e-3)
     assert np.sum(sliding) > 50
     assert np.all(friction[sliding] * slip[sliding] >= 0.0)
 
 
 def test_bodies_apart_from_pulleys_feel_none(done: Run) -> None:
-    apart = done.courses["pulley_index"] < 0.0
+    apart = done.channels["pulley_index"] < 0.0
     assert np.any(apart)
     for name in ("normal_force", "friction_force", "slip_velocity", "sticking"):
-        assert np.all(done.courses[name][apart] == 0.0), name
+        assert np.all(done.channels[name][apart] == 0.0), name
 
 
 # --- rest ----------------------------------------------------------------------------------------
@@ -94,13 +98,13 @@ WAVE = 141.0  # m/s
 
 
 def undriven(data: Scenario) -> Scenario:
-    """Return a scene with the forms of its courses, so with its kernels, but all of them zero."""
+    """Return a scenario with the forms of its signals, so with its kernels, but all zero."""
     for table in data["drive"].values():
-        for course in table.values():
-            if "sine" in course:
-                course["sine"].update(mean=0.0, amplitude=0.0)
+        for channel in table.values():
+            if "sine" in channel:
+                channel["sine"].update(mean=0.0, amplitude=0.0)
             else:
-                course["value"] = [0.0, 0.0]
+                channel["value"] = [0.0, 0.0]
     return data
 
 
@@ -108,13 +112,13 @@ def undriven(data: Scenario) -> Scenario:
 @pytest.mark.parametrize("data", [undriven(pair()), undriven(trio())], ids=["pair", "trio"])
 def test_at_rest_nothing_moves(backend: str, data: Scenario) -> None:
     done = on(backend, changed(data, output__interval=5e-3))
-    radius = scene_of(data).mechanism.pulleys[0].radius
+    radius = scenario_of(data).mechanism.pulleys[0].radius
     # At rest forces of 1e-9 of the tension are left: they move it by so much of a stretch.
-    assert np.max(np.abs(done.courses["pulley_speed"])) * radius <= 1e-9 * WAVE
+    assert np.max(np.abs(done.channels["pulley_speed"])) * radius <= 1e-9 * WAVE
     for name in ("x", "y"):
-        moved = done.courses[name] - done.courses[name][0]
+        moved = done.channels[name] - done.channels[name][0]
         assert np.max(np.abs(moved)) <= 1e-9 * 0.02
-    assert np.max(done.courses["energy_kinetic"]) <= 0.5 * 0.5 * (1e-9 * WAVE) ** 2
+    assert np.max(done.channels["energy_kinetic"]) <= 0.5 * 0.5 * (1e-9 * WAVE) ** 2
 
 
 # The torque comes on in many periods of the swing, 0.012 s; bending is what stills the spans.
@@ -134,17 +138,17 @@ def test_what_friction_holds_does_not_creep(backend: str) -> None:
     """8 N m of the 23 N m at which the driver would slip: it swings, comes to rest and stays."""
     done = on(backend, HELD)
     late = done.time > 1.8
-    angle = done.courses["pulley_angle"][late, 0]
+    angle = done.channels["pulley_angle"][late, 0]
     # What is left of the swing after 1.5 s; a regularised law would creep on by a part of its
     # transition speed: by 1e-6 m/s, for 0.2 s, over the radius, that is 2.5e-6 rad.
     assert np.ptp(angle) <= 1e-8
     assert abs(angle[-1]) > 1e-2
-    sticking, pulley = done.courses["sticking"][late], done.courses["pulley_index"][late]
+    sticking, pulley = done.channels["sticking"][late], done.channels["pulley_index"][late]
     assert np.array_equal(sticking == 1.0, pulley >= 0.0)
     # Roundings of the speed of a rim that swings with 1e-7 m/s, and of the sine of its angle.
-    assert np.max(np.abs(done.courses["slip_velocity"][late])) <= 1e-15
+    assert np.max(np.abs(done.channels["slip_velocity"][late])) <= 1e-15
     # What the torque pulls with is what friction passes on.
-    friction = done.courses["friction_force"][-1] * (pulley[-1] == 0.0)
+    friction = done.channels["friction_force"][-1] * (pulley[-1] == 0.0)
     assert np.sum(friction) * 0.08 == pytest.approx(-8.0, rel=1e-6)
 
 
@@ -152,9 +156,9 @@ def test_what_friction_holds_does_not_creep(backend: str) -> None:
 def test_slip_of_what_sticks(backend: str) -> None:
     """In midpoint steps it is rounding; else bodies are caught in a capture time of 1e-5 s."""
     done = on(backend, pair())
-    stuck = done.courses["sticking"] == 1.0
-    slip = np.abs(done.courses["slip_velocity"])
-    rim = 0.08 * np.max(np.abs(done.courses["pulley_speed"]))
+    stuck = done.channels["sticking"] == 1.0
+    slip = np.abs(done.channels["slip_velocity"])
+    rim = 0.08 * np.max(np.abs(done.channels["pulley_speed"]))
     assert rim > 0.5
     if backend == "moreau":
         assert np.max(slip[stuck]) <= 1e-14 * rim
@@ -168,7 +172,7 @@ def test_slip_of_what_sticks(backend: str) -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_without_friction_nothing_is_transmitted(backend: str) -> None:
     done = on(backend, pair(effects__belt_friction={"mu_s": 0.0, "mu_k": 0.0}))
-    speed = done.courses["pulley_speed"]
+    speed = done.channels["pulley_speed"]
     assert np.all(speed[:, 1] == 0.0)
     # Torque over inertia: -5 N m over 2e-3 kg m^2, in full after 0.02 s, where no step of a fixed
     # length ends: (h/0.05 s)^2 is 1e-5.
@@ -179,7 +183,7 @@ def test_without_friction_nothing_is_transmitted(backend: str) -> None:
 
 
 def mirrored(data: Scenario) -> Scenario:
-    """Return a scene turned over about the y axis, which gravity bears, its pulleys in order.
+    """Return a scenario turned over about the y axis, which gravity bears, its pulleys in order.
 
     What ran round counter-clockwise runs round clockwise: so do torques and speeds.
     """
@@ -205,7 +209,7 @@ def test_a_mirror_image_moves_as_a_mirror_image(backend: str) -> None:
     here, there = on(backend, data), on(backend, mirrored(data))
     for names, sign in ((ODD, -1.0), (EVEN, 1.0)):
         for name in names:
-            found, expected = sign * there.courses[name], here.courses[name]
+            found, expected = sign * there.channels[name], here.channels[name]
             size = np.max(np.abs(expected))
             # The rest positions are found to 1e-9 of a tension; where bodies come to stick a step
             # of a chosen length amplifies that to the size of its tolerance, 1e-4 of a velocity,
@@ -222,20 +226,20 @@ def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> 
     data = changed(data, solver={"duration": 0.03, **solver})
     coarse, fine = (simulate(changed(data, output__interval=dt)) for dt in (0.015, 1.7e-4))
     assert coarse.counts[:3] == fine.counts[:3]
-    for name, course in coarse.courses.items():
-        assert np.array_equal(course[-1], fine.courses[name][-1]), name
+    for name, channel in coarse.channels.items():
+        assert np.array_equal(channel[-1], fine.channels[name][-1]), name
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_channels_change_neither_figures_nor_audit(backend: str) -> None:
     everything = on(backend, pair())
     few = on(backend, pair(output__channels=["tension", "pulley_speed"]))
-    assert set(few.courses) == {"tension", "pulley_speed"}
+    assert set(few.channels) == {"tension", "pulley_speed"}
     assert few.quantities == everything.quantities
     assert few.checks == everything.checks
     assert few.counts[:4] == everything.counts[:4]
-    for name, course in few.courses.items():
-        assert np.array_equal(course, everything.courses[name])
+    for name, channel in few.channels.items():
+        assert np.array_equal(channel, everything.channels[name])
 
 
 # --- dampers at the default step -----------------------------------------------------------------

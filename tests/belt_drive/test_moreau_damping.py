@@ -45,7 +45,7 @@ from tests.support.belt_scenarios import (
     orders,
     pair,
     reference,
-    scene_of,
+    scenario_of,
     shipped,
     stepped,
 )
@@ -75,8 +75,8 @@ COEFFICIENT = 500.0
 
 def strike(share_stuck: float, seed: int) -> Strike:
     """Return a random step in which a share of the bodies stick and the others slide."""
-    scene = scene_of(pair())
-    a = assemble(scene)
+    scenario = scenario_of(pair())
+    a = assemble(scenario)
     random = np.random.default_rng(seed)
     width, n = a.room.shape[1], a.laws.chain.bodies
     before = motion_in(a.state, a.room).copy()
@@ -99,7 +99,7 @@ def strike(share_stuck: float, seed: int) -> Strike:
     # Beyond what holds them, and too little to stop them: the guess who sticks is right.
     for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
         table[limit, :count] = np.where(table[STUCK, :count] > 0.0, 1e9, 1e-9 * filled)
-    belt = reference(scene, a.laws.chain.length)
+    belt = reference(scenario, a.laws.chain.length)
     return Strike(a, belt, before, after, speeds, stiff_damping(COEFFICIENT, width, 2))
 
 
@@ -282,7 +282,7 @@ def test_the_tension_has_the_share_of_implicit_dampers() -> None:
         for backend in ("rkf45", "moreau")
     )
     # The belt is being stretched: its springs have 565.6 N of 565.7 N. The two are 1e-5 apart.
-    found, expected = (done.courses["tension"][-1, :6] for done in (moreau, rkf45))
+    found, expected = (done.channels["tension"][-1, :6] for done in (moreau, rkf45))
     assert found == pytest.approx(expected, rel=2e-5)
 
 
@@ -300,8 +300,8 @@ def hardly_moving() -> Run:
 
 def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: Run) -> None:
     assert hardly_moving.status == "done"
-    assert np.max(hardly_moving.courses["tension"]) < 500.0
-    assert np.max(np.abs(hardly_moving.courses["pulley_speed"])) < 50.0
+    assert np.max(hardly_moving.channels["tension"]) < 500.0
+    assert np.max(np.abs(hardly_moving.channels["pulley_speed"])) < 50.0
 
 
 def test_its_energies_add_up(hardly_moving: Run) -> None:

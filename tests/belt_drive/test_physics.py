@@ -12,7 +12,15 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import deal_slots
 from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, rates
 from frictionsim.mechanisms.belt_drive.stability_limits import fastest
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from tests.support.belt_scenarios import NO_FRICTION, Array, kick, pair, scene_of, shipped, stepped
+from tests.support.belt_scenarios import (
+    NO_FRICTION,
+    Array,
+    kick,
+    pair,
+    scenario_of,
+    shipped,
+    stepped,
+)
 from tests.support.scenarios import Scenario, changed, simulate
 
 # --- capstan -------------------------------------------------------------------------------------
@@ -31,12 +39,12 @@ def test_a_belt_that_slips_has_the_ratio_of_the_capstan() -> None:
     )
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values())
-    figures = {name: figure.value for name, figure in done.quantities.items()}
+    quantities = {name: quantity.value for name, quantity in done.quantities.items()}
     # The driver runs away from a belt that keeps the speed at which the load balances friction.
-    assert figures["drive_speed"] < -4000.0
-    assert figures["arc_stick_driver"] == 0.0
-    assert figures["driven_speed"] == pytest.approx(-22.4, abs=0.3)
-    ratio = figures["tension_tight"] / figures["tension_slack"]
+    assert quantities["drive_speed"] < -4000.0
+    assert quantities["arc_stick_driver"] == 0.0
+    assert quantities["driven_speed"] == pytest.approx(-22.4, abs=0.3)
+    ratio = quantities["tension_tight"] / quantities["tension_slack"]
     # The eleven bodies of an arc meet it at 17 degrees: its ends lie up to half of that inside.
     assert ratio == pytest.approx(exp(0.3 * pi), rel=0.015)
 
@@ -99,7 +107,7 @@ BELTS = {
 
 @pytest.mark.parametrize("name", BELTS)
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
-    assembly = assemble(scene_of(BELTS[name]))
+    assembly = assemble(scenario_of(BELTS[name]))
     found, _ = fastest(assembly.laws, assembly.rest)
     highest = np.max(eigenfrequencies(assembly))
     # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
@@ -119,7 +127,7 @@ def energy_at(step: float) -> float:
 
 
 def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPatch) -> None:
-    assembly = assemble(scene_of(BELTS["pair"]))
+    assembly = assemble(scenario_of(BELTS["pair"]))
     highest = float(np.max(eigenfrequencies(assembly)))
     limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
     assert limit <= 2.0 / highest
@@ -131,7 +139,7 @@ def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("share", [0.98, 1.02])
 def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None:
-    assembly = assemble(scene_of(pair()))
+    assembly = assemble(scenario_of(pair()))
     limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
     data = pair(solver={"backend": "moreau", "step": share * limit, "duration": 0.01})
     if share < 1.0:
@@ -172,13 +180,13 @@ def test_published_laws_creep_where_exact_stick_holds(law: str) -> None:
     exact = simulate(of_law(law="set-valued", transition_speed=None))
     assert done.status == exact.status == "done"
     assert all(check.ok for check in done.checks.values())
-    touching = done.courses["pulley_index"][1:] >= 0.0
-    friction = np.abs(done.courses["friction_force"][1:][touching])
-    assert np.all(friction <= 0.6 * done.courses["normal_force"][1:][touching] * (1.0 + 1e-12))
-    slip = np.abs(done.courses["slip_velocity"][1:][touching])
+    touching = done.channels["pulley_index"][1:] >= 0.0
+    friction = np.abs(done.channels["friction_force"][1:][touching])
+    assert np.all(friction <= 0.6 * done.channels["normal_force"][1:][touching] * (1.0 + 1e-12))
+    slip = np.abs(done.channels["slip_velocity"][1:][touching])
     assert np.all(slip[friction > 1.0] > 1e-5)
     # Both give the pulleys nearly the same motion: what creeps is slow against the belt's 0.4 m/s.
-    found, expected = (run.courses["pulley_speed"][-1, 0] for run in (done, exact))
+    found, expected = (run.channels["pulley_speed"][-1, 0] for run in (done, exact))
     assert found == pytest.approx(expected, rel=0.1)
 
 
@@ -190,13 +198,13 @@ def test_the_creep_law_depends_on_the_step_and_the_regularised_does_not() -> Non
         done = simulate(
             changed(of_law(law=law, transition_speed=0.1, **laws[law]), solver__max_step=step)
         )
-        touching = done.courses["normal_force"][-1] > 1.0
-        slips[law, step] = np.mean(np.abs(done.courses["slip_velocity"][-1][touching]))
+        touching = done.channels["normal_force"][-1] > 1.0
+        slips[law, step] = np.mean(np.abs(done.channels["slip_velocity"][-1][touching]))
     assert slips["regularised", 5e-6] == pytest.approx(slips["regularised", 2e-5], rel=1e-3)
     # The torque is the same: with a quarter of the creep it takes more slip to pass it on.
     assert slips["creep", 5e-6] > 1.05 * slips["creep", 2e-5]
 
 
 def test_a_creep_law_is_told_of_in_a_remark() -> None:
-    scene = scene_of(of_law(law="creep", maximum_creep=1e-4))
-    assert any("depends on the steps of the solver" in remark for remark in scene.warnings())
+    scenario = scenario_of(of_law(law="creep", maximum_creep=1e-4))
+    assert any("depends on the steps of the solver" in warning for warning in scenario.warnings())

@@ -1,4 +1,4 @@
-"""Every figure of a belt's summary against an independent reader, over drawn drives."""
+"""Every quantity of a belt's summary against an independent reader, over drawn drives."""
 
 import tomllib
 from math import asin, atan2, cos, hypot, pi, sin
@@ -133,17 +133,17 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[Run, Rec
     """Run a drive; one whose pulleys overlap, or leave no way for a belt, is not drawn."""
     data["solver"]["duration"], data["output"] = duration, {"interval": interval}
     try:
-        scene = validate(data, SCENARIOS)
+        scenario = validate(data, SCENARIOS)
     except ScenarioFaults:
         assume(False)
-    done = run(scene, lambda t: None)
+    done = run(scenario, lambda t: None)
     assert done.status == "done", done.reason
-    scenario = tomllib.loads(resolved_toml(scene))
-    return done, Record(scenario, done.time, dict(done.courses), [])
+    scenario = tomllib.loads(resolved_toml(scenario))
+    return done, Record(scenario, done.time, dict(done.channels), [])
 
 
 def disagreements(done: Run, seen: dict[str, Seen]) -> dict[str, Any]:
-    """Return the figures that the reader does not find; it must know each, and no other."""
+    """Return the quantities that the reader does not find; it must know each, and no other."""
     assert done.quantities.keys() == seen.keys()
     found = done.quantities.items()
     return {n: (q.value, seen[n]) for n, q in found if not seen[n].agrees(q.value)}
@@ -217,12 +217,12 @@ def test_the_spans_of_the_shipped_tensioner() -> None:
     assert np.max(torque_misfits(record)) < TORQUE_BALANCE
 
 
-def tensions(figures: dict[str, Any]) -> dict[str, Any]:
-    """Return those figures that samples of a millisecond are fine enough for."""
-    return {name: figure for name, figure in figures.items() if name.startswith("tension")}
+def tensions(quantities: dict[str, Any]) -> dict[str, Any]:
+    """Return those quantities that samples of a millisecond are fine enough for."""
+    return {name: quantity for name, quantity in quantities.items() if name.startswith("tension")}
 
 
 def is_steady(record: Record) -> bool:
     """Return whether no pulley changes its speed by a tenth of the largest in the last fifth."""
-    speeds = last(record).courses["pulley_speed"]
+    speeds = last(record).channels["pulley_speed"]
     return bool(np.max(np.abs(speeds[-1] - speeds[0])) < STEADY * np.max(np.abs(speeds)))

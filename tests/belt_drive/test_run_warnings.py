@@ -15,12 +15,12 @@ LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
 
 def full_slip(done: Run, name: str) -> float:
     """Return the share of samples in which all bodies on a pulley slide with all their friction."""
-    c, scene = done.courses, done.scene.model_dump(by_alias=True)
-    law, patch = scene["effects"]["belt_friction"], scene["effects"]["patch"]
+    c, scenario = done.channels, done.scenario.model_dump(by_alias=True)
+    law, patch = scenario["effects"]["belt_friction"], scenario["effects"]["patch"]
     j = done.axes["pulley"].index(name)
     mu_k = np.full(c["x"].shape[1], law["pulleys"].get(name, law)["mu_k"])
     if patch is not None:
-        belt = scene["mechanism"]["belt"]
+        belt = scenario["mechanism"]["belt"]
         stretched = np.hypot(np.diff(c["x"][0]), np.diff(c["y"][0])).mean()
         length = stretched / (1.0 + belt["pretension"] / belt["axial_rigidity"])
         at = (np.arange(len(mu_k)) + 0.5) * length
@@ -142,7 +142,7 @@ def test_energy_that_the_steps_put_in_is_told_of() -> None:
         output__interval=1e-3,
     )
     done = simulate(data)
-    c = done.courses
+    c = done.channels
     gained = {n: c[n][-1] - c[n][0] for n in c if n.startswith("energy")}
     created = sum(gained.values()) - 2.0 * gained["energy_input"]
     assert created > 0.01 * c["energy_potential"][0]
@@ -157,7 +157,7 @@ def test_a_span_without_tension_is_told_of(pretension: float) -> None:
         mechanism__belt__pretension=pretension,
     )
     done = simulate(data)
-    c = done.courses
+    c = done.channels
     spans = np.array([walked(*row, 2) for row in zip(c["tension"], c["pulley_index"], strict=True)])
     for i, (a, b) in enumerate((("driver", "driven"), ("driven", "driver"))):
         slack = bool(np.any(spans[:, i] < 0.01 * pretension))

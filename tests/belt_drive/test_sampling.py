@@ -1,4 +1,4 @@
-"""Result files, figures and states of belts."""
+"""Result files, quantities and states of belts."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ import xarray
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5
 from frictionsim.simulation.simulate import Run
-from tests.support.belt_scenarios import pair, scene_of, trio
+from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import Scenario, simulate
 
 OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
@@ -48,7 +48,7 @@ def test_channels_and_their_axes(done: Run, result: Path) -> None:
             assert dataset.shape == tuple(sizes[axis] for axis in axes), name
             assert dataset.dtype == np.float64
             assert {"units", "long_name"} <= set(dataset.attrs)
-            assert np.array_equal(dataset[()], done.courses[name])
+            assert np.array_equal(dataset[()], done.channels[name])
             assert np.all(np.isfinite(dataset[()])), name
             scales = [dimension[0].name for dimension in dataset.dims]
             assert scales == [f"/{axis}" for axis in axes]
@@ -75,8 +75,8 @@ def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
         assert set(file) == {"time", "body", "sticking", "energy_input", "events"}
 
 
-def test_what_the_courses_mean(done: Run) -> None:
-    c = done.courses
+def test_what_the_channels_mean(done: Run) -> None:
+    c = done.channels
     assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
     assert set(np.unique(c["sticking"])) == {0.0, 1.0}
     assert np.all(c["normal_force"] >= 0.0)
@@ -84,7 +84,7 @@ def test_what_the_courses_mean(done: Run) -> None:
     # The prescribed speed is that of the scenario: 8 rad/s, 20 Hz.
     speed = 8.0 * np.sin(40.0 * np.pi * done.time)
     # Between two fixed steps a sample is interpolated: 1.3e5 rad/s^3 at most, by h^2/8 at 8e-5 s.
-    close = 1e-12 if done.scene.solver.backend == "rkf45" else 2e-4
+    close = 1e-12 if done.scenario.solver.backend == "rkf45" else 2e-4
     assert c["pulley_speed"][:, 0] == pytest.approx(speed, abs=close)
     # Bodies are one length and one stretch of a joint apart.
     apart = np.hypot(np.diff(c["x"], axis=1), np.diff(c["y"], axis=1))
@@ -94,9 +94,9 @@ def test_what_the_courses_mean(done: Run) -> None:
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
 def test_the_first_sample_is_the_belt_at_rest(backend: str) -> None:
     done = simulate(pair(solver__backend=backend, solver__duration=5e-3))
-    tension = done.courses["tension"][0]
+    tension = done.channels["tension"][0]
     assert np.mean(tension) == pytest.approx(200.0, rel=1e-6)
-    assert np.any(done.courses["normal_force"][0] > 10.0)
+    assert np.any(done.channels["normal_force"][0] > 10.0)
     assert done.quantities["pretension"].value == pytest.approx(200.0, rel=1e-6)
 
 
@@ -123,33 +123,33 @@ def test_figures_of_the_summary() -> None:
         value = done.quantities[name]
         assert value.unit == unit, name
         assert np.isfinite(value.value), name
-    figures = {name: value.value for name, value in done.quantities.items()}
-    assert figures["tension_tight"] == max(
-        figures["tension_driver_to_driven"], figures["tension_driven_to_driver"]
+    quantities = {name: value.value for name, value in done.quantities.items()}
+    assert quantities["tension_tight"] == max(
+        quantities["tension_driver_to_driven"], quantities["tension_driven_to_driver"]
     )
-    assert figures["drive_speed"] < figures["driven_speed"] < 0.0
-    rim = figures["driven_speed"] / figures["drive_speed"]
-    assert figures["slip_percent"] == pytest.approx(100.0 * (1.0 - rim))
+    assert quantities["drive_speed"] < quantities["driven_speed"] < 0.0
+    rim = quantities["driven_speed"] / quantities["drive_speed"]
+    assert quantities["slip_percent"] == pytest.approx(100.0 * (1.0 - rim))
     last = done.time > 0.0395  # the last fifth, by the trapezoidal rule
-    time, speed = done.time[last], done.courses["pulley_speed"][last]
+    time, speed = done.time[last], done.channels["pulley_speed"][last]
     way = np.diff(time) @ (0.5 * (speed[1:] + speed[:-1]))
     speeds = way / (time[-1] - time[0])
-    assert speeds == pytest.approx([figures["drive_speed"], figures["driven_speed"]])
+    assert speeds == pytest.approx([quantities["drive_speed"], quantities["driven_speed"]])
     # Bodies of 0.52 rad, six or seven of them.
-    assert figures["arc_contact_driver"] == pytest.approx(np.pi, abs=0.6)
+    assert quantities["arc_contact_driver"] == pytest.approx(np.pi, abs=0.6)
 
 
 def test_spans_have_their_tension() -> None:
     done = simulate(pair())
-    x, y = done.courses["x"][-1], done.courses["y"][-1]
-    tension = done.courses["tension"][-1]
+    x, y = done.channels["x"][-1], done.channels["y"][-1]
+    tension = done.channels["tension"][-1]
     upper = np.mean(tension[(np.abs(x - 0.125) < 0.06) & (y > 0.0)])
     lower = np.mean(tension[(np.abs(x - 0.125) < 0.06) & (y < 0.0)])
     # A clockwise torque on the driver pulls the belt in along the bottom.
     assert lower - upper > 20.0
-    figures = done.quantities
+    quantities = done.quantities
     first, second = (
-        figures[f"tension_{name}"].value for name in ("driver_to_driven", "driven_to_driver")
+        quantities[f"tension_{name}"].value for name in ("driver_to_driven", "driven_to_driver")
     )
     # Counter-clockwise the belt leaves the driver at its bottom. Means over a fifth of the run.
     assert first == pytest.approx(lower, rel=0.1)
@@ -191,7 +191,7 @@ def test_states_are_those_of_the_effects(name: str) -> None:
     from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
 
     data, states = STATES[name]
-    simulation = BeltDrive(scene_of(data))
+    simulation = BeltDrive(scenario_of(data))
     assert simulation.states == states
     assert simulation.effects == tuple(effect for effect in EFFECTS if effect in data["effects"])
 
@@ -211,16 +211,16 @@ def test_static_prints_the_rest_position(
     path = write(tmp_path, pair())
     assert run_command_line(["static", str(path), "--json"]) == 0
     quantities = json.loads(capsys.readouterr().out)["quantities"]
-    figures = {name: entry["value"] for name, entry in quantities.items()}
-    assert figures["pretension"] == pytest.approx(200.0, rel=1e-7)
-    assert figures["residual_force"] <= 1e-7 * 200.0
+    quantities = {name: entry["value"] for name, entry in quantities.items()}
+    assert quantities["pretension"] == pytest.approx(200.0, rel=1e-7)
+    assert quantities["residual_force"] <= 1e-7 * 200.0
     assert quantities["residual_force"]["unit"] == "N"
-    assert figures["arc_driver"] == pytest.approx(np.pi)
-    assert figures["capstan_ratio_driver"] == pytest.approx(np.exp(0.6 * np.pi))
-    assert figures["path_length"] == pytest.approx(0.5 + 0.16 * np.pi)
-    assert figures["belt_length"] == pytest.approx(24 * figures["body_length"])
+    assert quantities["arc_driver"] == pytest.approx(np.pi)
+    assert quantities["capstan_ratio_driver"] == pytest.approx(np.exp(0.6 * np.pi))
+    assert quantities["path_length"] == pytest.approx(0.5 + 0.16 * np.pi)
+    assert quantities["belt_length"] == pytest.approx(24 * quantities["body_length"])
     # Two spans of 200 N; bodies bend on to their pulleys a little before the ideal line.
-    assert figures["shaft_load_driven"] == pytest.approx(400.0, rel=0.02)
+    assert quantities["shaft_load_driven"] == pytest.approx(400.0, rel=0.02)
     assert run_command_line(["static", str(path)]) == 0
     assert "residual" in capsys.readouterr().out
 

@@ -10,7 +10,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.loading import ScenarioFaults, load, resolved_toml
-from tests.support.belt_scenarios import pair, scene_of, trio
+from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import SCENARIOS, Scenario
 
 
@@ -178,7 +178,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
 def test_a_fault_is_refused_with_its_key(name: str) -> None:
     data, key, message = FAULTS[name]
     with pytest.raises(ScenarioFaults) as caught:
-        scene_of(data)
+        scenario_of(data)
     faults = {".".join(map(str, path)): text for path, text in caught.value.faults}
     assert message in faults[key]
 
@@ -214,7 +214,7 @@ def test_one_pulley_is_no_drive() -> None:
     data = pair()
     del data["mechanism"]["pulleys"][1], data["drive"]["driven"]
     with pytest.raises(ScenarioFaults) as caught:
-        scene_of(data)
+        scenario_of(data)
     assert [path for path, _ in caught.value.faults] == [("mechanism", "pulleys")]
 
 
@@ -251,9 +251,9 @@ def test_what_a_result_holds_of_its_scenario_is_that_scenario(
     data: Scenario, tmp_path: Path
 ) -> None:
     path = tmp_path / "again.toml"
-    path.write_text(resolved_toml(scene_of(data)))
+    path.write_text(resolved_toml(scenario_of(data)))
     again = load(path)
-    assert again == scene_of(data | {"output": {"interval": 1e-3}})
+    assert again == scenario_of(data | {"output": {"interval": 1e-3}})
 
 
 @pytest.mark.parametrize("path", sorted(SCENARIOS.glob("belt*.toml")), ids=lambda p: p.stem)

@@ -62,7 +62,7 @@ def tensioner() -> Run:
 
 def seen_of(done: Run, spans: Array) -> dict[str, Array]:
     """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
-    c = done.courses
+    c = done.channels
     pulleys = c["pulley_speed"].shape[1]
     vx, vy = (np.gradient(c[name], done.time, axis=0) for name in ("x", "y"))
     along = vx * np.cos(c["angle"]) + vy * np.sin(c["angle"])
@@ -84,12 +84,12 @@ def seen_of(done: Run, spans: Array) -> dict[str, Array]:
 
 def nearest_line_tensions(done: Run) -> Array:
     """Return what stood in summaries once: means of the joints next to the infinite line."""
-    spans = done.scene.mechanism.path().spans  # type: ignore[attr-defined]
+    spans = done.scenario.mechanism.path().spans  # type: ignore[attr-defined]
     starts = np.array([s.start for s in spans])
     ways = np.array([s.end for s in spans]) - starts
     lengths = np.hypot(*ways.T)
     found = []
-    for x, y, tension in zip(*(done.courses[n] for n in ("x", "y", "tension")), strict=True):
+    for x, y, tension in zip(*(done.channels[n] for n in ("x", "y", "tension")), strict=True):
         dx, dy = x - starts[:, :1], y - starts[:, 1:]
         share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
         off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
@@ -100,28 +100,28 @@ def nearest_line_tensions(done: Run) -> Array:
 
 
 def test_the_balance_of_torques_catches_wrong_spans(tensioner: Run) -> None:
-    scene: Any = tensioner.scene
-    assembly = assemble(scene)
-    pulleys = len(scene.mechanism.pulleys)
-    c = tensioner.courses
+    scenario: Any = tensioner.scenario
+    assembly = assemble(scenario)
+    pulleys = len(scenario.mechanism.pulleys)
+    c = tensioner.channels
     right = np.array(
         [span_tensions(*row, pulleys) for row in zip(c["tension"], c["pulley_index"], strict=True)]
     )
-    check = torque_balance(scene, assembly, tensioner.time, seen_of(tensioner, right))
+    check = torque_balance(scenario, assembly, tensioner.time, seen_of(tensioner, right))
     assert check.ok
     wrong = nearest_line_tensions(tensioner)
     assert np.mean(wrong[-100:], axis=0).max() == pytest.approx(309.0, abs=1.0)
-    check = torque_balance(scene, assembly, tensioner.time, seen_of(tensioner, wrong))
+    check = torque_balance(scenario, assembly, tensioner.time, seen_of(tensioner, wrong))
     assert not check.ok
     assert check.value > 5.0 * check.limit
 
 
 def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: Run) -> None:
-    scene: Any = tensioner.scene
+    scenario: Any = tensioner.scenario
     spans = np.tile([300.0, 200.0, 250.0, 280.0], (len(tensioner.time), 1))
-    seen = seen_of(tensioner, spans[:, : len(scene.mechanism.pulleys)])
+    seen = seen_of(tensioner, spans[:, : len(scenario.mechanism.pulleys)])
     seen["_friction"] = 0.9 * seen["_friction"]
-    assert not torque_balance(scene, assemble(scene), tensioner.time, seen).ok
+    assert not torque_balance(scenario, assemble(scenario), tensioner.time, seen).ok
 
 
 def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Run) -> None:

@@ -21,7 +21,7 @@ def toml(value: Any) -> str:
 
 def belt(backend: str, torque: Any, mu_k: float, *overrides: str) -> Run:
     """Run the shipped belt for 50 ms; its static friction could carry 27 N m at its start."""
-    scene = load(
+    scenario = load(
         SCENARIOS / "belt_drive.toml",
         [
             f"drive.driver.torque={toml(torque)}",
@@ -32,7 +32,7 @@ def belt(backend: str, torque: Any, mu_k: float, *overrides: str) -> Run:
         ],
         backend,
     )
-    done = run(scene, lambda t: None)
+    done = run(scenario, lambda t: None)
     assert (done.status, done.reason) == ("done", "")
     assert {name: check for name, check in done.checks.items() if not check.ok} == {}
     return done
@@ -47,16 +47,18 @@ def test_a_belt_at_rest_holds_what_static_friction_can(
     done, gripping = (belt(backend, torque, mu) for mu in (mu_k, 1.0))
     # Where nothing slides the kinetic coefficient does not matter: what differs are the few bodies
     # that enter and leave an arc. Without any stick the driver came to -750 rad/s.
-    speeds = (of.courses["pulley_speed"] for of in (done, gripping))
+    speeds = (of.channels["pulley_speed"] for of in (done, gripping))
     assert np.max(np.abs(np.subtract(*speeds))) < 0.7
-    touching = done.courses["pulley_index"] >= 0
-    assert np.mean(done.courses["sticking"][touching]) > 0.9
+    touching = done.channels["pulley_index"] >= 0
+    assert np.mean(done.channels["sticking"][touching]) > 0.9
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_everybody_on_a_pulley_sticks_at_the_start(backend: str) -> None:
     done = belt(backend, STEP, 0.0, "solver.duration=1e-4", "output.interval=1e-4")
-    assert np.array_equal(done.courses["sticking"][0] == 1.0, done.courses["pulley_index"][0] >= 0)
+    assert np.array_equal(
+        done.channels["sticking"][0] == 1.0, done.channels["pulley_index"][0] >= 0
+    )
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -71,7 +73,7 @@ def test_a_pulley_that_turns_at_the_start_slides(backend: str) -> None:
         "solver.duration=1e-4",
         "output.interval=1e-5",
     )
-    on = done.courses["pulley_index"][1] == 0
-    friction, normal = (done.courses[n][1][on] for n in ("friction_force", "normal_force"))
-    assert np.all(done.courses["sticking"][1][on] == 0.0)
+    on = done.channels["pulley_index"][1] == 0
+    friction, normal = (done.channels[n][1][on] for n in ("friction_force", "normal_force"))
+    assert np.all(done.channels["sticking"][1][on] == 0.0)
     assert friction == pytest.approx(0.1 * normal, rel=1e-9)

@@ -17,7 +17,7 @@ from tests.support.belt_scenarios import (
     orders,
     pair,
     reference,
-    scene_of,
+    scenario_of,
     shipped,
     stepped,
 )
@@ -34,7 +34,7 @@ def test_a_short_way_is_that_of_the_reference() -> None:
     )
     end = stepped(data, kick(0.05))
     start = stepped({**data, "solver": {"duration": 1e-12}}, kick(0.05))
-    belt = reference(scene_of(data), end.assembly.laws.chain.length)
+    belt = reference(scenario_of(data), end.assembly.laws.chain.length)
     times = np.array([0.0, 1e-3])
     y0 = pack(*kinematics(start.state, start.assembly))
     expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
@@ -69,7 +69,7 @@ def both() -> dict[str, Run]:
 
 def spans(done: Run) -> Array:
     """Return the tensions of the upper and the lower span at the end, in their middle."""
-    x, y, tension = (done.courses[name][-1] for name in ("x", "y", "tension"))
+    x, y, tension = (done.channels[name][-1] for name in ("x", "y", "tension"))
     middle = np.abs(x - 0.2575) < 0.1
     return np.array([np.mean(tension[middle & (side * y > 0.0)]) for side in (1.0, -1.0)])
 
@@ -81,7 +81,7 @@ def test_the_published_drive_at_full_torque(backend: str, both: dict[str, Run]) 
     assert all(check.ok for check in done.checks.values())
     # On these the two agree to six digits with steps ten times shorter.
     assert spans(done) == pytest.approx([266.525, 819.443], rel=1e-3)
-    assert done.courses["pulley_speed"][-1, 1] == pytest.approx(-25.0670, rel=1e-3)
+    assert done.channels["pulley_speed"][-1, 1] == pytest.approx(-25.0670, rel=1e-3)
 
 
 def test_backends_agree_on_span_tensions(both: dict[str, Run]) -> None:

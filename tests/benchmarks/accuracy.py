@@ -40,7 +40,7 @@ def main() -> None:
             print(f"{backend:10s} {run.status}: {run.reason}")
             continue
         stop = abs(run.transitions[1].time - RETURN_STICK[0])
-        angle = abs(run.courses["angle"][-1] - RETURN_STICK[1])
+        angle = abs(run.channels["angle"][-1] - RETURN_STICK[1])
         name, value = next(iter(setting.items()))
         print(
             f"{backend:10s} {name + f' {value:.0e}':>12s} {stop:9.1e} {angle:10.1e}"

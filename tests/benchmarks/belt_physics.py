@@ -65,8 +65,8 @@ def creep() -> None:
             without=("bending",),
         )
         late = result.time >= 1.5
-        speed = result.courses["pulley_speed"][late]
-        turned = np.ptp(result.courses["pulley_angle"][late], axis=0)
+        speed = result.channels["pulley_speed"][late]
+        turned = np.ptp(result.channels["pulley_angle"][late], axis=0)
         slip = 100.0 * (1.0 - turned[1] / turned[0])
         strain = (
             100.0 * (figure(result, "tension_tight") - figure(result, "tension_slack")) / 1.52e5

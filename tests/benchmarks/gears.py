@@ -190,7 +190,7 @@ def compared(data: dict[str, Any]) -> Found:
     if run.status != "done":
         raise ValueError(run.reason)
     return Found(
-        abs(float(run.courses["angle"][-1] - exact.angle)),
+        abs(float(run.channels["angle"][-1] - exact.angle)),
         abs(float(nudged.angle - exact.angle)) / NUDGE,
         float(exact.angle - start.angle) / (2 * pi),
     )

@@ -39,7 +39,7 @@ def pictures() -> None:
 
 
 def cost() -> None:
-    """Write what accuracy costs in each of the scenes: lines, CSV and diagram."""
+    """Write what accuracy costs in each of the scenarios: lines, CSV and diagram."""
     for name, options in COSTS.items():
         arguments = ("cost", f"scenarios/{name}.toml", *options)
         path = f"results/{name}_cost"

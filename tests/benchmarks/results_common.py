@@ -74,27 +74,27 @@ def solve(
     return run(validate(data, SCENARIOS), Budget(lambda t: None, max_wall))
 
 
-def figure_of(result: Run, name: str) -> float:
+def quantity_of(result: Run, name: str) -> float:
     """Return a figure of a run; nan where there is none."""
     found = result.quantities.get(name)
     return float("nan") if found is None or found.value is None else found.value
 
 
-def remark_on(found: Run) -> str:
+def warning_on(found: Run) -> str:
     """Return why a run failed, or what its self-audit found; nothing if all is well."""
     failed = failures(found.checks)
     return found.reason or (f"self-audit failed: {failed}" if failed else "")
 
 
-def spans(courses: Mapping[str, Any], which: Any) -> tuple[float, float]:
+def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
     """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
 
     The pulleys stand side by side, so that one of the spans is above the x axis. A joint is in a
     span if neither body beside it touches a pulley.
     """
-    free = courses["pulley_index"][which] < 0
+    free = channels["pulley_index"][which] < 0
     free &= np.roll(free, 1, axis=1)
-    tension, above = courses["tension"][which], courses["y"][which] > 0.0
+    tension, above = channels["tension"][which], channels["y"][which] > 0.0
     found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
     return max(found), min(found)
 

@@ -12,11 +12,11 @@ from tests.benchmarks.results_common import (
     INSTANT,
     WIDTH,
     Table,
-    figure_of,
-    remark_on,
+    quantity_of,
     save_picture,
     say,
     solve,
+    warning_on,
     write,
 )
 
@@ -30,7 +30,7 @@ LEAST = 1e-8  # m/s, of what is drawn
 HEADING = (
     *("run [s]", "law", "over [m/s]", "rtol", "slip [%]", "share that sticks"),
     *("median relative speed [m/s]", "driven speed [rad/s]", "error of the slip"),
-    *("wall time [s]", "steps", "rejected", "remark"),
+    *("wall time [s]", "steps", "rejected", "warning"),
 )
 MARKERS = ("o", "s", "^", "D", "v")
 
@@ -74,7 +74,7 @@ class Row(NamedTuple):
     wall: float
     steps: int
     rejected: int
-    remark: str
+    warning: str
 
 
 def laws(max_wall: float = MAX_WALL) -> None:
@@ -109,18 +109,18 @@ def _measure(case: Case, max_wall: float) -> Row:
     found = solve(case.base, *case.overrides, *times, max_wall=max_wall)
     done = found.status == "done"
     names = ("slip_percent", "stick_fraction", "driven_speed")
-    slip, share, driven = (figure_of(found, name) if done else float("nan") for name in names)
+    slip, share, driven = (quantity_of(found, name) if done else float("nan") for name in names)
     counts = found.counts
     relative = _relative_speed(found) if done else float("nan")
     work = counts.wall_seconds, counts.steps, counts.rejected
-    return Row(case, slip, share, relative, driven, *work, remark_on(found))
+    return Row(case, slip, share, relative, driven, *work, warning_on(found))
 
 
 def _relative_speed(found: Run) -> float:
     """Return the median speed, against its pulley, of the bodies that touch one, m/s."""
     late = found.time >= LATE * found.time[-1]
-    touching = found.courses["pulley_index"][late] >= 0
-    return float(np.median(np.abs(found.courses["slip_velocity"][late][touching])))
+    touching = found.channels["pulley_index"][late] >= 0
+    return float(np.median(np.abs(found.channels["slip_velocity"][late][touching])))
 
 
 def _reference(rows: list[Row], duration: float) -> Row:
@@ -137,7 +137,7 @@ def _cells(row: Row, reference: Row) -> tuple[Any, ...]:
     return (
         *(case.duration, case.law, case.speed, case.rtol, row.slip, row.share),
         *(row.relative_speed, row.driven_speed, _error(row, reference)),
-        *(row.wall, row.steps, row.rejected, row.remark),
+        *(row.wall, row.steps, row.rejected, row.warning),
     )
 
 

@@ -13,18 +13,18 @@ from tests.benchmarks.results_common import (
     INSTANT,
     WIDTH,
     Table,
-    remark_on,
     save_picture,
     say,
     solve,
     spans,
+    warning_on,
     write,
 )
 
 RECORDED = ("pulley_speed", "pulley_angle", "pulley_index", "sticking", "tension", "y")
 CHANNELS = f"output.channels=[{', '.join(map(repr, RECORDED))}]"
 HEADING = (
-    *("scene", "bending", "bodies", "tight span [N]", "slack span [N]", "slip [%]"),
+    *("scenario", "bending", "bodies", "tight span [N]", "slack span [N]", "slip [%]"),
     *(
         "where it sticks to the driver [N]",
         "slip over elastic creep",
@@ -33,7 +33,7 @@ HEADING = (
         "crossings [Hz]",
         "rms at crossings [rad/s]",
         "wall time [s]",
-        "remark",
+        "warning",
     ),
 )
 BODIES, DRIVEN, SCATTER, CROSSINGS, POLYGON, TIME = 2, 8, 9, 10, 11, 12
@@ -44,7 +44,7 @@ LITTLE = 0.01  # scatter over speed
 BAND = 0.1  # about the frequency of crossings, of it
 
 
-class Scene(NamedTuple):
+class BeltDriveScenario(NamedTuple):
     """A scenario, its meshes, how long it runs, and which pulley's speed scatters."""
 
     base: str
@@ -53,8 +53,8 @@ class Scene(NamedTuple):
     free: int
 
 
-DRIVE = Scene("belt_drive", (60, 90, 150, 300, 600, 1200), 3.0, 0)
-VERIFICATION = Scene("belt_verification", (30, 60, 120, 240), 2.1, 1)
+DRIVE = BeltDriveScenario("belt_drive", (60, 90, 150, 300, 600, 1200), 3.0, 0)
+VERIFICATION = BeltDriveScenario("belt_verification", (30, 60, 120, 240), 2.1, 1)
 MARKERS = ("o", "s", "^", "D")
 FAMILIES = ((DRIVE, True), (DRIVE, False), (VERIFICATION, True), (VERIFICATION, False))
 
@@ -62,8 +62,8 @@ FAMILIES = ((DRIVE, True), (DRIVE, False), (VERIFICATION, True), (VERIFICATION, 
 def mesh(scale: float = 1.0) -> None:
     """Measure, write the table and draw; runs are `scale` times as long."""
     families = [
-        [_measure(scene, bends, count, scale) for count in scene.bodies]
-        for scene, bends in FAMILIES
+        [_measure(scenario, bends, count, scale) for count in scenario.bodies]
+        for scenario, bends in FAMILIES
     ]
     rows = [row for family in families for row in family]
     above = [
@@ -84,32 +84,34 @@ def mesh(scale: float = 1.0) -> None:
     save_picture(_draw(families), "belt_mesh")
 
 
-def _measure(scene: Scene, bends: bool, count: int, scale: float) -> tuple[Any, ...]:
-    say(f"  {scene.base}, {count} bodies, {'with' if bends else 'without'} bending")
+def _measure(scenario: BeltDriveScenario, bends: bool, count: int, scale: float) -> tuple[Any, ...]:
+    say(f"  {scenario.base}, {count} bodies, {'with' if bends else 'without'} bending")
     settings = ("solver.backend=moreau", f"mechanism.belt.bodies={count}", CHANNELS)
     without = () if bends else ("bending",)
-    solve(scene.base, *settings, *INSTANT, without=without)
-    duration = f"solver.duration={scene.duration * scale}"
-    found = solve(scene.base, *settings, duration, f"output.interval={INTERVAL}", without=without)
+    solve(scenario.base, *settings, *INSTANT, without=without)
+    duration = f"solver.duration={scenario.duration * scale}"
+    found = solve(
+        scenario.base, *settings, duration, f"output.interval={INTERVAL}", without=without
+    )
     if found.status != "done":
         blank = [float("nan")] * (len(HEADING) - 4)
-        return (scene.base, _word(bends), count, *blank, remark_on(found))
+        return (scenario.base, _word(bends), count, *blank, warning_on(found))
     late = found.time >= 0.5 * found.time[-1]
-    speed = found.courses["pulley_speed"][late]
-    turned = np.ptp(found.courses["pulley_angle"][late], axis=0)
+    speed = found.channels["pulley_speed"][late]
+    turned = np.ptp(found.channels["pulley_angle"][late], axis=0)
     crossings = _crossings(found, count, float(np.mean(speed[:, 0])))
-    tight, slack = spans(found.courses, late)
+    tight, slack = spans(found.channels, late)
     slip = float(1.0 - turned[1] / turned[0])
     return (
-        *(scene.base, _word(bends), count, tight, slack, 100.0 * slip),
+        *(scenario.base, _word(bends), count, tight, slack, 100.0 * slip),
         _where_it_sticks(found, late),
-        slip * found.scene.mechanism.belt.axial_rigidity / (tight - slack),
+        slip * found.scenario.mechanism.belt.axial_rigidity / (tight - slack),
         float(np.mean(speed[:, 1])),
-        float(np.std(speed[:, scene.free])),
+        float(np.std(speed[:, scenario.free])),
         crossings,
-        _rms_about(crossings, speed[:, scene.free], INTERVAL),
+        _rms_about(crossings, speed[:, scenario.free], INTERVAL),
         found.counts.wall_seconds,
-        remark_on(found),
+        warning_on(found),
     )
 
 
@@ -118,9 +120,9 @@ def _where_it_sticks(found: Run, late: Any) -> float:
 
     Most of that arc has one tension; at its entry it rises, or falls, to it.
     """
-    driver = found.courses["pulley_index"][late] == 0.0
-    inside = driver & np.roll(driver, 1, axis=1) & (found.courses["sticking"][late] > 0.0)
-    return float(np.median(found.courses["tension"][late][inside]))
+    driver = found.channels["pulley_index"][late] == 0.0
+    inside = driver & np.roll(driver, 1, axis=1) & (found.channels["sticking"][late] > 0.0)
+    return float(np.median(found.channels["tension"][late][inside]))
 
 
 def _rms_about(frequency: float, values: Any, interval: float) -> float:
@@ -142,7 +144,7 @@ def _word(bends: bool) -> str:
 
 def _crossings(found: Run, count: int, speed: float) -> float:
     """Return how many bodies run on to a pulley in a second."""
-    pulleys = found.scene.mechanism.pulleys
+    pulleys = found.scenario.mechanism.pulleys
     radius = pulleys[0].radius
     length = 2.0 * pi * radius + 2.0 * (pulleys[1].center[0] - pulleys[0].center[0])
     return abs(speed) * radius * count / length

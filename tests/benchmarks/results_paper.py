@@ -113,12 +113,12 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
         "Exact stick and the published law, as far as they come in 2 s", fontsize="medium"
     )
     speed, relative = figure.subplots(2, 1, sharex=True)
-    number = middle_of_first_span(runs[EXACT].result.courses["pulley_index"][0])
+    number = middle_of_first_span(runs[EXACT].result.channels["pulley_index"][0])
     handles = []
     for i, (label, (result, _)) in enumerate(runs.items()):
-        time = result.courses["time"]
+        time = result.channels["time"]
         label = f"{label}, to {time[-1]:.3g} s"
-        handles += speed.plot(time, result.courses["pulley_speed"][:, 0], **line(i), label=label)
+        handles += speed.plot(time, result.channels["pulley_speed"][:, 0], **line(i), label=label)
         relative.plot(time, _of_body(result, number), **line(i) | {"linewidth": 0.8})
     speed.set_ylabel("speed of the driver,\nrad/s")
     speed.axhline(PRINTED_SPEED, color=GREY, linewidth=0.8, linestyle=(0, (1, 1)))
@@ -135,8 +135,8 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
 
 
 def _of_body(result: "Result", number: int) -> Any:
-    touching = result.courses["pulley_index"][:, number] >= 0
-    speed = np.maximum(np.abs(result.courses["slip_velocity"][:, number]), LEAST)
+    touching = result.channels["pulley_index"][:, number] >= 0
+    speed = np.maximum(np.abs(result.channels["slip_velocity"][:, number]), LEAST)
     return np.where(touching, speed, np.nan)
 
 
@@ -151,24 +151,24 @@ def _table(runs: dict[str, Solved]) -> Table:
 
 def _numbers(solved: Solved) -> dict[str, Any]:
     """Return the means of a run; none of them if it ended before."""
-    result, courses = solved.result, solved.result.courses
+    result, channels = solved.result, solved.result.channels
     found = dict.fromkeys(PRINTED, float("nan")) | {
-        "end [s]": float(courses["time"][-1]),
+        "end [s]": float(channels["time"][-1]),
         "audit": result.attributes["reason"] or "passed",
         "wall time [s]": solved.seconds,
     }
-    late = courses["time"] >= START
+    late = channels["time"] >= START
     if not late.any():
         return found
-    turned = np.ptp(courses["pulley_angle"][late], axis=0)
-    touching = courses["pulley_index"][late] >= 0
-    speeds = np.abs(courses["slip_velocity"][late][touching])
-    active, passive = spans(courses, late)
+    turned = np.ptp(channels["pulley_angle"][late], axis=0)
+    touching = channels["pulley_index"][late] >= 0
+    speeds = np.abs(channels["slip_velocity"][late][touching])
+    active, passive = spans(channels, late)
     return found | {
-        "speed of the driver [rad/s]": float(np.mean(courses["pulley_speed"][late, 0])),
+        "speed of the driver [rad/s]": float(np.mean(channels["pulley_speed"][late, 0])),
         "slip [%]": 100.0 * float(1.0 - turned[1] / turned[0]),
         "tension of the active span [N]": active,
         "tension of the passive span [N]": passive,
         "median relative speed [m/s]": float(np.median(speeds)),
-        "share of touching bodies that stick": float(np.mean(courses["sticking"][late][touching])),
+        "share of touching bodies that stick": float(np.mean(channels["sticking"][late][touching])),
     }

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from frictionsim.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, grid, line, put_key
 from frictionsim.simulation.simulate import Run
-from tests.benchmarks.results_common import WIDTH, figure_of, save_picture, say, solve
+from tests.benchmarks.results_common import WIDTH, quantity_of, save_picture, say, solve
 from tests.support.problems import RAMP
 
 DURATION = 10.0  # s
@@ -50,7 +50,7 @@ def rows(done: Run) -> list[Row]:
     found = []
     for time, *exact in RAMP:
         at = abs(done.time - time).argmin()
-        values = tuple(float(done.courses[name][at]) for name in COLUMNS)
+        values = tuple(float(done.channels[name][at]) for name in COLUMNS)
         found.append(Row(time, values, tuple(exact)))
     return found
 
@@ -59,7 +59,7 @@ def table(done: Run) -> str:
     """Return the table of `results/README.md`."""
     head = f"| time, s | θ, rad | ω, rad/s | {ALPHA}, rad/s² | largest difference |"
     lines = [head, "|---" * 5 + "|"]
-    start = figure_of(done, "breakaway_time")
+    start = quantity_of(done, "breakaway_time")
     lines.append(f"| {start:.9f} | 0 | 0 | 0 before, 8.931678707 after | breakaway |")
     for time, found, exact in rows(done):
         worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
@@ -80,7 +80,7 @@ def _figure(done: Run) -> Figure:
     whole.set_ylim(LEAST, MOST)
     whole.set_xlabel("time, s")
     whole.set_ylabel(f"P in N; θ, ω and {ALPHA} times 100")
-    last = float(done.courses["angular_velocity"][-1])
+    last = float(done.channels["angular_velocity"][-1])
     whole.annotate(
         f"ω = {last:.3f} rad/s",
         (DURATION, ENLARGED * last),
@@ -104,13 +104,13 @@ def _draw(axes: Any, done: Run) -> list[Any]:
     handles = []
     for number, (name, (factor, words, colour)) in enumerate(CURVES.items()):
         style = line(number) | {"color": colour}
-        handles += axes.plot(done.time, factor * done.courses[name], **style, label=words)
+        handles += axes.plot(done.time, factor * done.channels[name], **style, label=words)
     dots: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 3.5, "linestyle": "none"}
     for time, *exact in RAMP:
         values = [ENLARGED * value for value in exact]
         handle = axes.plot([time] * len(values), values, **dots, label="closed form", zorder=3)
     handles += handle
-    start = figure_of(done, "breakaway_time")
+    start = quantity_of(done, "breakaway_time")
     style = {"color": BLACK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
     label = f"breakaway, {start:.4f} s"
     handles.append(axes.axvline(start, **style, label=label))

@@ -130,8 +130,8 @@ def test_solve_prints_its_figures_and_writes_results_by_the_scenarios_name(
 ) -> None:
     done = cli("solve", PULLEY)
     assert (done.returncode, done.stderr) == (0, "")
-    for figure in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
-        assert figure in done.stdout
+    for quantity in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
+        assert quantity in done.stdout
     assert "result: results/pulley.h5" in done.stdout
     assert hdf5.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
 
@@ -218,13 +218,13 @@ def test_check_goes_through_all_files_and_writes_none(
 def test_warnings_are_the_same_in_json_file_and_on_stderr(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Those of the scene first; of a resumed run, too, and for those who want it quiet."""
+    """Those of the scenario first; of a resumed run, too, and for those who want it quiet."""
     data = pulley(output={"interval": 9.0, "channels": ["angle", "energy_friction"]})
     del data["effects"]["shaft_friction"]
     Path("s.toml").write_text(tomli_w.dumps(data))
     warnings = [
         "output.interval = 9.0 s is longer than the run: only its two ends are sampled",
-        "output.channels: this scene has no course 'energy_friction'; it is left out",
+        "output.channels: this scenario has no channel 'energy_friction'; it is left out",
     ]
     stderr = [f"frictionsim: warning: {warning}" for warning in warnings]
 
@@ -318,8 +318,12 @@ def test_static_prints_forces_and_writes_nothing(
 
 
 def test_a_figure_that_is_not_finite_is_null_in_json() -> None:
-    figures = {"a": Quantity(float("inf"), "N"), "b": Quantity(None, "s"), "c": Quantity(1.5, "m")}
-    assert quantities_json(figures) == {
+    quantities = {
+        "a": Quantity(float("inf"), "N"),
+        "b": Quantity(None, "s"),
+        "c": Quantity(1.5, "m"),
+    }
+    assert quantities_json(quantities) == {
         "a": {"value": None, "unit": "N"},
         "b": {"value": None, "unit": "s"},
         "c": {"value": 1.5, "unit": "m"},
@@ -399,8 +403,8 @@ def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
     assert (summary["status"], summary["reason"][: len(reason)]) == ("failed", reason)
     kept = hdf5.read(Path("a.h5"))
     assert (kept.attributes["status"], kept.attributes["reason"]) == ("failed", summary["reason"])
-    assert kept.courses["time"].size > 1
-    assert all(np.isfinite(course).all() for course in kept.courses.values())
+    assert kept.channels["time"].size > 1
+    assert all(np.isfinite(channel).all() for channel in kept.channels.values())
 
 
 def test_a_failed_audit_exits_3_and_names_the_check(
@@ -431,13 +435,13 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
 ) -> None:
     """Also one that comes several times at once, as `timeout` and shells send it."""
     force = 3000.0
-    scene = pulley(
+    scenario = pulley(
         drive__force=force,
         effects__air_drag=None,
         solver={"backend": "rkf45", "duration": 1000.0, "max_step": 1e-5},
         output__interval=0.001,
     )
-    (tmp_path / "long.toml").write_text(tomli_w.dumps(scene))
+    (tmp_path / "long.toml").write_text(tomli_w.dumps(scenario))
     command = [sys.executable, "-m", "frictionsim", "solve", "long.toml", "-o", "a.h5"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, cwd=tmp_path, text=True, **pipes) as process:
@@ -451,12 +455,12 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
     assert "Traceback" not in errors
     kept = hdf5.read(tmp_path / "a.h5")
     assert kept.attributes["status"] == "interrupted"
-    t = kept.courses["time"]
+    t = kept.channels["time"]
     np.testing.assert_array_equal(t, 0.001 * np.arange(t.size))
     # Constant moments: a = ((P - W) r_e - r_k (P + W))/I. The steps are exact but for rounding.
     friction_radius = 0.0254 * 0.1 / np.hypot(1.0, 0.1)
     acceleration = ((force - LOAD) * 0.0508 - friction_radius * (force + LOAD)) / 1.355
-    np.testing.assert_allclose(kept.courses["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
+    np.testing.assert_allclose(kept.channels["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
 
 
 def test_a_second_signal_that_is_meant_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["scene.toml", "force.csv", "notes"])
+@pytest.mark.parametrize("name", ["scenario.toml", "force.csv", "notes"])
 def test_a_file_that_is_no_result_is_never_replaced(
     name: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,23 +101,23 @@ def test_out_of_memory_is_no_defect(
 
 
 @pytest.mark.parametrize(
-    ("override", "remark"),
+    ("override", "warning"),
     [
         ("effects.shaft_friction.shaft_radius=0.06", "is not below cord_radius = 0.0508 m"),
         ("output.interval=9", "only its two ends are sampled"),
     ],
 )
 def test_what_is_odd_is_remarked(
-    override: str, remark: str, here: Path, capsys: pytest.CaptureFixture[str]
+    override: str, warning: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["check", PULLEY, "--set", override]) == 0
-    assert remark in capsys.readouterr().err
+    assert warning in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("pattern", "message"),
     [
-        ("energyinput", "unknown course 'energyinput' (did you mean 'energy_input'?)"),
+        ("energyinput", "unknown channel 'energyinput' (did you mean 'energy_input'?)"),
         ("*", "nothing is left to compare"),
     ],
 )
@@ -147,7 +147,7 @@ def test_a_toml_fault_shows_its_line(here: Path, capsys: pytest.CaptureFixture[s
     assert error.endswith("in 'load = 2224,1'\n")
 
 
-def test_a_course_given_as_text_is_told_the_forms(
+def test_a_channel_given_as_text_is_told_the_forms(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["check", PULLEY, "--set", "drive.force=force"]) == 2
@@ -162,7 +162,7 @@ def test_a_number_beyond_any_use_is_refused(here: Path, capsys: pytest.CaptureFi
 def test_a_sample_that_is_not_finite_is_never_in_a_file_that_is_done(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A slope that overflows between two points of a course."""
+    """A slope that overflows between two points of a channel."""
     steep = "drive.force={time=[0, 5e-324], value=[1832.6, 3113.75]}"
     assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", "--set", steep]) == 1
     assert "beyond the range of double precision" in capsys.readouterr().err

@@ -52,7 +52,7 @@ def nothing(file: Any) -> None:
 
 
 def add(name: str, index: int, difference: float) -> Edit:
-    """Return an edit that adds to one value of a course, or of the events."""
+    """Return an edit that adds to one value of a channel, or of the events."""
 
     def edit(file: Any) -> None:
         file[name][index] += difference
@@ -61,7 +61,7 @@ def add(name: str, index: int, difference: float) -> Edit:
 
 
 def put(name: str, index: int, value: float) -> Edit:
-    """Return an edit that sets one value of a course, or of the events."""
+    """Return an edit that sets one value of a channel, or of the events."""
 
     def edit(file: Any) -> None:
         file[name][index] = value
@@ -76,26 +76,26 @@ def rows(table: str) -> list[list[str]]:
 
 
 def final_angle(golden: Path) -> float:
-    return float(hdf5.read(golden).courses["angle"][-1])
+    return float(hdf5.read(golden).channels["angle"][-1])
 
 
 def samples_beside_the_breakaway(golden: Path) -> tuple[int, float]:
     """Return the index of the first sample after the event, and its time after it."""
     found = hdf5.read(golden)
     (event,) = found.events["time"]
-    after = int(np.searchsorted(found.courses["time"], event, side="right"))
-    return after, float(found.courses["time"][after] - event)
+    after = int(np.searchsorted(found.channels["time"], event, side="right"))
+    return after, float(found.channels["time"][after] - event)
 
 
-def test_equal_files_agree_in_every_course_and_in_the_events(
+def test_equal_files_agree_in_every_channel_and_in_the_events(
     compare: Compare, golden: Path
 ) -> None:
     code, table = compare(nothing)
     assert code == 0
     found = rows(table)
-    courses = hdf5.read(golden).courses.keys() - {"time"}
-    beside = {f"events/{name}" for name in courses - OF_EVENTS if not name.startswith("energy_")}
-    assert {row[0] for row in found} == courses | beside | {"events"}
+    channels = hdf5.read(golden).channels.keys() - {"time"}
+    beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
+    assert {row[0] for row in found} == channels | beside | {"events"}
     assert all((row[1], row[-1]) == ("0", "ok") for row in found)
 
 
@@ -126,7 +126,7 @@ def test_a_value_may_differ_by_the_tolerances(
         (["--ignore", "events"], 1),
     ],
 )
-def test_options_widen_tolerances_and_leave_courses_out(
+def test_options_widen_tolerances_and_leave_channels_out(
     options: list[str], code: int, compare: Compare
 ) -> None:
     # 0.01 of 34 rad is above 1e-6 of it and 0.001, below 1e-3 of it and 0.1.
@@ -153,7 +153,7 @@ def test_a_difference_that_is_allowed_is_shown_before_none(compare: Compare) -> 
     assert rows(table)[1][1] == "0"
 
 
-def test_an_ignored_course_is_not_in_the_table(compare: Compare) -> None:
+def test_an_ignored_channel_is_not_in_the_table(compare: Compare) -> None:
     _, table = compare(nothing, "--ignore", "energy_*", "--ignore", "events")
     assert not [row for row in rows(table) if row[0].startswith(("energy_", "events"))]
 
@@ -176,7 +176,7 @@ def test_what_is_not_finite_agrees_with_itself(
     assert run_command_line(["compare", str(path), str(path)]) == 0
 
 
-def test_a_course_that_only_one_file_has_differs(compare: Compare) -> None:
+def test_a_channel_that_only_one_file_has_differs(compare: Compare) -> None:
     def rename(file: Any) -> None:
         file.move("energy_damping", "energy_lost")
 
@@ -187,7 +187,7 @@ def test_a_course_that_only_one_file_has_differs(compare: Compare) -> None:
     assert compare(rename, "--ignore", "energy_*")[0] == 0
 
 
-def test_a_course_that_is_cut_short_differs(compare: Compare) -> None:
+def test_a_channel_that_is_cut_short_differs(compare: Compare) -> None:
     def cut(file: Any) -> None:
         kept, attributes = file["angle"][:-1], dict(file["angle"].attrs)
         del file["angle"], attributes["DIMENSION_LIST"]
@@ -197,7 +197,7 @@ def test_a_course_that_is_cut_short_differs(compare: Compare) -> None:
     assert compare(cut)[0] != 0
 
 
-def test_a_course_in_another_unit_differs(compare: Compare) -> None:
+def test_a_channel_in_another_unit_differs(compare: Compare) -> None:
     code, table = compare(lambda file: file["angle"].attrs.update(units="deg"))
     assert code == 1
     assert "in deg, expected rad" in table
@@ -311,7 +311,7 @@ def test_runs_sampled_differently_exit_2(
 
 
 def test_the_sides_of_an_event_are_compared(compare: Compare) -> None:
-    """Within what the course moves in the time that an event may be off."""
+    """Within what the channel moves in the time that an event may be off."""
     code, table = compare(add("events/friction_torque_before", 0, 0.1))
     assert code == 1
     assert rows(table)[0][0] == "events/friction_torque"

@@ -57,7 +57,7 @@ def test_the_root_says_what_was_run_and_how_it_ended(done: Run, result: Path) ->
     assert attributes == {
         "format_version": hdf5.FORMAT_VERSION,
         "frictionsim_version": __version__,
-        "scenario": resolved_toml(done.scene),
+        "scenario": resolved_toml(done.scenario),
         "kind": "pulley",
         "backend": "events",
         "title": "Pulley on a dry shaft",
@@ -94,7 +94,7 @@ def test_every_dataset_is_float64_with_a_unit_and_a_long_name(result: Path) -> N
             assert dataset.attrs["long_name"], name
 
 
-def test_time_is_the_dimension_scale_of_every_course_in_its_group(result: Path) -> None:
+def test_time_is_the_dimension_scale_of_every_channel_in_its_group(result: Path) -> None:
     with h5py.File(result) as file:
         for name, dataset in datasets(file).items():
             time = dataset.parent["time"]
@@ -105,12 +105,12 @@ def test_time_is_the_dimension_scale_of_every_course_in_its_group(result: Path) 
                 assert dataset.dims[0]["time"] == time, name
 
 
-def test_courses_are_those_of_the_run(done: Run, result: Path) -> None:
+def test_channels_are_those_of_the_run(done: Run, result: Path) -> None:
     found = hdf5.read(result)
-    expected = {"time": done.time, **done.courses}
-    assert found.courses.keys() == expected.keys()
+    expected = {"time": done.time, **done.channels}
+    assert found.channels.keys() == expected.keys()
     for name, values in expected.items():
-        np.testing.assert_array_equal(found.courses[name], values, err_msg=name)
+        np.testing.assert_array_equal(found.channels[name], values, err_msg=name)
         assert name == "time" or found.units[name] == done.channel_info[name].unit
 
 
@@ -129,19 +129,19 @@ def test_events_are_the_transitions_of_the_run(done: Run, result: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "courses"),
+    ("effect", "channels"),
     [
         ("shaft_friction", {"friction_torque", "mode", "energy_friction"}),
         ("air_drag", {"energy_damping"}),
     ],
 )
-def test_an_effect_that_is_off_has_no_course(
-    effect: str, courses: set[str], result: Path, tmp_path: Path
+def test_an_effect_that_is_off_has_no_channel(
+    effect: str, channels: set[str], result: Path, tmp_path: Path
 ) -> None:
-    scene = pulley(drive__force=SINE, **{f"effects__{effect}": None})
-    hdf5.write(simulate(scene), tmp_path / "without.h5")
-    without = hdf5.read(tmp_path / "without.h5").courses.keys()
-    assert hdf5.read(result).courses.keys() - without == courses
+    scenario = pulley(drive__force=SINE, **{f"effects__{effect}": None})
+    hdf5.write(simulate(scenario), tmp_path / "without.h5")
+    without = hdf5.read(tmp_path / "without.h5").channels.keys()
+    assert hdf5.read(result).channels.keys() - without == channels
 
 
 @pytest.mark.parametrize("force", [SINE, 2224.1], ids=["with events", "without an event"])
@@ -153,7 +153,7 @@ def test_xarray_opens_a_file_unaided(force: Any, tmp_path: Path) -> None:
         assert root["angle"].dims == ("time",)
         assert root["angle"].attrs["units"] == "rad"
         np.testing.assert_array_equal(root["time"], done.time)
-        np.testing.assert_array_equal(root["angle"], done.courses["angle"])
+        np.testing.assert_array_equal(root["angle"], done.channels["angle"])
     with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
         assert events["mode_to"].dims == ("time",)
         times = [transition.time for transition in done.transitions]
@@ -173,13 +173,13 @@ def test_two_runs_of_one_scenario_give_identical_bytes(
 
 def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
     times = [0.001 * i for i in range(20_000)]
-    course = {"time": times, "value": [1800.0 + t for t in times]}
-    done = simulate(pulley(drive__force=course))
+    channel = {"time": times, "value": [1800.0 + t for t in times]}
+    done = simulate(pulley(drive__force=channel))
     hdf5.write(done, tmp_path / "a.h5")
     text = hdf5.read(tmp_path / "a.h5").attributes["scenario"]
     assert len(text) > 200_000
     (tmp_path / "again.toml").write_text(text)
-    assert load(tmp_path / "again.toml") == done.scene
+    assert load(tmp_path / "again.toml") == done.scenario
 
 
 @pytest.mark.parametrize("title", ["Трение, 摩擦 🙂", "[bold]", ""])

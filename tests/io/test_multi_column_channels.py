@@ -1,4 +1,4 @@
-"""Courses with a value for each of many parts: written, read, compared and drawn."""
+"""Channels with a value for each of many parts: written, read, compared and drawn."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -34,12 +34,12 @@ def run_of(samples: int) -> Run:
     time = np.linspace(0.0, 3.0, samples)
     bodies = np.arange(BODIES)
     return Run(
-        scene=validate(pulley(), SCENARIOS),
+        scenario=validate(pulley(), SCENARIOS),
         effects=(),
         channel_info=CHANNELS,
         axes={"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))},
         time=time,
-        courses={
+        channels={
             "belt_speed": 2.0 * time,
             "speed": np.column_stack([time, 0.5 * time]),
             "tension": 100.0 + np.sin(np.outer(time, bodies)),
@@ -70,15 +70,15 @@ def test_what_is_read_is_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
     hdf5.write(run, tmp_path / "a.h5")
     found = hdf5.read(tmp_path / "a.h5")
-    assert found.courses.keys() == {"time", *run.courses}
-    for name, course in run.courses.items():
-        np.testing.assert_array_equal(found.courses[name], course, err_msg=name)
+    assert found.channels.keys() == {"time", *run.channels}
+    for name, channel in run.channels.items():
+        np.testing.assert_array_equal(found.channels[name], channel, err_msg=name)
     assert found.axes == {"time": "", **{name: info.axis for name, info in CHANNELS.items()}}
     assert found.members == run.axes
     assert found.events.keys() == {"time", "contact", "mode_from", "mode_to"}
 
 
-def test_only_wide_courses_are_compressed_by_rows(path: Path) -> None:
+def test_only_wide_channels_are_compressed_by_rows(path: Path) -> None:
     with h5py.File(path) as file:
         assert file["belt_speed"].chunks is None
         for name in ("speed", "tension"):
@@ -94,8 +94,8 @@ def test_only_wide_courses_are_compressed_by_rows(path: Path) -> None:
             assert (file[axis].attrs["units"], file[axis].is_scale) == ("1", True)
 
 
-def test_an_axis_that_no_course_has_is_not_written(run: Run, tmp_path: Path) -> None:
-    hdf5.write(run._replace(courses={"speed": run.courses["speed"]}), tmp_path / "a.h5")
+def test_an_axis_that_no_channel_has_is_not_written(run: Run, tmp_path: Path) -> None:
+    hdf5.write(run._replace(channels={"speed": run.channels["speed"]}), tmp_path / "a.h5")
     assert hdf5.read(tmp_path / "a.h5").members.keys() == {"pulley"}
 
 
@@ -104,7 +104,7 @@ def test_xarray_opens_it_unaided(run: Run, path: Path) -> None:
         assert root["belt_speed"].dims == ("time",)
         assert root["speed"].dims == ("time", "pulley")
         assert root["tension"].dims == ("time", "body")
-        np.testing.assert_array_equal(root["tension"].sel(body=7), run.courses["tension"][:, 7])
+        np.testing.assert_array_equal(root["tension"].sel(body=7), run.channels["tension"][:, 7])
     with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
         assert events["mode_to"].values.tolist() == [1.0]
 
@@ -145,25 +145,25 @@ def test_columns_that_belong_to_nothing_are_refused(
         hdf5.read(path)
 
 
-def compared(run: Run, path: Path, course: str, **changes: Any) -> Row:
-    """Return the row of a course where a changed run is compared with the file."""
+def compared(run: Run, path: Path, channel: str, **changes: Any) -> Row:
+    """Return the row of a channel where a changed run is compared with the file."""
     other = path.with_name("other.h5")
     hdf5.write(run._replace(**changes), other)
     rows = compare(other, path, 1e-6, 1e-9, 1e-6, []).rows
-    assert [row.name for row in rows if not row.ok] in ([], [course])
-    return next(row for row in rows if row.name == course)
+    assert [row.name for row in rows if not row.ok] in ([], [channel])
+    return next(row for row in rows if row.name == channel)
 
 
 @pytest.mark.parametrize(
-    ("course", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
+    ("channel", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
 )
 def test_a_difference_is_told_with_its_member(
-    course: str, member: int, note: str, run: Run, path: Path
+    channel: str, member: int, note: str, run: Run, path: Path
 ) -> None:
-    assert compared(run, path, course).ok
-    values = run.courses[course].copy()
+    assert compared(run, path, channel).ok
+    values = run.channels[channel].copy()
     values[1000, member] += 0.5
-    row = compared(run, path, course, courses=run.courses | {course: values})
+    row = compared(run, path, channel, channels=run.channels | {channel: values})
     assert not row.ok
     assert (row.difference, row.at, row.note) == (pytest.approx(0.5), run.time[1000], note)
 
@@ -172,18 +172,18 @@ def test_other_members_are_different(run: Run, path: Path) -> None:
     for names in (("driver", "idler"), ("0", "1")):
         row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
         assert row.note == "of another axis, or of other members of it"
-    flat = run.courses | {"tension": run.time}
+    flat = run.channels | {"tension": run.time}
     info = CHANNELS | {"tension": Channel("N", "tension")}
-    row = compared(run, path, "tension", courses=flat, channel_info=info)
+    row = compared(run, path, "tension", channels=flat, channel_info=info)
     assert (row.ok, row.difference) == (False, None)
 
 
 def test_samples_beside_an_event_are_left_out(run: Run, path: Path) -> None:
-    values = run.courses["tension"].copy()
+    values = run.channels["tension"].copy()
     event = int(np.searchsorted(run.time, 1.5))
     values[event - 1 : event + 1] += 0.5
     other = path.with_name("other.h5")
-    hdf5.write(run._replace(courses=run.courses | {"tension": values}), other)
+    hdf5.write(run._replace(channels=run.channels | {"tension": values}), other)
     assert compare(other, path, 1e-6, 1e-9, 0.01, []).same
     assert not compare(other, path, 1e-6, 1e-9, 1e-6, []).same
 
@@ -200,14 +200,14 @@ def test_few_members_are_drawn_each_with_its_name(
     assert "tension" not in text
 
 
-def test_without_a_course_for_its_panels_a_plot_takes_what_there_is(
+def test_without_a_channel_for_its_panels_a_plot_takes_what_there_is(
     run: Run, path: Path, tmp_path: Path
 ) -> None:
     picture = tmp_path / "a.svg"
     plot(hdf5.read(path), picture)
     assert "<!-- belt speed" in picture.read_text()
-    hdf5.write(run._replace(courses={"tension": run.courses["tension"]}), path)
-    with pytest.raises(InputError, match="no course that can be drawn as a line"):
+    hdf5.write(run._replace(channels={"tension": run.channels["tension"]}), path)
+    with pytest.raises(InputError, match="no channel that can be drawn as a line"):
         plot(hdf5.read(path), picture)
 
 

@@ -1,4 +1,4 @@
-"""An effect that a scene does not name is in none of its states, equations, courses, audits."""
+"""An effect that a scenario does not name is in none of its states, equations, channels, audits."""
 
 import numpy as np
 import pytest
@@ -31,11 +31,11 @@ def test_only_named_effects_leave_a_trace(named: tuple[str, ...], backend: str) 
     assert set(run.effects) == set(named)
     # Angle, velocity, the work of the force, and one kind of heat for each effect.
     assert run.counts.states == 3 + len(named)
-    assert set(run.courses) == BARE.union(*(OF_EFFECT[name] for name in named))
+    assert set(run.channels) == BARE.union(*(OF_EFFECT[name] for name in named))
     assert set(run.checks) == {"energy"}.union(*(AUDITS[name] for name in named))
 
 
-def test_a_scene_without_effects_has_no_term_of_theirs() -> None:
+def test_a_scenario_without_effects_has_no_term_of_theirs() -> None:
     mechanism = mechanism_of(simulate(pulley(effects=None)))
     assert mechanism.contact is None
     assert list(mechanism.powers) == ["energy_input"]
@@ -46,9 +46,9 @@ def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
     absent = simulate(pulley(effects__air_drag=None))
     zero = simulate(pulley(effects__air_drag={"coefficient": 0.0}))
     assert np.array_equal(absent.time, zero.time)
-    assert zero.courses.keys() - absent.courses.keys() == {"energy_damping"}
-    for name, course in absent.courses.items():
-        assert np.array_equal(course, zero.courses[name]), name
+    assert zero.channels.keys() - absent.channels.keys() == {"energy_damping"}
+    for name, channel in absent.channels.items():
+        assert np.array_equal(channel, zero.channels[name]), name
 
 
 def test_absent_friction_moves_as_friction_of_zero_strength() -> None:
@@ -57,14 +57,14 @@ def test_absent_friction_moves_as_friction_of_zero_strength() -> None:
     absent = simulate(pulley(effects__shaft_friction=None, **regular))
     zero = simulate(pulley(effects__shaft_friction=none, **regular))
     # The friction that is there has the run stop where it turns round: other steps.
-    assert zero.courses["angle"] == pytest.approx(absent.courses["angle"], rel=1e-8, abs=1e-9)
+    assert zero.channels["angle"] == pytest.approx(absent.channels["angle"], rel=1e-8, abs=1e-9)
 
 
 def test_sampling_does_not_change_the_run() -> None:
     dense = simulate(pulley(output__interval=0.001))
     sparse = simulate(pulley(output__interval=1.0))
     assert dense.counts.steps == sparse.counts.steps
-    assert dense.courses["angle"][-1] == sparse.courses["angle"][-1]
+    assert dense.channels["angle"][-1] == sparse.channels["angle"][-1]
     assert dense.transitions == sparse.transitions
 
 

@@ -15,7 +15,7 @@ from frictionsim.simulation.simulate import Run
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
 
-# The gear of scenarios/epicyclic.toml, which the figures below belong to.
+# The gear of scenarios/epicyclic.toml, which the quantities below belong to.
 GEAR: Scenario = {
     "kind": "epicyclic",
     "mechanism": {
@@ -57,10 +57,10 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
         # Some thousand steps of 1e-11; what is asked for is 1e-8 rad.
         assert found.time == pytest.approx(time, abs=1e-8)
         assert found.position == pytest.approx(angle, abs=1e-8)
-    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert run.channels["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.channels["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
     work = case["energy"][0]
-    assert run.courses["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
+    assert run.channels["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
     assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
@@ -77,8 +77,8 @@ def test_formulations_differ_by_what_the_published_one_counts_twice(
 ) -> None:
     data = gear(mechanism__formulation=formulation, mechanism__initial_angular_velocity=3.0)
     run = simulate(data)
-    assert run.courses["angle"][-1] == pytest.approx(angle, abs=1e-8)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-8)
+    assert run.channels["angle"][-1] == pytest.approx(angle, abs=1e-8)
+    assert run.channels["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-8)
 
 
 # Eq 28 in both forms, N m.
@@ -101,39 +101,39 @@ def test_uniform_torque_is_eq_28(degrees: float, published: float, consistent: f
         )
         run = simulate(data)
         # A few roundings of terms near 5 N m.
-        assert run.courses["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
+        assert run.channels["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
 
 
 @pytest.mark.parametrize(
     ("formulation", "mean"), [("published", 0.45), ("consistent", 0.311241431940467)]
 )
 def test_mean_of_the_uniform_torque_over_a_turn(formulation: str, mean: float) -> None:
-    scene = validate(gear(mechanism__formulation=formulation), SCENARIOS)
-    assert epicyclic.uniform_torque_mean(scene, 0.0) == pytest.approx(mean, rel=1e-14)
+    scenario = validate(gear(mechanism__formulation=formulation), SCENARIOS)
+    assert epicyclic.uniform_torque_mean(scenario, 0.0) == pytest.approx(mean, rel=1e-14)
 
 
 @pytest.mark.parametrize("speed", [0.0, 3.0, 7.0, 7.38, 7.39, 20.0])
-def test_mean_with_radial_load_is_the_mean_of_the_course(speed: float) -> None:
+def test_mean_with_radial_load_is_the_mean_of_the_channel(speed: float) -> None:
     data = gear(effects__rolling_friction__normal_load="radial")
-    scene = validate(data, SCENARIOS)
-    contact = epicyclic.build(scene).contact
+    scenario = validate(data, SCENARIOS)
+    contact = epicyclic.build(scenario).contact
     assert contact is not None
     angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
     mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
     # The midpoint rule has an error of order h^2 at the kinks.
-    assert epicyclic.uniform_torque_mean(scene, speed) == pytest.approx(mean, rel=1e-9)
+    assert epicyclic.uniform_torque_mean(scenario, speed) == pytest.approx(mean, rel=1e-9)
 
 
 def test_prescribed_speed_takes_the_uniform_torque_and_dissipates_its_mean() -> None:
     speed = 4.0
     data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)
     run = simulate(data)
-    found = run.courses
+    found = run.channels
     assert found["drive_torque"] == pytest.approx(found["uniform_torque"], abs=1e-14)  # roundings
     # 2 pi M_A r1/r2 + 4 f G_2 lambda over a turn; rtol of the run
     heat = 2 * pi * 0.15 * 2.0 + 4 * 5e-4 * 1.2 * 9.81 * 3.0
-    assert run.courses["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
-    assert run.courses["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
+    assert run.channels["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
+    assert run.channels["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
 
 
 def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
@@ -143,7 +143,7 @@ def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
     driven = simulate(
         gear(drive={"speed": {"time": times, "value": speeds}}, output__interval=1e-4)
     )
-    torque = driven.courses["drive_torque"]
+    torque = driven.channels["drive_torque"]
     time = driven.time
     # The slope jumps at 0.5 s: two samples there, a hair apart.
     corner = int(np.searchsorted(time, 0.5))
@@ -156,7 +156,7 @@ def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
     points["value"][corner] = before
     free = simulate(gear(drive={"torque": points}, mechanism__initial_angular_velocity=2.0))
     # The torque is joined by lines between samples 1e-4 s apart.
-    assert free.courses["angle"][-1] == pytest.approx(driven.courses["angle"][-1], abs=1e-6)
+    assert free.channels["angle"][-1] == pytest.approx(driven.channels["angle"][-1], abs=1e-6)
 
 
 def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
@@ -175,22 +175,22 @@ def test_free_decay_ends_in_the_stick_band_after_a_finite_number_of_reversals() 
     contact = mechanism_of(run).contact
     assert contact is not None
     assert modes(run)[-1][1] == 0
-    angle = run.courses["angle"]
+    angle = run.channels["angle"]
     assert abs(2.82528 * cos(angle[-1])) <= contact.static_limit(0.0, angle[-1])
     turning = [e.position for e in run.transitions]
     swings = np.abs(np.diff(turning))
     assert np.all(np.diff(swings) < 0.0)  # each is shorter than the one before
-    energy = run.courses["energy_kinetic"] + run.courses["energy_potential"]
+    energy = run.channels["energy_kinetic"] + run.channels["energy_potential"]
     assert np.all(np.diff(energy) <= 1e-10)  # rtol 1e-11 of 5 J
 
 
 def test_without_gravity_there_is_none() -> None:
     run = simulate(gear(effects__gravity=None, drive__torque=1.0))
-    found = run.courses
+    found = run.channels
     assert "energy_potential" not in found
     assert np.all(found["normal_load"] == 0.0)
     # J phi'' = M_O - M_A r1/r2, uniformly accelerated; rtol of the run
-    assert run.courses["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
+    assert run.channels["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
 def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
     data = gear(effects__rolling_friction__normal_load=load)
     run = simulate(data)
-    statics, solved = epicyclic.statics(run.scene), run.quantities
+    statics, solved = epicyclic.statics(run.scenario), run.quantities
     assert {n: q for n, q in statics.items() if n in solved} == {
         n: q for n, q in solved.items() if n in statics
     }
@@ -253,10 +253,10 @@ def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
     name = "uniform_torque_mean_at_final_speed"
     assert (name in solved) is (load == "radial")
     if load == "radial":
-        contact = epicyclic.build(run.scene).contact
+        contact = epicyclic.build(run.scenario).contact
         assert contact is not None
         angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
-        speed = run.courses["angular_velocity"][-1]
+        speed = run.channels["angular_velocity"][-1]
         mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
         assert solved[name].value == pytest.approx(mean, rel=1e-9)  # the midpoint rule at kinks
         assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
@@ -280,8 +280,8 @@ def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
 
 
 def test_statics_are_the_edges_of_the_stick_band() -> None:
-    scene = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
-    found = epicyclic.statics(scene)
+    scenario = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
+    found = epicyclic.statics(scenario)
     limit = 0.15 * 2 + 5e-4 * 1.2 * 9.81 * sin(radians(60)) * 3
     balance = 2.82528 * cos(radians(60))
     assert found["torque_to_start_forward"].value == pytest.approx(balance + limit, rel=1e-14)
@@ -349,14 +349,14 @@ def free(angle: float, speed: float, torque: float, load: str, **solver: Any) ->
 
 @moderate
 @given(starts, speeds, torques, loads)
-def test_mirrored_scenes_give_mirrored_motions(
+def test_mirrored_scenarios_give_mirrored_motions(
     angle: float, speed: float, torque: float, load: str
 ) -> None:
     """phi -> pi - phi, M_O -> -M_O."""
     motion = simulate(free(angle, speed, torque, load))
     mirrored = simulate(free(180.0 - angle, -speed, -torque, load))
     # Rounding of pi - phi, grown along an unstable equilibrium at most a thousandfold or so.
-    assert pi - mirrored.courses["angle"] == pytest.approx(motion.courses["angle"], abs=1e-7)
+    assert pi - mirrored.channels["angle"] == pytest.approx(motion.channels["angle"], abs=1e-7)
 
 
 @moderate
@@ -372,8 +372,8 @@ def test_masses_and_torques_scale_together(
         drive__torque=torque * a,
         effects__hinge_friction={"torque_static": 0.15 * a, "torque_kinetic": 0.15 * a},
     )
-    assert simulate(scaled).courses["angle"] == pytest.approx(
-        simulate(data).courses["angle"], abs=1e-7
+    assert simulate(scaled).channels["angle"] == pytest.approx(
+        simulate(data).channels["angle"], abs=1e-7
     )
 
 
@@ -401,4 +401,4 @@ def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -
         return simulate(changed(data, drive__torque=force))
 
     early, late = released(shift), released(shift + 1.0)
-    assert late.courses["angle"][-1] == pytest.approx(early.courses["angle"][-1], abs=1e-7)
+    assert late.channels["angle"][-1] == pytest.approx(early.channels["angle"][-1], abs=1e-7)

@@ -84,8 +84,8 @@ def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
     assert found["torque_to_lift_worst"] == pytest.approx(3.7661e-3, abs=5e-8)  # its digits
     assert found["torque_to_hold_worst"] == pytest.approx(2.6201e-3, abs=5e-8)
     assert found["angle_of_the_worst"] == pytest.approx(radians(18.0))
-    scene = validate(machine(), SCENARIOS)
-    mechanism, contact = marble_machine.build(scene), marble_machine.build(scene).contact
+    scenario = validate(machine(), SCENARIOS)
+    mechanism, contact = marble_machine.build(scenario), marble_machine.build(scenario).contact
     assert contact is not None
 
     def lifts(torque: float, angle: float) -> bool:
@@ -121,8 +121,8 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
     transfers = [e.time for e in run.transitions if e.contact == "transfer"]
     assert len(transfers) == case["transfer_count"]
     assert transfers[: len(case["transfers"])] == pytest.approx(case["transfers"], abs=1e-8)
-    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert run.channels["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.channels["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
     assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
@@ -131,8 +131,8 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
     [(102.6007, False), (-142.6007, False), (37.3993, True), (-77.3993, True)],
 )
 def test_four_azimuths_have_the_paper_s_mesh_force(azimuth: float, relieves: bool) -> None:
-    scene = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
-    mesh = marble_machine.mesh_of(scene.mechanism)
+    scenario = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
+    mesh = marble_machine.mesh_of(scenario.mechanism)
     assert 1 / abs(mesh.c_z) == pytest.approx(20.07e-3, abs=1e-8)  # the azimuth's digits
     assert 1 / abs(mesh.c_y) == pytest.approx(31.38175e-3, abs=3e-8)
     assert (mesh.c_y < 0) == relieves
@@ -146,8 +146,8 @@ mus = st.floats(1e-6, 2.0)
 def test_torques_are_roots_of_eq_24(
     k: float, mu: float, moment: float, weight: float, azimuth: float
 ) -> None:
-    scene = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
-    mesh, radius = marble_machine.mesh_of(scene.mechanism), friction_radius(0.003, mu)
+    scenario = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
+    mesh, radius = marble_machine.mesh_of(scenario.mechanism), friction_radius(0.003, mu)
     limits = marble_machine.limit_torques(k, radius, mesh, moment, weight)
     assert limits.lift is not None
     rounding = 1e-13 * (moment + radius * weight)
@@ -197,7 +197,7 @@ def test_a_torque_that_is_too_weak_stops_where_the_load_grows() -> None:
     data = machine(drive__torque=3.65e-3, effects__shaft_friction__mu_k=0.5)
     run = simulate(changed(data, solver__duration=5.0))
     assert moves(run) == [(0, 1), (1, 0)]
-    assert 0.0 < run.courses["angle"][-1] < radians(18.0)
+    assert 0.0 < run.channels["angle"][-1] < radians(18.0)
 
 
 def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
@@ -208,19 +208,19 @@ def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
 
     # The slope of the motor's line damps: it tends to where its stall torque just lifts.
     stalled = driven(3.7e-3)
-    assert 0.0 < stalled.courses["angle"][-1] < radians(18.0)
-    assert abs(stalled.courses["angular_velocity"][-1]) < 1e-6
+    assert 0.0 < stalled.channels["angle"][-1] < radians(18.0)
+    assert abs(stalled.channels["angular_velocity"][-1]) < 1e-6
     running_back = driven(2.0e-3)
     assert moves(running_back) == [(0, -1)]
-    assert running_back.courses["angle"][-1] < -10.0
+    assert running_back.channels["angle"][-1] < -10.0
     assert running_back.quantities["marbles_delivered"].value == 0.0
 
 
 def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
     run = simulate(machine(drive__torque=0.006, solver__duration=2.0))
     transfers = [e for e in run.transitions if e.contact == "transfer"]
-    figures = run.quantities
-    assert figures["marbles_delivered"].value == len(transfers) > 10
+    quantities = run.quantities
+    assert quantities["marbles_delivered"].value == len(transfers) > 10
     assert [e.position for e in transfers] == pytest.approx(
         [radians(36.0) * (i + 1) for i in range(len(transfers))], abs=1e-12
     )
@@ -249,7 +249,7 @@ def test_with_motor_inertia_the_tooth_force_is_that_of_the_same_instant() -> Non
             drive__torque={"sine": {"mean": 3e-3, "amplitude": 3e-3, "frequency_hz": 2.0}},
         )
     )
-    found = run.courses
+    found = run.channels
     sliding = found["mode"] != 0
     assert np.any(found["mode"] == 1)
     assert np.any(found["mode"] == -1)
@@ -279,14 +279,14 @@ def test_steady_speed_balances_motor_load_and_friction() -> None:
     # k T - r_k c T = b w with T = T_stall (1 - k w/w_0): linear in w
     pull = 4.0 - friction_radius(0.003, 0.4) * sqrt(49.8259943**2 + 31.8650527**2)
     speed = pull * 0.01 / (0.02 + pull * 0.01 * 4.0 / 6.0)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(
+    assert run.channels["angular_velocity"][-1] == pytest.approx(
         speed, rel=1e-8
     )  # digits of the lever arms
 
 
 def test_only_named_effects_leave_a_trace() -> None:
     run = simulate(machine(effects=None))
-    found = run.courses
+    found = run.channels
     absent = {"load_torque", "friction_torque", "mode", "energy_potential", "energy_friction"}
     assert absent.isdisjoint(found)
     assert run.counts.states == 3

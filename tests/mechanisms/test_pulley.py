@@ -44,16 +44,16 @@ def test_ramp_follows_the_closed_form(backend: str) -> None:
     for time, angle, velocity, acceleration in RAMP:
         i = int(np.argmin(np.abs(run.time - time)))
         # rtol 1e-10 of an angle of up to 200 rad, in some hundred steps
-        assert run.courses["angle"][i] == pytest.approx(angle, abs=1e-8)
-        assert run.courses["angular_velocity"][i] == pytest.approx(velocity, abs=1e-9)
-        assert run.courses["angular_acceleration"][i] == pytest.approx(acceleration, abs=1e-9)
+        assert run.channels["angle"][i] == pytest.approx(angle, abs=1e-8)
+        assert run.channels["angular_velocity"][i] == pytest.approx(velocity, abs=1e-9)
+        assert run.channels["angular_acceleration"][i] == pytest.approx(acceleration, abs=1e-9)
 
 
 def test_ramp_samples_follow_the_closed_form_between_the_table_s_rows() -> None:
     run = simulate(ramp(solver__duration=0.8, output__interval=0.001))
     slip = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
     for t, angle, velocity in zip(
-        run.time, run.courses["angle"], run.courses["angular_velocity"], strict=True
+        run.time, run.channels["angle"], run.channels["angular_velocity"], strict=True
     ):
         exact = slip(t) if t > BREAKAWAY else (0.0, 0.0)
         assert (angle, velocity) == pytest.approx(exact, abs=1e-11)  # rtol 1e-10 of up to 4
@@ -62,8 +62,8 @@ def test_ramp_samples_follow_the_closed_form_between_the_table_s_rows() -> None:
 def test_energies_of_the_ramp_are_exact() -> None:
     run = simulate(ramp())
     for name, energy in RAMP_ENERGIES.items():
-        course = run.courses[name]
-        assert course[-1] == pytest.approx(energy, rel=1e-10)  # the tolerance of the run
+        channel = run.channels[name]
+        assert channel[-1] == pytest.approx(energy, rel=1e-10)  # the tolerance of the run
 
 
 @pytest.mark.parametrize("case", cases("pulley"), ids=lambda case: case["name"])
@@ -77,13 +77,13 @@ def test_events_gives_the_reference(case: dict[str, Any]) -> None:
         run.transitions, case["events"], strict=False
     ):
         assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
-        # What is asked of this backend at rtol 1e-10; most scenes are a hundred times better.
+        # What is asked of this backend at rtol 1e-10; most scenarios are a hundred times better.
         assert found.time == pytest.approx(time, abs=1e-9)
         assert found.position == pytest.approx(angle, abs=1e-8)
-    assert run.courses["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
+    assert run.channels["angle"][-1] == pytest.approx(case["final"][0], abs=1e-8)
+    assert run.channels["angular_velocity"][-1] == pytest.approx(case["final"][1], abs=1e-8)
     energies = [
-        run.courses.get(name, np.zeros(1))[-1]
+        run.channels.get(name, np.zeros(1))[-1]
         for name in ("energy_input", "energy_friction", "energy_damping")
     ]
     # rtol of the largest; energies below a millijoule only to the absolute tolerance.
@@ -101,8 +101,8 @@ def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None
     rkf45 = simulate(data)
     assert modes(rkf45) == modes(events)
     # The local errors of some ten thousand steps at 1e-8 add up, two runs of them.
-    scale = max(1.0, np.max(np.abs(events.courses["angle"])))
-    assert rkf45.courses["angle"] == pytest.approx(events.courses["angle"], abs=1e-5 * scale)
+    scale = max(1.0, np.max(np.abs(events.channels["angle"])))
+    assert rkf45.channels["angle"] == pytest.approx(events.channels["angle"], abs=1e-5 * scale)
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
@@ -119,9 +119,9 @@ def test_return_profile_stops_and_stays(backend: str) -> None:
     assert run.transitions[1].time == pytest.approx(time, abs=1e-9)  # rtol of the run
     assert run.transitions[1].position == pytest.approx(angle, abs=1e-8)
     resting = run.time > time
-    assert np.all(run.courses["angular_velocity"][resting] == 0.0)
-    assert np.all(run.courses["angular_acceleration"][resting] == 0.0)
-    assert np.all(run.courses["angle"][resting] == run.courses["angle"][-1])
+    assert np.all(run.channels["angular_velocity"][resting] == 0.0)
+    assert np.all(run.channels["angular_acceleration"][resting] == 0.0)
+    assert np.all(run.channels["angle"][resting] == run.channels["angle"][-1])
 
 
 # What eq 30 gives as printed, for RK4 with steps of 1e-2, 1e-3 and 1e-4 s; another method of
@@ -137,8 +137,8 @@ def test_published_runs_back_where_the_body_should_stay(
         solver__step=step,
     )
     run = simulate(data)
-    assert run.courses["angle"][-1] == pytest.approx(RETURN_OF_EQ_30, abs=tolerance)
-    assert run.courses["angular_velocity"][-1] == pytest.approx(-7.10352, abs=tolerance)
+    assert run.channels["angle"][-1] == pytest.approx(RETURN_OF_EQ_30, abs=tolerance)
+    assert run.channels["angular_velocity"][-1] == pytest.approx(-7.10352, abs=tolerance)
     assert run.transitions[1].position == pytest.approx(RETURN_STICK[1], abs=tolerance)
 
 
@@ -147,7 +147,7 @@ def test_published_loses_all_friction_at_the_instant_of_breakaway() -> None:
     data = pulley(
         drive__force=2707.8, solver__backend="published", solver__duration=1e-6, output__interval=1
     )
-    assert simulate(data).courses["angular_acceleration"][0] == pytest.approx(
+    assert simulate(data).channels["angular_acceleration"][0] == pytest.approx(
         (2707.8 - LOAD) * 0.0508 / 1.355, rel=1e-15
     )
 
@@ -185,7 +185,7 @@ def test_published_with_a_fixed_step_creeps_through_its_chatter() -> None:
     run = simulate(data)
     assert run.status == "done"
     assert len(run.transitions) > 500  # one or two a millisecond, for 1.2 s
-    assert run.courses["angular_velocity"][-1] != 0.0
+    assert run.channels["angular_velocity"][-1] != 0.0
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
@@ -210,7 +210,7 @@ def test_no_force_of_a_self_locking_shaft_breaks_away(backend: str) -> None:
 def test_a_spinning_start_needs_no_breakaway() -> None:
     run = simulate(pulley(drive__force=LOAD, mechanism__initial_angular_velocity=-2.0))
     assert modes(run) == [(-1, 0)]
-    assert run.courses["angle"][-1] < 0.0
+    assert run.channels["angle"][-1] < 0.0
 
 
 def test_stick_of_a_million_steps_does_not_drift() -> None:
@@ -227,9 +227,9 @@ def test_stick_of_a_million_steps_does_not_drift() -> None:
     run = simulate(data)
     assert run.counts.steps >= 1_000_000
     assert run.transitions == []
-    assert np.all(run.courses["angle"] == np.deg2rad(12.3))
-    assert np.all(run.courses["angular_velocity"] == 0.0)
-    assert np.all(run.courses["energy_input"] == 0.0)
+    assert np.all(run.channels["angle"] == np.deg2rad(12.3))
+    assert np.all(run.channels["angular_velocity"] == 0.0)
+    assert np.all(run.channels["energy_input"] == 0.0)
 
 
 def test_a_rest_within_one_long_step_is_not_passed_over() -> None:

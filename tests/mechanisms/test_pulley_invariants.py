@@ -15,7 +15,7 @@ moderate = settings(
 
 
 def close(found: Any, expected: Any, tolerance: float = 1e-6) -> bool:
-    """Compare courses of two runs at rtol 1e-9 whose steps differ.
+    """Compare channels of two runs at rtol 1e-9 whose steps differ.
 
     A hundred steps of 1e-9 each, and a position that is off where a stop came a little late.
     """
@@ -55,7 +55,7 @@ forces = st.one_of(
 
 
 @st.composite
-def scenes(draw: st.DrawFn, force: Any = forces) -> Scenario:
+def scenarios(draw: st.DrawFn, force: Any = forces) -> Scenario:
     mu_s = draw(st.floats(0.0, 1.0))
     effects: dict[str, Any] = {
         "shaft_friction": {
@@ -85,36 +85,36 @@ def scenes(draw: st.DrawFn, force: Any = forces) -> Scenario:
 
 
 @moderate
-@given(scenes(), st.sampled_from(["events", "rkf45"]))
+@given(scenarios(), st.sampled_from(["events", "rkf45"]))
 def test_every_run_passes_its_audit(data: Scenario, backend: str) -> None:
     data["solver"]["backend"] = backend
     data["output"]["at_events"] = True
     run = simulate(data)
     assert run.status == "done"
     assert {name: check for name, check in run.checks.items() if not check.ok} == {}
-    for course in run.courses.values():
-        assert np.all(np.isfinite(course))
+    for channel in run.channels.values():
+        assert np.all(np.isfinite(channel))
     for heat in ("energy_friction", "energy_damping"):
         # The weights of the method are not all positive: less than its tolerance may come back.
-        lost = np.diff(run.courses.get(heat, np.zeros(2)))
-        assert np.all(lost >= -1e-12 - 1e-9 * run.courses["energy_friction"][-1])
-    stick = run.courses["mode"] == 0
-    assert np.all(run.courses["angular_velocity"][stick] == 0.0)
-    assert np.all(run.courses["angular_acceleration"][stick] == 0.0)
+        lost = np.diff(run.channels.get(heat, np.zeros(2)))
+        assert np.all(lost >= -1e-12 - 1e-9 * run.channels["energy_friction"][-1])
+    stick = run.channels["mode"] == 0
+    assert np.all(run.channels["angular_velocity"][stick] == 0.0)
+    assert np.all(run.channels["angular_acceleration"][stick] == 0.0)
     # rkf45 may be past zero by its tolerance where it has not yet noticed.
-    assert np.all(run.courses["angular_velocity"][~stick] * run.courses["mode"][~stick] >= -1e-8)
+    assert np.all(run.channels["angular_velocity"][~stick] * run.channels["mode"][~stick] >= -1e-8)
 
 
 @moderate
-@given(scenes())
+@given(scenarios())
 def test_backends_agree(data: Scenario) -> None:
     events = simulate(data)
     data["solver"]["backend"] = "rkf45"
-    assert close(simulate(data).courses["angle"], events.courses["angle"])
+    assert close(simulate(data).channels["angle"], events.channels["angle"])
 
 
 @moderate
-@given(scenes(st.floats(0.0, 6000.0)))
+@given(scenarios(st.floats(0.0, 6000.0)))
 def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
     motion = simulate(data)
     mirrored = simulate(
@@ -124,12 +124,12 @@ def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
             "drive": data["drive"] | {"force": data["mechanism"]["load"]},
         }
     )
-    assert close(-mirrored.courses["angle"], motion.courses["angle"])
-    assert close(-mirrored.courses["angular_velocity"], motion.courses["angular_velocity"])
+    assert close(-mirrored.channels["angle"], motion.channels["angle"])
+    assert close(-mirrored.channels["angular_velocity"], motion.channels["angular_velocity"])
 
 
 def scaled_force(force: Any, by: float) -> Any:
-    """Return a course with its values multiplied."""
+    """Return a channel with its values multiplied."""
     if isinstance(force, float):
         return force * by
     if "value" in force:
@@ -140,7 +140,7 @@ def scaled_force(force: Any, by: float) -> Any:
 
 
 @moderate
-@given(scenes(), st.floats(0.1, 10.0))
+@given(scenarios(), st.floats(0.1, 10.0))
 def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
     """(P, W, I, b) -> a (P, W, I, b) leaves the motion as it is."""
     geometry = data["mechanism"]
@@ -152,11 +152,11 @@ def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
             for name, effect in data["effects"].items()
         },
     }
-    assert close(simulate(scaled).courses["angle"], simulate(data).courses["angle"])
+    assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
 @moderate
-@given(scenes(), st.floats(0.1, 10.0))
+@given(scenarios(), st.floats(0.1, 10.0))
 def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
     """(r, r_e, I, b) -> a (r, r_e, I, b) leaves the motion as it is."""
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
@@ -168,7 +168,7 @@ def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
         | {"cord_radius": geometry["cord_radius"] * a, "inertia": geometry["inertia"] * a},
         "effects": effects,
     }
-    assert close(simulate(scaled).courses["angle"], simulate(data).courses["angle"])
+    assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
 points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
@@ -182,7 +182,7 @@ def with_points(data: Scenario, times: list[float], values: list[float], **solve
 
 
 @moderate
-@given(scenes(), points, st.sampled_from([0.25, 2.0, 8.0]))
+@given(scenarios(), points, st.sampled_from([0.25, 2.0, 8.0]))
 def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float) -> None:
     """t -> a t, I -> a^2 I, b -> a b leaves the angle as it is."""
     times = [0.3 * i for i in range(len(values))]
@@ -194,12 +194,12 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
         "effects": effects,
         "output": {"interval": 0.02 * a, "at_events": False},
     }
-    expected = simulate(with_points(data, times, values)).courses["angle"]
-    assert close(simulate(scaled).courses["angle"], expected)
+    expected = simulate(with_points(data, times, values)).channels["angle"]
+    assert close(simulate(scaled).channels["angle"], expected)
 
 
 @moderate
-@given(scenes(), points, st.floats(0.1, 1.9))
+@given(scenarios(), points, st.floats(0.1, 1.9))
 def test_a_run_that_is_split_and_restarted_ends_the_same(
     data: Scenario, values: list[float], split: float
 ) -> None:
@@ -208,14 +208,14 @@ def test_a_run_that_is_split_and_restarted_ends_the_same(
     first = simulate(with_points(data, times, values, duration=split))
     rest = with_points(data, [t - split for t in times], values, duration=2.0 - split)
     rest["mechanism"] = data["mechanism"] | {
-        "initial_angle_deg": float(np.rad2deg(first.courses["angle"][-1])),
-        "initial_angular_velocity": float(first.courses["angular_velocity"][-1]),
+        "initial_angle_deg": float(np.rad2deg(first.channels["angle"][-1])),
+        "initial_angular_velocity": float(first.channels["angular_velocity"][-1]),
     }
-    assert close(simulate(rest).courses["angle"][-1], whole.courses["angle"][-1])
+    assert close(simulate(rest).channels["angle"][-1], whole.channels["angle"][-1])
 
 
 @moderate
-@given(scenes(), st.floats(100.0, 3000.0), st.floats(0.0, 1.0), st.floats(0.1, 10.0))
+@given(scenarios(), st.floats(100.0, 3000.0), st.floats(0.0, 1.0), st.floats(0.1, 10.0))
 def test_breakaway_depends_on_static_friction_alone(
     data: Scenario, rate: float, share: float, inertia: float
 ) -> None:
@@ -228,14 +228,15 @@ def test_breakaway_depends_on_static_friction_alone(
     }
     rkf45 = data | {"solver": data["solver"] | {"backend": "rkf45"}}
     first = [
-        next((e.time for e in simulate(scene).transitions), None) for scene in (data, other, rkf45)
+        next((e.time for e in simulate(scenario).transitions), None)
+        for scenario in (data, other, rkf45)
     ]
     assert first[1] == first[0]
     assert first[2] == pytest.approx(first[0], abs=1e-12)  # another piece to look for it in
 
 
 @moderate
-@given(scenes(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+@given(scenarios(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_more_kinetic_friction_never_lifts_higher(
     data: Scenario, share_a: float, share_b: float
 ) -> None:
@@ -251,33 +252,33 @@ def test_more_kinetic_friction_never_lifts_higher(
                 "effects": data["effects"]
                 | {"shaft_friction": friction | {"mu_k": friction["mu_s"] * share}}
             }
-        ).courses["angle"][-1]
+        ).channels["angle"][-1]
         for share in (low, high)
     ]
     assert angles[1] <= angles[0] + 1e-6 * abs(angles[0])  # as close() allows
 
 
 @moderate
-@given(scenes(st.floats(0.0, 6000.0)))
+@given(scenarios(st.floats(0.0, 6000.0)))
 def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> None:
     bare = data | {"effects": {}}
     run = simulate(bare)
-    energy = run.courses["energy_kinetic"] + run.courses["energy_potential"]
+    energy = run.channels["energy_kinetic"] + run.channels["energy_potential"]
     # A constant force has the potential -P r_e theta: what it puts in is what is stored.
-    assert close(energy, run.courses["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
+    assert close(energy, run.channels["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
     back = bare | {
         "mechanism": data["mechanism"]
         | {
-            "initial_angle_deg": float(np.rad2deg(run.courses["angle"][-1])),
-            "initial_angular_velocity": -float(run.courses["angular_velocity"][-1]),
+            "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
+            "initial_angular_velocity": -float(run.channels["angular_velocity"][-1]),
         }
     }
-    turned = simulate(back).courses["angle"][-1]
-    assert close(turned, 0.0, 1e-6 * (1 + abs(run.courses["angle"][-1])))
+    turned = simulate(back).channels["angle"][-1]
+    assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
 
 
 @moderate
-@given(scenes())
+@given(scenarios())
 def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
     force, drag = 3.0 * geometry["load"], geometry["inertia"]  # a time constant of one second
@@ -297,4 +298,4 @@ def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
     torque = (force - geometry["load"]) * geometry["cord_radius"]
     torque -= contact.kinetic_limit(force, 0.0, 0.0, 1)
     # exp(-30) of it is missing, and rtol 1e-9
-    assert drag * run.courses["angular_velocity"][-1] == pytest.approx(torque, rel=1e-8)
+    assert drag * run.channels["angular_velocity"][-1] == pytest.approx(torque, rel=1e-8)

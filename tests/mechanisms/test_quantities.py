@@ -1,4 +1,4 @@
-"""Every figure of a summary against an independent reader of its result, over drawn scenes."""
+"""Every quantity of a summary against an independent reader of its result, over drawn scenarios."""
 
 import tempfile
 import tomllib
@@ -15,7 +15,7 @@ from frictionsim.io import hdf5
 from frictionsim.results import Quantities
 from frictionsim.scenario.kinds import KINDS, module_of
 from frictionsim.simulation.simulate import Run
-from tests.support.drawn_scenarios import courses, gears, marble_machines, of_size, pulleys, some
+from tests.support.drawn_scenarios import gears, marble_machines, of_size, pulleys, signals, some
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
 from tests.support.second_way import Record, Seen, Table, misfits, motion, read
 from tests.support.second_way_gears import epicyclic, gear_statics
@@ -52,7 +52,7 @@ def recorded(done: Run, room: Path) -> Record:
 
 
 def disagreements(found: Quantities, seen: dict[str, Seen]) -> dict[str, Any]:
-    """Return the figures that the reader does not find; it must know each, and no other."""
+    """Return the quantities that the reader does not find; it must know each, and no other."""
     assert found.keys() == seen.keys()
     return {n: (q.value, seen[n]) for n, q in found.items() if not seen[n].agrees(q.value)}
 
@@ -63,10 +63,10 @@ def assert_second_way(data: Scenario, room: Path) -> Record:
     record = recorded(done, room)
     assert disagreements(done.quantities, READERS[data["kind"]](record)) == {}
     for name, seen in motion(record).items():
-        assert seen.agrees(float(record.courses[name][-1])), name
-    if "mode" in record.courses and "speed" not in record.scenario["drive"]:
+        assert seen.agrees(float(record.channels[name][-1])), name
+    if "mode" in record.channels and "speed" not in record.scenario["drive"]:
         assert misfits(record) == []
-    found = module_of(data["kind"]).statics(done.scene)
+    found = module_of(data["kind"]).statics(done.scenario)
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
     return record
 
@@ -75,14 +75,14 @@ def test_every_kind_of_one_coordinate_has_a_reader() -> None:
     assert READERS.keys() == STATICS.keys() == KINDS.keys() - {"belt_drive"}
 
 
-# A turn of the start, so that no figure is counted from an angle of zero by chance.
+# A turn of the start, so that no quantity is counted from an angle of zero by chance.
 angles = st.one_of(st.just(0.0), st.floats(-400.0, 400.0))
 
 
 @st.composite
-def signals(draw: st.DrawFn, size: float, jumps: bool) -> Any:
+def visible_signals(draw: st.DrawFn, size: float, jumps: bool) -> Any:
     """Signals whose pieces some samples see, a hundredth of a second long; one may jump."""
-    table = draw(courses(size))
+    table = draw(signals(size))
     if isinstance(table, float) or "sine" in table:
         return table
     if "smooth_step" in table:
@@ -109,11 +109,11 @@ def interval_of(data: Scenario) -> float:
 
 
 @st.composite
-def scenes(draw: st.DrawFn, kind: Any, size: float) -> Scenario:
+def scenarios(draw: st.DrawFn, kind: Any, size: float) -> Scenario:
     data = draw(kind)
     for name in {"force", "torque", "speed"} & data["drive"].keys():
         # The torque of a speed that jumps is a stroke, which no sample sees.
-        data["drive"][name] = draw(signals(size, jumps=name != "speed"))
+        data["drive"][name] = draw(visible_signals(size, jumps=name != "speed"))
     if draw(st.booleans()):
         data["mechanism"]["initial_angle_deg"] = draw(angles)
     interval = interval_of(data)
@@ -139,7 +139,7 @@ def gears_with_points(draw: st.DrawFn) -> Scenario:
 
 
 @some(60)
-@given(scenes(pulleys(), 5000.0))
+@given(scenarios(pulleys(), 5000.0))
 def test_figures_of_pulleys(room: Path, data: Scenario) -> None:
     record = assert_second_way(data, room)
     starts_at_rest = data["mechanism"]["initial_angular_velocity"] == 0.0
@@ -149,13 +149,13 @@ def test_figures_of_pulleys(room: Path, data: Scenario) -> None:
 
 
 @some(60)
-@given(scenes(marble_machines(), 0.02))
+@given(scenarios(marble_machines(), 0.02))
 def test_figures_of_marble_machines(room: Path, data: Scenario) -> None:
     assert_second_way(data, room)
 
 
 @some(60)
-@given(scenes(gears_with_points(), 8.0))
+@given(scenarios(gears_with_points(), 8.0))
 def test_figures_of_gears(room: Path, data: Scenario) -> None:
     assert_second_way(data, room)
 
@@ -164,10 +164,10 @@ def test_figures_of_gears(room: Path, data: Scenario) -> None:
     "name", ["pulley", "pulley_horizontal", "pulley_return", "marble_machine", "epicyclic"]
 )
 def test_the_second_way_is_sharp(name: str, room: Path) -> None:
-    """Of a shipped scene each figure is known to a part in a thousand, but for a dwell."""
+    """Of a shipped scenario each quantity is known to a part in a thousand, but for a dwell."""
     text = (SCENARIOS / f"{name}.toml").read_text()
     data = changed(tomllib.loads(text), output__interval=1e-3)
     seen = READERS[data["kind"]](assert_second_way(data, room))
-    for figure, (value, uncertainty) in seen.items():
-        if figure != "tracer_dwell_time":
-            assert uncertainty <= 1e-3 * abs(value or 0.0), figure
+    for quantity, (value, uncertainty) in seen.items():
+        if quantity != "tracer_dwell_time":
+            assert uncertainty <= 1e-3 * abs(value or 0.0), quantity

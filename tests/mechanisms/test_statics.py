@@ -50,7 +50,7 @@ def test_statics_agree_with_print(name: str) -> None:
     )
 
 
-def test_the_scene_s_direction_decides_which_force_is_meant() -> None:
+def test_the_scenario_s_direction_decides_which_force_is_meant() -> None:
     found = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
     assert found["force_to_lift"] == found["force_to_lift_horizontal"]
     assert found["force_to_hold"] == found["force_to_hold_horizontal"]

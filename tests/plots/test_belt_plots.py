@@ -41,15 +41,15 @@ def read_back(run: object, tmp_path: Path) -> Result:
 
 def without(*names: str) -> object:
     run = belt_run(samples=5)
-    return run._replace(courses={k: v for k, v in run.courses.items() if k not in names})
+    return run._replace(channels={k: v for k, v in run.channels.items() if k not in names})
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_a_view_needs_just_its_courses(view: str, picture: Callable[..., str]) -> None:
-    others = [name for name in belt_run(samples=2).courses if name not in NEEDED[view]]
+def test_a_view_needs_just_its_channels(view: str, picture: Callable[..., str]) -> None:
+    others = [name for name in belt_run(samples=2).channels if name not in NEEDED[view]]
     picture(without(*others), view)
     for name in NEEDED[view]:
-        with pytest.raises(InputError, match=rf"no course {name}; the view needs .*{name}"):
+        with pytest.raises(InputError, match=rf"no channel {name}; the view needs .*{name}"):
             picture(without(name), view)
 
 
@@ -57,7 +57,7 @@ def test_missing_channels_are_told_by_the_command(cli: Callable, tmp_path: Path)
     hdf5.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
     done = cli("plot", "a.h5", "--view", "drive")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "this result has no course x, tension; the view needs x, y, tension," in done.stderr
+    assert "this result has no channel x, tension; the view needs x, y, tension," in done.stderr
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
@@ -66,8 +66,8 @@ def test_a_belt_without_friction_is_drawn_without_it(
 ) -> None:
     run = belt_run(samples=5, effects={})
     names = ("friction_force", "slip_velocity", "sticking")
-    courses = {name: course for name, course in run.courses.items() if name not in names}
-    text = picture(run._replace(courses=courses), view)
+    channels = {name: channel for name, channel in run.channels.items() if name not in names}
+    text = picture(run._replace(channels=channels), view)
     assert "stick" not in text
     assert "friction" not in text
 
@@ -110,11 +110,11 @@ def test_a_body_that_is_not_there_is_refused(cli: Callable, tmp_path: Path) -> N
 
 def test_a_pulley_that_the_scenario_does_not_have_is_refused(picture: Callable[..., str]) -> None:
     run = belt_run(samples=3)
-    touched = run.courses["pulley_index"].copy()
+    touched = run.channels["pulley_index"].copy()
     touched[:, 3] = 2.0
     for view in ("drive", "tension", "body"):
         with pytest.raises(InputError, match="touch pulleys that its scenario does not have"):
-            picture(run._replace(courses=run.courses | {"pulley_index": touched}), view)
+            picture(run._replace(channels=run.channels | {"pulley_index": touched}), view)
 
 
 def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> No
     belt = BeltLine(result, -1)
     pitch = distances[-1] / bodies
     assert belt.length == pytest.approx(distances[-1], rel=1e-3)
-    found = result.courses["tension"][-1][belt.order]
+    found = result.channels["tension"][-1][belt.order]
     # The first joint is within a body of where the belt leaves the pulley.
     expected = tension_at(belt.place[:-1], under, distances, 1.0)
     slope = 4.0 * 560.0 / distances[-1]
@@ -134,7 +134,7 @@ def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> No
 def test_the_mean_is_taken_at_places_that_the_belt_runs_through(tmp_path: Path) -> None:
     result = read_back(belt_run(FOUR, bodies=600), tmp_path)
     belt = BeltLine(result, -1)
-    at_end = result.courses["tension"][-1][np.append(belt.order, belt.order[0])]
+    at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     # The tension at a place is steady there, though each joint has run on by 0.24 m.
     steady = belt.mean(result, range(160, 201))
     assert np.max(np.abs(steady - at_end)) < 0.02 * np.ptp(at_end)

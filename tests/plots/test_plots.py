@@ -77,7 +77,7 @@ def test_the_same_result_gives_the_same_picture(
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
-def test_panels_name_course_and_unit(result: hdf5.Result, tmp_path: Path) -> None:
+def test_panels_name_channel_and_unit(result: hdf5.Result, tmp_path: Path) -> None:
     picture = tmp_path / "pulley.svg"
     plot(result, picture)
     text = picture.read_text()
@@ -144,17 +144,17 @@ def test_a_result_of_an_unknown_kind_is_refused() -> None:
 
 def test_a_result_without_samples_is_refused(tmp_path: Path) -> None:
     run = run_of("pulley")
-    none = {name: course[:0] for name, course in run.courses.items()}
+    none = {name: channel[:0] for name, channel in run.channels.items()}
     with pytest.raises(InputError, match="it has no samples"):
-        drawn(run._replace(time=run.time[:0], courses=none), tmp_path)
+        drawn(run._replace(time=run.time[:0], channels=none), tmp_path)
 
 
 def test_one_sample_is_enough(tmp_path: Path) -> None:
     for name, kind in (SHIPPED | {"two pulleys": "belt_drive"}).items():
         run = run_of(name)
-        first = {course: values[:1] for course, values in run.courses.items()}
+        first = {channel: values[:1] for channel, values in run.channels.items()}
         hdf5.write(
-            run._replace(time=run.time[:1], courses=first, transitions=[], sides={}),
+            run._replace(time=run.time[:1], channels=first, transitions=[], sides={}),
             tmp_path / "a.h5",
         )
         written, reasons = plot_all(hdf5.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
@@ -198,7 +198,7 @@ def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    ("name", "view", "scene", "message"),
+    ("name", "view", "scenario", "message"),
     [
         ("marble_machine", "torque", "", "the scenario in this result has no mechanism.gear_ratio"),
         ("epicyclic", "path", "a = ", "cannot read the scenario in this result"),
@@ -206,11 +206,11 @@ def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path
     ],
 )
 def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
-    name: str, view: str, scene: str, message: str, tmp_path: Path
+    name: str, view: str, scenario: str, message: str, tmp_path: Path
 ) -> None:
     hdf5.write(run_of(name), tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5", "r+") as file:
-        file.attrs["scenario"] = scene
+        file.attrs["scenario"] = scenario
     with pytest.raises(InputError, match=message):
         plot(hdf5.read(tmp_path / "a.h5"), tmp_path / "a.png", view)
 
@@ -218,19 +218,19 @@ def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
 @pytest.mark.parametrize(
     ("name", "view", "channels", "needed"),
     [
-        ("marble_machine", "torque", ["angle"], "no course motor_torque"),
-        ("epicyclic", "torque", ["drive_torque"], "no course angle"),
-        ("epicyclic", "torque", ["angle"], "none of the courses drive_torque, uniform_torque"),
+        ("marble_machine", "torque", ["angle"], "no channel motor_torque"),
+        ("epicyclic", "torque", ["drive_torque"], "no channel angle"),
+        ("epicyclic", "torque", ["angle"], "none of the channels drive_torque, uniform_torque"),
         ("epicyclic", "path", ["tracer_x"], "tracer_x, tracer_y"),
     ],
 )
-def test_a_view_says_which_courses_it_needs(
+def test_a_view_says_which_channels_it_needs(
     name: str, view: str, channels: list[str], needed: str, tmp_path: Path
 ) -> None:
     run = run_of(name)
-    kept = {channel: run.courses[channel] for channel in channels}
+    kept = {channel: run.channels[channel] for channel in channels}
     with pytest.raises(InputError, match=needed):
-        drawn(run._replace(courses=kept), tmp_path, view)
+        drawn(run._replace(channels=kept), tmp_path, view)
 
 
 def test_texts_go_into_rows_until_they_have_room() -> None:

@@ -144,8 +144,8 @@ def test_a_checkpointed_file_can_be_read_at_any_time(
         while process.poll() is None:
             if target.exists():
                 found = hdf5.read(target)
-                assert np.all(np.isfinite(found.courses["angle"]))
-                times.add(found.courses["time"].size)
+                assert np.all(np.isfinite(found.channels["angle"]))
+                times.add(found.channels["time"].size)
             time.sleep(0.01)
         process.communicate()
     assert process.returncode == 0

@@ -1,4 +1,4 @@
-"""Damaged scenarios, courses and result files: each is refused in a sentence, or is none."""
+"""Damaged scenarios, channels and result files: each is refused in a sentence, or is none."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The scenes of `scenarios/hard`: what must come out of each, by every backend that does it."""
+"""The scenarios of `scenarios/hard`: what must come out of each, by every backend that does it."""
 
 import json
 from math import asin, cos, pi, radians, sin, sqrt
@@ -17,7 +17,7 @@ from tests.support.scenarios import SCENARIOS
 HARD = SCENARIOS / "hard"
 MANY_CYCLES_SHORTEST = 0.0213745  # s
 BACKENDS = ("events", "rkf45")
-# Each of them is a scene of tests/data, whose transitions and final state are known.
+# Each of them is a scenario of tests/data, whose transitions and final state are known.
 KNOWN = {
     "return": "return",
     "equal_coefficients": "sine_2Hz_two_way_mu_equal",
@@ -33,9 +33,9 @@ KNOWN = {
 
 
 def outcome(name: str, backend: str, *overrides: str) -> Run:
-    """Run a hard scene, which has to pass its audit."""
-    scene = load(HARD / f"{name}.toml", list(overrides), backend)
-    done = run(scene, lambda t: None)
+    """Run a hard scenario, which has to pass its audit."""
+    scenario = load(HARD / f"{name}.toml", list(overrides), backend)
+    done = run(scenario, lambda t: None)
     assert (done.status, done.reason) == ("done", "")
     assert {key: check for key, check in done.checks.items() if not check.ok} == {}
     return done
@@ -55,7 +55,7 @@ def reference(name: str) -> dict[str, Any]:
     )
 
 
-def test_every_hard_scene_has_a_test() -> None:
+def test_every_hard_scenario_has_a_test() -> None:
     others = {"breakaway_limit", "jump_from_csv", "many_cycles", "long_stick"}
     shafts = {path.stem for path in HARD.glob("*.toml") if not path.stem.startswith("belt")}
     assert shafts == KNOWN.keys() | others
@@ -67,7 +67,7 @@ def test_every_hard_scene_has_a_test() -> None:
     # The stiff one takes a million steps; test_pulley.py has it, too.
     [pytest.param(n, marks=pytest.mark.long if n == "tiny_inertia" else ()) for n in KNOWN],
 )
-def test_a_hard_scene_gives_the_reference(name: str, backend: str) -> None:
+def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
     case = reference(KNOWN[name])
     done = outcome(name, backend)
     assert len(modes(done)) == case["event_count"]
@@ -79,7 +79,7 @@ def test_a_hard_scene_gives_the_reference(name: str, backend: str) -> None:
         assert found.time == pytest.approx(at, abs=time)
         assert found.position == pytest.approx(where, abs=angle)
     # ... and the stops of a motion are late by as much each.
-    last = [done.courses["angle"][-1], done.courses["angular_velocity"][-1]]
+    last = [done.channels["angle"][-1], done.channels["angular_velocity"][-1]]
     assert last == pytest.approx(case["final"], abs=10.0 * angle)
 
 
@@ -102,8 +102,8 @@ def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
     start, *transfers = done.transitions
     # Both methods find a breakaway from rest to the roundings of the moments.
     assert start.time == pytest.approx(expected, abs=1e-11)
-    assert not np.any(done.courses["angle"][done.time < expected])
-    assert (done.courses["angular_velocity"][done.time > expected + 1e-6] < 0.0).all()
+    assert not np.any(done.channels["angle"][done.time < expected])
+    assert (done.channels["angular_velocity"][done.time > expected + 1e-6] < 0.0).all()
     assert [event.contact for event in transfers] == ["transfer"] * 24
 
 
@@ -113,11 +113,11 @@ def test_a_part_in_a_billion_decides(factor: float, moves: bool, backend: str) -
     force = 2707.703079618707 * factor
     done = outcome("breakaway_limit", backend, f"drive.force={force!r}")
     assert modes(done) == ([(0, 1)] if moves else [])
-    assert bool(np.any(done.courses["angle"])) is moves
+    assert bool(np.any(done.channels["angle"])) is moves
     if moves:
         angle, velocity = reference("tie_lift_1e-9_outside")["final"]
-        assert done.courses["angle"][-1] == pytest.approx(angle, abs=1e-7)
-        assert done.courses["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-7)
+        assert done.channels["angle"][-1] == pytest.approx(angle, abs=1e-7)
+        assert done.channels["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-7)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -125,7 +125,7 @@ def test_not_a_bit_changes_after_the_stop(backend: str) -> None:
     done = outcome("return", backend)
     resting = done.time > RETURN_STICK[0] + 1e-3
     for name in ("angle", "angular_velocity", "angular_acceleration", "energy_friction"):
-        assert np.unique(done.courses[name][resting]).size == 1
+        assert np.unique(done.channels[name][resting]).size == 1
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -137,7 +137,7 @@ def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
     first = ((3113.75 - 2224.1) * 0.0508 - R_K * (3113.75 + 2224.1)) / 1.355
     t = done.time - 1.0
     expected = np.where(t > 0.0, first * (t - 1.0 + np.exp(-t)), 0.0)
-    assert done.courses["angle"] == pytest.approx(expected, abs=1e-8)
+    assert done.channels["angle"] == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -152,8 +152,8 @@ def test_a_breakaway_from_a_tie_is_at_the_tie(backend: str) -> None:
 def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
     # Sampled once a period as here, all samples of the force are alike, which is warned of.
     done = outcome("many_cycles", backend, "output.interval=0.1", "output.at_events=false")
-    assert np.ptp(done.courses["drive_force"]) < 1e-6
-    assert not np.any(done.courses["angular_velocity"])
+    assert np.ptp(done.channels["drive_force"]) < 1e-6
+    assert not np.any(done.channels["angular_velocity"])
     assert [warning.partition(":")[0] for warning in done.warnings] == [
         "output.interval = 0.1 s is longer than a tenth of the period of drive.force, 0.1 s",
         "output.interval = 0.1 s is longer than a tenth of the shortest time between two changes"
@@ -174,12 +174,12 @@ def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
 def test_the_samples_of_many_cycles_show_each_of_them() -> None:
     done = outcome("many_cycles", "events", "solver.duration=2.0")
     assert done.warnings == ()
-    assert np.ptp(done.courses["drive_force"]) == pytest.approx(900.0, rel=1e-2)
-    moving = (done.courses["angular_velocity"] > 0.0).astype(int)
+    assert np.ptp(done.channels["drive_force"]) == pytest.approx(900.0, rel=1e-2)
+    moving = (done.channels["angular_velocity"] > 0.0).astype(int)
     assert np.count_nonzero(np.diff(moving) == 1) == 20
 
 
-# What is said of a scene because it is so; no other of them is warned of, and no shipped one.
+# What is said of a scenario because it is so; no other of them is warned of, and no shipped one.
 EXPECTED_WARNINGS = {
     "breakaway_limit": ["nothing moves"],
     "long_stick": ["nothing moves"],
@@ -199,7 +199,7 @@ EXPECTED_WARNINGS = {
     ],
     ids=lambda path: path.stem,
 )
-def test_no_scene_is_warned_of_without_need(path: Path) -> None:
+def test_no_scenario_is_warned_of_without_need(path: Path) -> None:
     warnings = run(load(path), lambda t: None).warnings
     expected = EXPECTED_WARNINGS.get(path.stem, [])
     assert len(warnings) == len(expected)
@@ -213,7 +213,7 @@ def test_a_long_rest_moves_nothing(backend: str) -> None:
     assert done.transitions == []
     assert done.time[-1] == 1e6
     for name in ("angle", "angular_velocity", "energy_input", "energy_friction"):
-        assert not np.any(done.courses[name])
+        assert not np.any(done.channels[name])
     force = 2450.0 + 257.703076911
     assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # so near to the limit it comes
     (warning,) = done.warnings
@@ -221,7 +221,7 @@ def test_a_long_rest_moves_nothing(backend: str) -> None:
     assert 0.0 < 1.0 - share / 100.0 < 1e-8
 
 
-def test_a_hard_scene_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_hard_scenario_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
     assert run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
     said = capsys.readouterr().out

@@ -15,19 +15,19 @@ from tests.support.scenarios import SCENARIOS
 HARD = SCENARIOS / "hard"
 BACKENDS = ("moreau", "rkf45")
 Mask = NDArray[np.bool_]
-Course = NDArray[np.float64]
+Channel = NDArray[np.float64]
 
 
 def outcome(name: str, backend: str, *overrides: str) -> Run:
-    """Run a hard scene, which has to pass its audit and hold nothing that is not finite."""
+    """Run a hard scenario, which has to pass its audit and hold nothing that is not finite."""
     done = run(load(HARD / f"{name}.toml", list(overrides), backend), lambda t: None)
     assert (done.status, done.reason) == ("done", "")
     assert {key: check for key, check in done.checks.items() if not check.ok} == {}
-    assert all(np.isfinite(course).all() for course in done.courses.values())
+    assert all(np.isfinite(channel).all() for channel in done.channels.values())
     return done
 
 
-def figure(of: Run, name: str) -> float:
+def quantity(of: Run, name: str) -> float:
     value = of.quantities[name].value
     assert value is not None
     return value
@@ -38,25 +38,25 @@ def spans(of: Run, which: Mask) -> tuple[float, float]:
 
     They stand side by side; a joint is in a span if neither body beside it touches a pulley.
     """
-    courses = of.courses
-    free = courses["pulley_index"][which] < 0.0
+    channels = of.channels
+    free = channels["pulley_index"][which] < 0.0
     free &= np.roll(free, 1, axis=1)
-    above = courses["y"][which] > 0.0
-    tension = courses["tension"][which]
+    above = channels["y"][which] > 0.0
+    tension = channels["tension"][which]
     return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
-def sliding_share(of: Run, pulley: int) -> Course:
+def sliding_share(of: Run, pulley: int) -> Channel:
     """Return the share of the bodies on a pulley that slide on it, sample by sample."""
-    on = of.courses["pulley_index"] == pulley
-    share: Course = (on & (of.courses["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
+    on = of.channels["pulley_index"] == pulley
+    share: Channel = (on & (of.channels["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
     return share
 
 
-def mean_slip(of: Run, pulley: int) -> Course:
+def mean_slip(of: Run, pulley: int) -> Channel:
     """Return the mean speed of a rim against the bodies on it, m/s, sample by sample."""
-    on = of.courses["pulley_index"] == pulley
-    slip: Course = (of.courses["slip_velocity"] * on).sum(axis=1) / on.sum(axis=1)
+    on = of.channels["pulley_index"] == pulley
+    slip: Channel = (of.channels["slip_velocity"] * on).sum(axis=1) / on.sum(axis=1)
     return slip
 
 
@@ -70,7 +70,7 @@ def test_every_hard_belt_has_a_test() -> None:
 def test_stiff_damping_leaves_the_step_to_the_waves(backend: str) -> None:
     done = outcome("belt_stiff_damping", backend)
     # The two methods are 2e-4 apart here; the slip is that of the weaker damping to 1 %.
-    assert figure(done, "tension_tight") == pytest.approx(634.1, rel=5e-4)
+    assert quantity(done, "tension_tight") == pytest.approx(634.1, rel=5e-4)
     if backend == "moreau":
         assert done.counts.steps < 35_000
 
@@ -78,12 +78,12 @@ def test_stiff_damping_leaves_the_step_to_the_waves(backend: str) -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
     done = outcome("belt_reversal", backend)
-    speed = done.courses["pulley_speed"]
+    speed = done.channels["pulley_speed"]
     assert (speed[done.time < 0.14] <= 0.0).all()
     assert (speed[done.time > 0.3] > 0.0).all()
     # Tight and slack span change places.
-    assert figure(done, "tension_driver_to_driven") < figure(done, "tension_driven_to_driver")
-    assert figure(done, "tension_tight") == pytest.approx(760.29, rel=1e-4)
+    assert quantity(done, "tension_driver_to_driven") < quantity(done, "tension_driven_to_driver")
+    assert quantity(done, "tension_tight") == pytest.approx(760.29, rel=1e-4)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -92,8 +92,8 @@ def test_an_overloaded_belt_has_the_ratio_of_a_capstan_that_bends(backend: str) 
     for bodies in (150, 300):
         done = outcome("belt_overload", backend, f"mechanism.belt.bodies={bodies}")
         slips = done.time > 0.2
-        assert not (done.courses["sticking"] * (done.courses["pulley_index"] == 0.0))[slips].any()
-        turned = np.ptp(done.courses["pulley_angle"][slips], axis=0)
+        assert not (done.channels["sticking"] * (done.channels["pulley_index"] == 0.0))[slips].any()
+        turned = np.ptp(done.channels["pulley_angle"][slips], axis=0)
         assert turned[0] > 100.0 * turned[1]
         upper, lower = spans(done, slips)
         ratios.append(lower / upper)
@@ -145,7 +145,7 @@ def test_a_slack_belt_is_warned_of(backend: str) -> None:
 def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> None:
     done = outcome("belt_sudden_stop", backend)
     stopped = done.time > 0.10015
-    assert (done.courses["pulley_speed"][stopped, 1] == 0.0).all()
+    assert (done.channels["pulley_speed"][stopped, 1] == 0.0).all()
     driver, driven = sliding_share(done, 0), sliding_share(done, 1)
     assert driver[stopped].max() == 1.0
     # Before the stop only the exit of an arc slides, where the tension changes: creep.
@@ -167,14 +167,14 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> No
     # The two backends are 2e-3 apart.
     after = done.time > 0.0999
     assert np.trapezoid(slip[after], done.time[after]) == pytest.approx(4.2e-3, rel=0.01)
-    assert (done.courses["pulley_index"].max(axis=1) == 1.0).all()
+    assert (done.channels["pulley_index"].max(axis=1) == 1.0).all()
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
     done = outcome("belt_loose", backend)
-    assert figure(done, "pretension") == pytest.approx(0.5, rel=1e-6)
-    c, share = done.courses, sliding_share(done, 0)
+    assert quantity(done, "pretension") == pytest.approx(0.5, rel=1e-6)
+    c, share = done.channels, sliding_share(done, 0)
     assert not share[done.time < 0.025].any()
     late = done.time > 0.033
     assert (share[late] == 1.0).all()
@@ -194,7 +194,9 @@ def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
 def test_twelve_bodies_close_their_energy(backend: str) -> None:
     done = outcome("belt_coarse", backend)
     assert len(done.axes["body"]) == 12
-    assert figure(done, "driven_speed") == pytest.approx(-12.0, rel=0.05)  # a polygon of 60 degrees
+    assert quantity(done, "driven_speed") == pytest.approx(
+        -12.0, rel=0.05
+    )  # a polygon of 60 degrees
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -215,15 +217,15 @@ def test_six_hundred_bodies_have_no_corners_and_150_have(backend: str) -> None:
 
 
 class Steady:
-    """What the end of `belt_fine` has, from its courses: two spans, the driver's arc, the slip."""
+    """What the end of `belt_fine` has, from its channels: two spans, the driver's arc, the slip."""
 
     def __init__(self, done: Run) -> None:
-        courses, late = done.courses, done.time >= 0.06
+        channels, late = done.channels, done.time >= 0.06
         self.slack, self.tight = spans(done, late)
-        driver = courses["pulley_index"][late] == 0.0
-        inside = driver & np.roll(driver, 1, axis=1) & (courses["sticking"][late] > 0.0)
-        self.arc = float(np.mean(courses["tension"][late][inside]))
-        turned = np.ptp(courses["pulley_angle"][late], axis=0)
+        driver = channels["pulley_index"][late] == 0.0
+        inside = driver & np.roll(driver, 1, axis=1) & (channels["sticking"][late] > 0.0)
+        self.arc = float(np.mean(channels["tension"][late][inside]))
+        turned = np.ptp(channels["pulley_angle"][late], axis=0)
         # Slip over (T1 - T2)/EA, which an ideal string has.
         self.creep = (1.0 - turned[1] / turned[0]) / ((self.tight - self.slack) / 1.52e5)
 
@@ -235,13 +237,13 @@ def test_a_stiff_contact_has_the_tensions_of_the_soft_one(backend: str) -> None:
         "belt_stiff_contact", "moreau", "effects.contact.c1=3.0256e9", "effects.contact.c2=6.5e5"
     )
     for name in ("tension_tight", "tension_slack"):
-        assert figure(stiff, name) == pytest.approx(figure(soft, name), rel=0.01)
+        assert quantity(stiff, name) == pytest.approx(quantity(soft, name), rel=0.01)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
     done = outcome("belt_squeal", backend)
-    c, share = done.courses, sliding_share(done, 0)
+    c, share = done.channels, sliding_share(done, 0)
     # A cycle begins where all of the arc slides and has ended where at most a fifth does.
     state = np.where(share == 1.0, 1, np.where(share <= 0.2, -1, 0))
     (at,) = np.nonzero(state)
@@ -276,7 +278,7 @@ def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
 def test_a_roller_is_let_go_and_caught(backend: str) -> None:
     done = outcome("belt_lift_off", backend)
     roller = done.axes["pulley"].index("tensioner")
-    touching = (done.courses["pulley_index"] == roller).any(axis=1)
+    touching = (done.channels["pulley_index"] == roller).any(axis=1)
     assert touching.any()
     assert not touching.all()
 
@@ -284,7 +286,7 @@ def test_a_roller_is_let_go_and_caught(backend: str) -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_oil_that_passes_makes_the_belt_slip_and_lets_it_grip_again(backend: str) -> None:
     done = outcome("belt_oil_passes", backend)
-    rim = np.abs(done.courses["pulley_speed"])
+    rim = np.abs(done.channels["pulley_speed"])
     slip = 1.0 - rim[:, 1] / rim[:, 0].clip(1e-3)
     moving = done.time > 0.3
     assert slip[moving].max() > 0.3

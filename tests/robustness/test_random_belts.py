@@ -49,10 +49,10 @@ def belts(draw: st.DrawFn) -> Scenario:
 def simulated(data: Scenario, backend: str, poll: Any = lambda t: None, **kept: Any) -> Run | None:
     """Run a belt; None if its numbers turn out not to make one."""
     try:
-        scene = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
+        scenario = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
     except ScenarioFaults:
         return None
-    return run(scene, poll, **kept)
+    return run(scenario, poll, **kept)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -63,10 +63,10 @@ def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> N
     if done is None or done.failure == "budget":
         return
     assert (done.status, done.failure) in {("done", ""), ("failed", "left_pulleys")}
-    assert all(np.isfinite(course).all() for course in done.courses.values())
+    assert all(np.isfinite(channel).all() for channel in done.channels.values())
     if done.status == "done" and not done.warnings:  # a slack belt claps; its checks may fail
         assert {name for name, check in done.checks.items() if not check.ok} == set()
-    size, normal = np.abs(done.courses["friction_force"]), done.courses["normal_force"]
+    size, normal = np.abs(done.channels["friction_force"]), done.channels["normal_force"]
     mu = data["effects"]["belt_friction"]["mu_s"]
     # ... to rounding of forces and impulses.
     assert (size <= mu * normal * (1.0 + 1e-9) + 1e-9).all()
@@ -89,13 +89,13 @@ def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: 
     if part.status != "done":
         part = simulated(data, backend, checkpoint=part.checkpoint)
     assert part is not None
-    for name, course in whole.courses.items():
-        assert np.array_equal(course, part.courses[name]), name
+    for name, channel in whole.channels.items():
+        assert np.array_equal(channel, part.channels[name]), name
 
 
 def _is_its_own_image(done: Run) -> bool:
     """Return whether the belt lies at rest as its mirror image does: not if it is off a corner."""
-    x, y = done.courses["x"][0], done.courses["y"][0]
+    x, y = done.channels["x"][0], done.channels["y"][0]
     apart = np.hypot(x[:, None] - x, y[:, None] + y)
     return bool((apart.min(axis=0) < 1e-9).all())
 
@@ -116,7 +116,7 @@ def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> N
         return
     if not _is_its_own_image(one):
         return
-    speeds, mirror = one.courses["pulley_speed"], other.courses["pulley_speed"]
+    speeds, mirror = one.channels["pulley_speed"], other.channels["pulley_speed"]
     # The layout of the bodies is symmetric to the rounding of the rest position; contacts that
     # open and close make much of it.
     assert mirror == pytest.approx(-speeds, abs=1e-3 * max(1e-3, np.max(np.abs(speeds))))

@@ -1,4 +1,4 @@
-"""What must hold of any legal scene of the shaft mechanisms, however odd its numbers."""
+"""What must hold of any legal scenario of the shaft mechanisms, however odd its numbers."""
 
 import tempfile
 from pathlib import Path
@@ -13,7 +13,7 @@ from tests.support.drawn_scenarios import (
     assert_sound,
     assert_splitting_changes_nothing,
     marble_machines,
-    scenes,
+    scenarios,
     some,
 )
 from tests.support.scenarios import Scenario, simulate
@@ -26,13 +26,13 @@ def room() -> Any:
 
 
 @some(80)
-@given(scenes())
+@given(scenarios())
 def test_a_file_that_is_done_is_sound(room: Path, data: Scenario) -> None:
     assert_sound(data, room)
 
 
 @some(40)
-@given(scenes(), st.floats(0.0, 1.0))
+@given(scenarios(), st.floats(0.0, 1.0))
 def test_splitting_a_run_changes_nothing(room: Path, data: Scenario, share: float) -> None:
     assert_splitting_changes_nothing(data, share, room)
 
@@ -44,17 +44,17 @@ def test_a_machine_without_weight_mirrors(data: Scenario, backend: str) -> None:
     data = data | {"drive": {"torque": 0.01}, "solver": {"backend": backend, "duration": 1.0}}
     data["effects"].pop("gravity", None)
     done, mirrored = simulate(data), simulate(data | {"drive": {"torque": -0.01}})
-    assert np.array_equal(mirrored.courses["angle"], -done.courses["angle"])
+    assert np.array_equal(mirrored.channels["angle"], -done.channels["angle"])
     assert [-e.mode_to for e in mirrored.transitions] == [e.mode_to for e in done.transitions]
 
 
 @pytest.mark.long
-def test_thousands_of_scenes_are_sound(room: Path, tally: dict[str, int]) -> None:
+def test_thousands_of_scenarios_are_sound(room: Path, tally: dict[str, int]) -> None:
     @some(3000)
-    @given(scenes())
+    @given(scenarios())
     def all_of_them(data: Scenario) -> None:
         ended = assert_sound(data, room)
-        for name in ("random scenes", f"random scenes: {ended}"):
+        for name in ("random scenarios", f"random scenarios: {ended}"):
             tally[name] = tally.get(name, 0) + 1
 
     all_of_them()
@@ -63,7 +63,7 @@ def test_thousands_of_scenes_are_sound(room: Path, tally: dict[str, int]) -> Non
 @pytest.mark.long
 def test_hundreds_of_split_runs_change_nothing(room: Path, tally: dict[str, int]) -> None:
     @some(1000)
-    @given(scenes(), st.floats(0.0, 1.0))
+    @given(scenarios(), st.floats(0.0, 1.0))
     def all_of_them(data: Scenario, share: float) -> None:
         assert_splitting_changes_nothing(data, share, room)
         tally["split runs"] = tally.get("split runs", 0) + 1

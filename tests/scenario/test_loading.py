@@ -39,7 +39,7 @@ POINTS = "{time = [0.0, 0.8], value = [80.0, 120.0]}"
 
 
 def edited(*changes: str) -> str:
-    """Return the text with each `old -> new` done; FORCE stands for the course."""
+    """Return the text with each `old -> new` done; FORCE stands for the signal."""
     text = TEXT
     for change in changes:
         old, _, new = change.replace("FORCE", POINTS).partition(" -> ")
@@ -126,7 +126,7 @@ FAULTS: dict[str, tuple[str | bytes, list[str]]] = {
 }
 
 
-def write_scene(folder: Path, content: str | bytes) -> Path:
+def write_scenario(folder: Path, content: str | bytes) -> Path:
     """Write s.toml and the CSV files that it may name."""
     (folder / "empty.csv").touch()
     (folder / "binary.csv").write_bytes(bytes(range(256)))
@@ -150,7 +150,7 @@ def fits(message: str, wanted: str) -> bool:
 def test_a_wrong_scenario_is_refused_with_line_and_key_and_the_old_result_stays(
     content: str | bytes, messages: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = write_scene(tmp_path, content)
+    path = write_scenario(tmp_path, content)
     old = tmp_path / "old.h5"
     old.write_bytes(b"the result of yesterday")
     before = sorted(tmp_path.iterdir())
@@ -176,8 +176,8 @@ def test_a_file_that_is_too_large_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(loading, "LARGEST_FILE", 1 << 20)
-    with pytest.raises(ScenarioError, match="larger than 1 MiB; put long courses into CSV"):
-        load(write_scene(tmp_path, TEXT + "#" * (1 << 20)))
+    with pytest.raises(ScenarioError, match="larger than 1 MiB; put long signals into CSV"):
+        load(write_scenario(tmp_path, TEXT + "#" * (1 << 20)))
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_a_file_that_is_too_large_is_refused(
 )
 def test_a_bad_line_of_a_csv_is_named(line: str, number: int, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text(f"time, force\n0, 80\n{line}\n")
-    path = write_scene(tmp_path, edited('FORCE -> {csv = "force.csv"}'))
+    path = write_scenario(tmp_path, edited('FORCE -> {csv = "force.csv"}'))
     with pytest.raises(ScenarioError, match=f":7: drive.force.csv: line {number} of '.*' is not"):
         load(path)
 
@@ -196,11 +196,11 @@ def test_a_bad_line_of_a_csv_is_named(line: str, number: int, tmp_path: Path) ->
 def test_byte_order_mark_and_line_ends_do_not_matter(
     mark: bytes, end: bytes, tmp_path: Path
 ) -> None:
-    course = b"0, 80 # start\n0.8; 120\n"
-    (tmp_path / "force.csv").write_bytes(mark + course.replace(b"\n", end))
+    signal = b"0, 80 # start\n0.8; 120\n"
+    (tmp_path / "force.csv").write_bytes(mark + signal.replace(b"\n", end))
     text = edited('FORCE -> {csv = "force.csv"}').encode()
-    loaded = load(write_scene(tmp_path, mark + text.replace(b"\n", end)))
-    assert loaded == load(write_scene(tmp_path, TEXT))
+    loaded = load(write_scenario(tmp_path, mark + text.replace(b"\n", end)))
+    assert loaded == load(write_scenario(tmp_path, TEXT))
 
 
 # Each line that a key or a table begins on ends with their paths.
@@ -241,7 +241,7 @@ def test_lines_of_keys_in_all_ways_to_write_them() -> None:
     assert {" ".join(map(str, path)): line for path, line in found.items()} == expected
 
 
-def test_a_key_behind_a_course_of_many_lines_keeps_its_line() -> None:
+def test_a_key_behind_a_signal_of_many_lines_keeps_its_line() -> None:
     points = 4 * LONG_STATEMENT
     text = "value = [\n" + "1.0,\n" * points + "]\nafter = 1\n"
     assert key_lines(text) == {("value",): 1, ("after",): points + 3}
@@ -264,7 +264,7 @@ def test_a_key_behind_a_course_of_many_lines_keeps_its_line() -> None:
 def test_an_override_goes_over_the_file(
     override: str, key: str, value: Any, tmp_path: Path
 ) -> None:
-    found: Any = load(write_scene(tmp_path, TEXT), [override])
+    found: Any = load(write_scenario(tmp_path, TEXT), [override])
     for part in key.split("."):
         found = getattr(found, part)
     assert found == value
@@ -272,7 +272,7 @@ def test_an_override_goes_over_the_file(
 
 def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path) -> None:
     overrides = ["solver.rtol=1e-3", "solver.rtol=1e-4", "solver.backend=events"]
-    solver = load(write_scene(tmp_path, TEXT), overrides, "rkf45").solver
+    solver = load(write_scenario(tmp_path, TEXT), overrides, "rkf45").solver
     assert (solver.rtol, solver.backend) == (1e-4, "rkf45")
 
 
@@ -294,7 +294,7 @@ def test_a_wrong_override_is_a_fault_of_the_option(
     override: str, message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(ScenarioError) as refused:
-        load(write_scene(tmp_path, TEXT), [override])
+        load(write_scenario(tmp_path, TEXT), [override])
     (fault,) = refused.value.faults
     assert fits(fault, f"--set{message}"), fault
 
@@ -311,10 +311,10 @@ def test_a_wrong_override_is_a_fault_of_the_option(
 )
 def test_resolved_text_loads_to_the_same_scenario(force: str, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text("time, force\n0, 80.1\n0.8, 120\n")
-    first = load(write_scene(tmp_path, edited(f"FORCE -> {force}")), ["solver.rtol=1e-7"])
+    first = load(write_scenario(tmp_path, edited(f"FORCE -> {force}")), ["solver.rtol=1e-7"])
     text = resolved_toml(first)
     (tmp_path / "force.csv").unlink()
-    again = load(write_scene(tmp_path, text))
+    again = load(write_scenario(tmp_path, text))
     # The interval of the samples is filled in; all else is as it was.
     assert again.model_copy(update={"output": first.output}) == first
     assert resolved_toml(again) == text
@@ -324,15 +324,15 @@ def test_resolved_text_loads_to_the_same_scenario(force: str, tmp_path: Path) ->
 
 
 def test_a_scenario_is_frozen(tmp_path: Path) -> None:
-    loaded: Any = load(write_scene(tmp_path, TEXT))
+    loaded: Any = load(write_scenario(tmp_path, TEXT))
     for table, key in [(loaded, "title"), (loaded.solver, "rtol"), (loaded.drive.force, "time")]:
         with pytest.raises(ValidationError):
             setattr(table, key, getattr(table, key))
 
 
 REAL_KEYS = sorted({str(part) for path in key_lines(tomli_w.dumps(pulley())) for part in path})
-COURSE_KEYS = ["sine", "amplitude", "frequency_hz", "smooth_step", "from", "to", "start", "csv"]
-keys = st.sampled_from(REAL_KEYS + COURSE_KEYS) | st.text(max_size=5)
+SIGNAL_KEYS = ["sine", "amplitude", "frequency_hz", "smooth_step", "from", "to", "start", "csv"]
+keys = st.sampled_from(REAL_KEYS + SIGNAL_KEYS) | st.text(max_size=5)
 values = st.recursive(
     st.floats()
     | st.integers(-3, 3)
@@ -363,7 +363,7 @@ def loads_or_refuses(path: Path, overrides: list[str] | None = None) -> None:
         return
     assert isinstance(loaded, Scenario)
     text = resolved_toml(loaded)
-    again = load(write_scene(path.parent, text))
+    again = load(write_scenario(path.parent, text))
     assert again.model_copy(update={"output": loaded.output}) == loaded, text
 
 
@@ -377,7 +377,7 @@ def places(table: Any) -> list[tuple[Any, Any]]:
 @SEARCH
 @given(st.dictionaries(keys, values, max_size=6))
 def test_any_data_loads_or_is_refused(room: Path, data: dict[str, Any]) -> None:
-    loads_or_refuses(write_scene(room, tomli_w.dumps({"kind": "pulley", **data})))
+    loads_or_refuses(write_scenario(room, tomli_w.dumps({"kind": "pulley", **data})))
 
 
 @SEARCH
@@ -390,7 +390,7 @@ def test_any_change_of_a_valid_scenario_loads_or_is_refused(
         found = places(data)
         container, key = found[index % len(found)]
         container[key] = value
-    loads_or_refuses(write_scene(room, tomli_w.dumps(data)))
+    loads_or_refuses(write_scenario(room, tomli_w.dumps(data)))
 
 
 @SEARCH
@@ -398,16 +398,16 @@ def test_any_change_of_a_valid_scenario_loads_or_is_refused(
 def test_any_edit_of_a_valid_text_loads_or_is_refused(
     room: Path, start: int, length: int, inserted: str
 ) -> None:
-    loads_or_refuses(write_scene(room, TEXT[:start] + inserted + TEXT[start + length :]))
+    loads_or_refuses(write_scenario(room, TEXT[:start] + inserted + TEXT[start + length :]))
 
 
 @SEARCH
 @given(st.binary(max_size=60) | st.text(max_size=60))
 def test_any_bytes_load_or_are_refused(room: Path, content: str | bytes) -> None:
-    loads_or_refuses(write_scene(room, content))
+    loads_or_refuses(write_scenario(room, content))
 
 
 @SEARCH
 @given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
 def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
-    loads_or_refuses(write_scene(room, TEXT), [f"{'.'.join(path)}={value}"])
+    loads_or_refuses(write_scenario(room, TEXT), [f"{'.'.join(path)}={value}"])

@@ -1,4 +1,4 @@
-"""Courses in time: their values, and that they tell where they kink and turn."""
+"""Signals in time: their values, and that they tell where they kink and turn."""
 
 from math import inf, pi, sin
 from pathlib import Path
@@ -13,37 +13,37 @@ from pydantic import ValidationError
 from frictionsim.scenario.messages import fault_text
 from frictionsim.scenario.schema import Params, quantity
 from frictionsim.scenario.signal_tables import (
-    CourseInTime,
-    CourseOfSpeedOrTime,
+    SpeedOrTimeSignal,
     SpeedTable,
-    course_of,
+    TimeSignal,
+    signal_from,
 )
-from frictionsim.scenario.signals import Constant, Course, PiecewiseLinear, Sine, SmoothStep
+from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
 
 class Drive(Params):
-    force: CourseInTime
+    force: TimeSignal
 
 
-def course(table: Any, folder: Path = Path()) -> Course:
-    return course_of(Drive.model_validate({"force": table}, context={"folder": folder}).force)
+def signal(table: Any, folder: Path = Path()) -> Signal:
+    return signal_from(Drive.model_validate({"force": table}, context={"folder": folder}).force)
 
 
 def test_a_number_is_a_constant() -> None:
     for number in (3, 3.0):
-        force = course(number)
+        force = signal(number)
         assert (force(0.0), force(1e9), force.next_kink(0.0)) == (3.0, 3.0, inf)
 
 
 def test_points_are_joined_by_lines_and_constant_outside() -> None:
-    force = course({"time": [1, 2, 4], "value": [10, 20, 0]})
+    force = signal({"time": [1, 2, 4], "value": [10, 20, 0]})
     assert [force(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] == [10, 10, 15, 20, 10, 0, 0]
     assert [force.next_kink(t) for t in (0.0, 1.0, 1.5, 2.0, 4.0)] == [1, 2, 2, 4, inf]
 
 
 def test_a_single_point_or_equal_values_are_a_constant() -> None:
-    assert isinstance(course({"time": [1.0], "value": [5.0]}), Constant)
-    assert isinstance(course({"time": [1.0, 2.0], "value": [5.0, 5.0]}), Constant)
+    assert isinstance(signal({"time": [1.0], "value": [5.0]}), Constant)
+    assert isinstance(signal({"time": [1.0, 2.0], "value": [5.0, 5.0]}), Constant)
 
 
 def test_points_are_hit_exactly() -> None:
@@ -53,7 +53,7 @@ def test_points_are_hit_exactly() -> None:
 
 
 def test_sine_has_mean_amplitude_frequency_and_phase() -> None:
-    force = course({"sine": {"mean": 2, "amplitude": 3, "frequency_hz": 0.5, "phase_deg": 30}})
+    force = signal({"sine": {"mean": 2, "amplitude": 3, "frequency_hz": 0.5, "phase_deg": 30}})
     assert force(0.0) == pytest.approx(3.5, rel=1e-15)
     assert force(1.3) == pytest.approx(2 + 3 * sin(pi * 1.3 + pi / 6), rel=1e-15)
     assert force.next_turn(0.0) == pytest.approx(1 / 3, rel=1e-15)
@@ -62,7 +62,7 @@ def test_sine_has_mean_amplitude_frequency_and_phase() -> None:
 
 
 def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
-    force = course({"smooth_step": {"from": 2, "to": 4, "start": 1, "stop": 3}})
+    force = signal({"smooth_step": {"from": 2, "to": 4, "start": 1, "stop": 3}})
     assert [force(t) for t in (0.0, 1.0, 2.0, 3.0, 9.0)] == [2, 2, 3, 4, 4]
     assert force(1.5) == pytest.approx(2 + 2 * (3 * 0.25**2 - 2 * 0.25**3), rel=1e-15)
     assert [force.next_kink(t) for t in (0.0, 1.0, 2.0, 3.0)] == [1, 3, 3, inf]
@@ -75,21 +75,21 @@ def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
     "text",
     ["0,1\n1,2\n", "time;force\n0;1\n1;2\n", "# s N\n\n0 1\n1\t2  # end\n", "\ufefft,F\n0,1\n1,2"],
 )
-def test_csv_courses_are_points(text: str, tmp_path: Path) -> None:
+def test_csv_signals_are_points(text: str, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text(text, encoding="utf-8")
-    force = course({"csv": "force.csv"}, tmp_path)
+    force = signal({"csv": "force.csv"}, tmp_path)
     assert [force(t) for t in (0.0, 0.5, 1.0)] == [1.0, 1.5, 2.0]
 
 
 class BeltDrive(Params):
-    torque: CourseOfSpeedOrTime | None = quantity("N m", None)
+    torque: SpeedOrTimeSignal | None = quantity("N m", None)
 
 
 class PulleyDrive(Params):
-    torque: CourseInTime | None = quantity("N m", None)
+    torque: TimeSignal | None = quantity("N m", None)
 
 
-def test_a_course_of_speed_or_time_takes_both() -> None:
+def test_a_signal_of_speed_or_time_takes_both() -> None:
     table = {"speed": [0, 10.0], "value": [5.0, 0]}
     of_speed = BeltDrive.model_validate({"torque": table}).torque
     assert isinstance(of_speed, SpeedTable)
@@ -99,7 +99,7 @@ def test_a_course_of_speed_or_time_takes_both() -> None:
     assert BeltDrive.model_validate(BeltDrive(torque=of_speed).model_dump()).torque == of_speed
     in_time = BeltDrive.model_validate({"torque": {"time": [0, 1], "value": [0, 5]}}).torque
     assert not isinstance(in_time, SpeedTable)
-    assert course_of(in_time)(0.5) == 2.5
+    assert signal_from(in_time)(0.5) == 2.5
     assert BeltDrive.model_validate({"torque": 3}).torque == 3.0
 
 
@@ -142,12 +142,12 @@ TIME_FORMS += ' or {csv = "file.csv"}'
         ("x", f"torque: expected a number in N m, or {ALL_FORMS}, got 'x'"),
     ],
 )
-def test_a_wrong_course_of_speed_is_told(table: Any, fault: str) -> None:
+def test_a_wrong_signal_of_speed_is_told(table: Any, fault: str) -> None:
     (found,) = faults_of(BeltDrive, table)
     assert found.startswith(fault)
 
 
-def test_a_course_in_time_refuses_one_of_speed() -> None:
+def test_a_signal_in_time_refuses_one_of_speed() -> None:
     found = faults_of(PulleyDrive, {"speed": [0.0], "value": [1.0]})
     assert any("torque.speed: unknown key 'speed'" in fault for fault in found)
     assert faults_of(PulleyDrive, {"speed": [0.0]}) == [
@@ -158,7 +158,7 @@ def test_a_course_in_time_refuses_one_of_speed() -> None:
     ]
 
 
-courses = st.one_of(
+signals = st.one_of(
     st.builds(
         Sine,
         st.floats(-10, 10),
@@ -179,8 +179,8 @@ courses = st.one_of(
 )
 
 
-@given(courses, st.floats(0, 20))
-def test_slope_is_the_derivative(force: Course, t: float) -> None:
+@given(signals, st.floats(0, 20))
+def test_slope_is_the_derivative(force: Signal, t: float) -> None:
     """The slope integrated over a piece, by Gauss' formula of three points, is the rise."""
     end = min(force.next_kink(t), force.next_turn(t), t + 1.0)
     half, middle = 0.5 * (end - t), 0.5 * (end + t)
@@ -190,8 +190,8 @@ def test_slope_is_the_derivative(force: Course, t: float) -> None:
     assert rise == pytest.approx(force(end) - force(t), rel=5e-3, abs=1e-9)
 
 
-@given(courses, st.floats(0, 20))
-def test_a_course_is_monotone_up_to_its_next_turn(force: Course, t: float) -> None:
+@given(signals, st.floats(0, 20))
+def test_a_signal_is_monotone_up_to_its_next_turn(force: Signal, t: float) -> None:
     turn = force.next_turn(t)
     assert turn > t
     assert force.next_kink(t) >= turn

@@ -38,10 +38,10 @@ def failed(series: Series) -> set[str]:
     return {name for name, check in checks.items() if not check.ok}
 
 
-def with_sample(course: Any, i: int, value: float) -> Any:
-    course = course.copy()
-    course[i] = value
-    return course
+def with_sample(channel: Any, i: int, value: float) -> Any:
+    channel = channel.copy()
+    channel[i] = value
+    return channel
 
 
 def test_a_sound_run_passes(sound: Series) -> None:
@@ -79,7 +79,7 @@ def test_two_sticks_with_a_slip_between_samples_are_no_drift() -> None:
         output__interval=1.9,
     )
     run = simulate(data)
-    assert np.any(np.diff(run.courses["angle"][run.courses["mode"] == 0]) > 1.0)
+    assert np.any(np.diff(run.channels["angle"][run.channels["mode"] == 0]) > 1.0)
     assert failures(run.checks) == ""
 
 

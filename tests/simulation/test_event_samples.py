@@ -24,21 +24,21 @@ PRESCRIBED = changed(
 MARBLES = next(
     case["scenario"] for case in cases("marble_machine") if case["name"] == "sine_both_ways"
 )
-SCENES: dict[str, Scenario] = {
+CASES: dict[str, Scenario] = {
     "pulley": pulley(drive__force=SINE),
     "marble machine": MARBLES,
     "gear of given speed": PRESCRIBED,
     "no friction": changed(MARBLES, effects__shaft_friction=None),
 }
 SETTINGS = [
-    *((name, backend) for name in SCENES for backend in ("events", "rkf45")),
+    *((name, backend) for name in CASES for backend in ("events", "rkf45")),
     ("pulley", "published"),
     *(("pulley", backend) for backend in ("regularised", "radau")),
 ]
 
 
 def solved(name: str, backend: str, **changes: Any) -> Run:
-    data = changed(SCENES[name], solver__backend=backend, **changes)
+    data = changed(CASES[name], solver__backend=backend, **changes)
     if backend == "published":
         # Where it chatters it would fail in adaptive steps.
         data = changed(data, solver={"backend": backend, "step": 1e-3, "duration": 3.0})
@@ -56,8 +56,8 @@ def test_the_time_axis_has_the_regular_samples_and_the_events(name: str, backend
     # Neither which samples are taken nor how many changes the run, to the bit.
     elsewhere = np.isin(found.time, regular.time) & ~np.isin(found.time, list(events))
     kept = ~np.isin(regular.time, list(events))
-    for course, values in regular.courses.items():
-        assert np.array_equal(found.courses[course][elsewhere], values[kept]), course
+    for channel, values in regular.channels.items():
+        assert np.array_equal(found.channels[channel][elsewhere], values[kept]), channel
     assert found.counts[:4] == regular.counts[:4]
     sparse = solved(name, backend, output__interval=1.7)
     assert sparse.transitions == found.transitions
@@ -73,8 +73,8 @@ def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
     found = solved(name, backend)
     times = [e.time for e in found.transitions]
     channels = {side.rpartition("_")[0] for side in found.sides}
-    energies = {name for name in found.courses if name.startswith("energy_")}
-    assert channels == found.courses.keys() - energies - {"angle", "mode"}
+    energies = {name for name in found.channels if name.startswith("energy_")}
+    assert channels == found.channels.keys() - energies - {"angle", "mode"}
     for i, event in enumerate(found.transitions):
         if times.count(event.time) > 1:
             continue
@@ -83,20 +83,20 @@ def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
         side = "before" if sticks_before else "after"
         at = np.searchsorted(found.time, event.time)
         for channel in channels:
-            assert found.courses[channel][at] == found.sides[f"{channel}_{side}"][i], channel
-        if "mode" in found.courses and event.mode_from != event.mode_to:
+            assert found.channels[channel][at] == found.sides[f"{channel}_{side}"][i], channel
+        if "mode" in found.channels and event.mode_from != event.mode_to:
             shown = event.mode_from if sticks_before else event.mode_to
-            assert found.courses["mode"][at] == shown
-        assert found.courses["angle"][at] == event.position
+            assert found.channels["mode"][at] == shown
+        assert found.channels["angle"][at] == event.position
 
 
 def test_the_peak_of_the_friction_is_in_a_sample_and_its_jump_in_the_events() -> None:
     found = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
     lift = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
     peak = R_S * (lift + LOAD)  # the static limit, 24.57 N m
-    i = int(np.argmin(found.courses["friction_torque"]))
+    i = int(np.argmin(found.channels["friction_torque"]))
     assert found.time[i] == pytest.approx(BREAKAWAY, abs=1e-12)
-    assert found.courses["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
+    assert found.channels["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
     assert found.sides["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
     assert found.sides["friction_torque_after"][0] == pytest.approx(-R_K * (lift + LOAD), rel=1e-12)
     # The acceleration jumps by their difference over the inertia.
@@ -126,9 +126,9 @@ def test_one_sample_stands_where_an_event_falls_on_a_regular_one(backend: str) -
             pulley(drive__force=3113.75, solver__backend=backend, output__at_events=False)
         ).time.tolist()
     )
-    assert found.courses["mode"][0] == 1
+    assert found.channels["mode"][0] == 1
     for side in ("before", "after"):
-        assert found.sides[f"friction_torque_{side}"][0] == found.courses["friction_torque"][0]
+        assert found.sides[f"friction_torque_{side}"][0] == found.channels["friction_torque"][0]
 
 
 def test_only_recorded_channels_have_sides_with_their_units(tmp_path: Path) -> None:

@@ -50,8 +50,8 @@ FAILURES: dict[str, tuple[Scenario, str, str]] = {
 def test_a_failure_is_told_by_its_name(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scene, where, advice = FAILURES[name]
-    (tmp_path / "s.toml").write_text(tomli_w.dumps(scene))
+    scenario, where, advice = FAILURES[name]
+    (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
     target = tmp_path / "a.h5"
     code = 5 if name == "budget" else 1
     assert (
@@ -68,7 +68,7 @@ def test_a_failure_is_told_by_its_name(
     kept = hdf5.read(target)
     found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
     assert found == {"status": "failed", "failure": name, "reason": reason}
-    assert all(np.isfinite(course).all() for course in kept.courses.values())
+    assert all(np.isfinite(channel).all() for channel in kept.channels.values())
 
 
 @pytest.mark.parametrize("at_events", [True, False])
@@ -100,8 +100,8 @@ def test_every_failure_has_a_name_of_its_own() -> None:
 
 
 def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
-    scene = {**UNSTABLE, "effects": {"air_drag": {"coefficient": 1355.0}}}
-    (tmp_path / "s.toml").write_text(tomli_w.dumps(scene))
+    scenario = {**UNSTABLE, "effects": {"air_drag": {"coefficient": 1355.0}}}
+    (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
     target = tmp_path / "a.h5"
     assert run_command_line(["solve", str(tmp_path / "s.toml"), "-q", "-o", str(target)]) == 1
     attributes = hdf5.read(target).attributes
@@ -112,7 +112,7 @@ def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
 def test_the_smallest_speeds_that_there_are_turn_as_any(tmp_path: Path) -> None:
     """The product of two of them is zero, which a search for the turn must not multiply."""
     speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, -5e-324, 5e-324]}
-    scene = {
+    scenario = {
         "kind": "epicyclic",
         "mechanism": {
             "sun_radius": 0.1,
@@ -123,4 +123,4 @@ def test_the_smallest_speeds_that_there_are_turn_as_any(tmp_path: Path) -> None:
         "drive": {"speed": speed},
         "solver": {"duration": 3.0},
     }
-    assert simulate(scene).status == "done"
+    assert simulate(scenario).status == "done"

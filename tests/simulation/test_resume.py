@@ -77,7 +77,7 @@ PRESCRIBED = {
     "drive": {"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}},
     "solver": {"duration": 3.0},
 }
-SCENES = {
+CASES = {
     "pulley": pulley(),
     "pulley that sticks and slips": pulley(drive__force=SINE),
     "pulley without friction": pulley(effects__shaft_friction=None),
@@ -92,11 +92,11 @@ SCENES = {
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", CASES)
 def test_an_interrupted_run_ends_with_the_same_bytes(
     name: str, backend: str, tmp_path: Path
 ) -> None:
-    data = SCENES[name]
+    data = CASES[name]
     if "step" not in data["solver"]:
         data = changed(data, solver__backend=backend)
     calls = calls_of(data)
@@ -133,8 +133,8 @@ def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
         result, turns = resumed(path), turns + 1
     assert turns > 5
     whole = hdf5.read(tmp_path / "whole.h5")
-    for name, course in result.courses.items():
-        np.testing.assert_array_equal(course, whole.courses[name], err_msg=name)
+    for name, channel in result.channels.items():
+        np.testing.assert_array_equal(channel, whole.channels[name], err_msg=name)
 
 
 def test_the_seconds_are_those_of_all_parts(
@@ -179,7 +179,7 @@ def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) 
 def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
     """Each is a whole file, from which the run can go on to the same bytes."""
     data = pulley(drive__force=SINE, output__checkpoint=1e-3, output__interval=0.01)
-    scene = validate(data, SCENARIOS)
+    scenario = validate(data, SCENARIOS)
     kept: list[Path] = []
 
     def keep(part: Run) -> None:
@@ -187,7 +187,7 @@ def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
         hdf5.write(part, kept[-1])
 
     whole = tmp_path / "whole.h5"
-    hdf5.write(run(scene, lambda t: None, keep), whole)
+    hdf5.write(run(scenario, lambda t: None, keep), whole)
     assert kept
     for path in kept:
         attributes = hdf5.read(path).attributes
@@ -291,15 +291,15 @@ def test_a_scenario_that_is_no_longer_valid_is_refused(
         resumed(stopped)
 
 
-def test_the_state_of_another_scene_is_refused(stopped: Path) -> None:
+def test_the_state_of_another_scenario_is_refused(stopped: Path) -> None:
     state = hdf5.read_checkpoint(stopped).state
     for other in (pulley(solver__backend="rkf45"), pulley(effects__air_drag=None)):
-        with pytest.raises(InputError, match="its checkpoint is not of this scene: "):
+        with pytest.raises(InputError, match="its checkpoint is not of this scenario: "):
             run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
 
 
 def test_an_old_scenario_file_is_not_needed(tmp_path: Path) -> None:
-    """Courses from CSV are in the result file."""
+    """Signals from CSV are in the result file."""
     (tmp_path / "force.csv").write_text("0, 1832.6\n0.8, 3113.75\n")
     scenario = tmp_path / "s.toml"
     scenario.write_text(tomli_w.dumps(pulley(drive__force={"csv": "force.csv"})))

@@ -1,4 +1,4 @@
-"""Warnings of results that look like success, over drawn scenes: there exactly when due.
+"""Warnings of results that look like success, over drawn scenarios: there exactly when due.
 
 Each rule is worked out here from the scenario and the recorded channels alone.
 """
@@ -142,13 +142,13 @@ def test_a_run_in_which_nothing_moves_says_how_near_it_came(seed: int, backend: 
     )
     if found.status != "done":  # eq 30 chatters
         return
-    courses = found.courses
-    rests = np.ptp(courses["angle"]) == 0.0 and not np.any(courses["angular_velocity"])
+    channels = found.channels
+    rests = np.ptp(channels["angle"]) == 0.0 and not np.any(channels["angular_velocity"])
     warnings = said(found, "nothing moves")
     assert bool(warnings) is bool(rests)
     if rests:
-        moment = (courses["drive_force"] - LOAD) * CORD_RADIUS
-        share = 100.0 * np.max(np.abs(moment) / (R_S * courses["shaft_reaction"]))
+        moment = (channels["drive_force"] - LOAD) * CORD_RADIUS
+        share = 100.0 * np.max(np.abs(moment) / (R_S * channels["shaft_reaction"]))
         assert number_after(warnings[0], "moment is ") == pytest.approx(share, rel=1e-9)
 
 
@@ -241,9 +241,9 @@ def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
     data, least = drawn_machine(seed)
     found = simulate(data)
     assert found.status == "done"
-    courses = found.courses
+    channels = found.channels
     motor = data["drive"].get("motor")
-    torque = courses["motor_torque"]
+    torque = channels["motor_torque"]
     high = motor["stall_torque"] if motor else max(torque)
     weak = said(found, "not above")
     assert bool(weak) is bool(high <= least)
@@ -251,7 +251,7 @@ def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
         assert number_after(weak[0], "is ") == pytest.approx(high, rel=1e-4)
         assert number_after(weak[0], "above the ") == pytest.approx(least, rel=1e-5)
     back = said(found, "ran back")
-    angle = courses["angle"]
+    angle = channels["angle"]
     pitch = 2.0 * pi / data["mechanism"]["slots"]
     carried = np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
     work = np.diff(found.time) @ (0.5 * (torque[1:] + torque[:-1]))
@@ -259,7 +259,7 @@ def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
     if back:
         assert number_after(back[0], "mean: ") == carried
     rests = [e.time for e in found.transitions if e.mode_to == 0 and e.mode_from != 0]
-    stalled = "mode" in courses and bool(rests) and courses["mode"][-1] == 0 and torque[-1] > 0.0
+    stalled = "mode" in channels and bool(rests) and channels["mode"][-1] == 0 and torque[-1] > 0.0
     still = said(found, "stands still")
     assert bool(still) is bool(stalled)
     if still:
@@ -278,7 +278,7 @@ def test_a_machine_in_which_nothing_moves_says_how_near_it_came() -> None:
     found = simulate(data)
     (warning,) = said(found, "nothing moves")
     radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
-    held = np.abs(found.courses["friction_torque"]) / (radius * found.courses["shaft_reaction"])
+    held = np.abs(found.channels["friction_torque"]) / (radius * found.channels["shaft_reaction"])
     assert number_after(warning, "moment is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
     assert not said(found, "stands still")
 
@@ -294,8 +294,8 @@ def test_a_machine_that_is_switched_off_does_not_stall(last: float, said_so: boo
         solver__duration=3.0,
     )
     found = simulate(data)
-    assert found.courses["angle"][-1] > found.courses["angle"][0]
-    assert found.courses["mode"][-1] == 0
+    assert found.channels["angle"][-1] > found.channels["angle"][0]
+    assert found.channels["mode"][-1] == 0
     assert bool(said(found, "stands still")) is said_so
 
 
@@ -309,11 +309,11 @@ def test_the_drawn_machines_do_all_of_this_and_nothing() -> None:
 def test_extremes_are_those_of_the_run() -> None:
     for seed in range(40):
         force, _ = drawn_signal(random.Random(seed))
-        scene = validate(pulley(drive__force=force, solver__duration=2.5), SCENARIOS)
-        course = scene.drive.force.course()
-        values = [course(t) for t in np.linspace(0.0, 2.5, 20_001)]
+        scenario = validate(pulley(drive__force=force, solver__duration=2.5), SCENARIOS)
+        signal = scenario.drive.force.signal()
+        values = [signal(t) for t in np.linspace(0.0, 2.5, 20_001)]
         # The grid misses a turn by half its step at most.
-        found = extremes(scene.drive.force, 2.5)
+        found = extremes(scenario.drive.force, 2.5)
         assert found == pytest.approx((min(values), max(values)), abs=5.0)
         assert found[0] <= min(values) <= max(values) <= found[1]
 
@@ -330,7 +330,7 @@ def test_a_crank_that_runs_against_its_torque_says_so(torque: float, start: floa
         solver={"duration": 0.5},
     )
     found = simulate(data)
-    angle = found.courses["angle"]
+    angle = found.channels["angle"]
     back = said(found, "the crank ran back")
     assert bool(back) is bool(torque * (angle[-1] - angle[0]) < 0.0)
     if back:

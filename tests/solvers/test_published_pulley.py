@@ -63,9 +63,9 @@ def test_the_switch_in_each_case_of_the_paper(case: Case) -> None:
 
 @pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
 def test_the_friction_in_each_case_is_that_of_the_printed_equation(case: Case) -> None:
-    scene = validate(pulley(solver__backend="published"), SCENARIOS)
-    mechanism = build(scene)
-    eq30 = solution(mechanism, scene.solver, Recording(SampleTimes(1.0, 0.1)))
+    scenario = validate(pulley(solver__backend="published"), SCENARIOS)
+    mechanism = build(scenario)
+    eq30 = solution(mechanism, scenario.solver, Recording(SampleTimes(1.0, 0.1)))
     found = eq30.friction(case.force, 0.0, case.velocity, moment(case))
     printed = moment(case) - sign(case.velocity) * R_K * (case.force + LOAD)
     # What stands to the right of I theta'', less the moment, to the rounding of both.

@@ -14,7 +14,7 @@ from frictionsim.errors import Interrupted
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import BACKENDS
 from frictionsim.simulation.simulate import Run
-from frictionsim.simulation.simulate import run as simulate_scene
+from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers import regularised
 from tests.support.problems import (
     BREAKAWAY,
@@ -58,8 +58,8 @@ def test_the_smoothed_ramp_is_near_the_exact_one(backend: str) -> None:
     assert run.transitions[0].time == pytest.approx(BREAKAWAY, abs=3e-4)
     t, angle, velocity, _ = RAMP[2]
     at = np.searchsorted(run.time, t - 1e-9)
-    assert run.courses["angle"][at] == pytest.approx(angle, abs=5e-3)
-    assert run.courses["angular_velocity"][at] == pytest.approx(velocity, abs=5e-3)
+    assert run.channels["angle"][at] == pytest.approx(angle, abs=5e-3)
+    assert run.channels["angular_velocity"][at] == pytest.approx(velocity, abs=5e-3)
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
@@ -81,7 +81,7 @@ def sliding_error(speed: float) -> float:
         solver__duration=1.0,
     )
     torque = R_K * (force + LOAD) - (force - LOAD) * CORD_RADIUS
-    return float(abs(run.courses["angle"][-1] - 0.5 * INERTIA / torque))
+    return float(abs(run.channels["angle"][-1] - 0.5 * INERTIA / torque))
 
 
 def test_the_error_of_a_rest_is_of_first_order_in_the_speed() -> None:
@@ -92,12 +92,12 @@ def test_the_error_of_a_rest_is_of_first_order_in_the_speed() -> None:
 
 
 def test_below_the_tolerance_a_smaller_speed_does_not_help() -> None:
-    exact = simulate(pulley(solver__rtol=1e-12)).courses["angle"][-1]
+    exact = simulate(pulley(solver__rtol=1e-12)).channels["angle"][-1]
 
     def error(speed: float) -> float:
         run = smoothed("bdf", speed, solver__rtol=1e-4, solver__atol=1e-8)
         assert run.status == "done"
-        return float(abs(run.courses["angle"][-1] - exact))
+        return float(abs(run.channels["angle"][-1] - exact))
 
     errors = [error(speed) for speed in (1e-2, 1e-4, 1e-8, 1e-10)]
     assert errors[1] < 0.1 * errors[0]
@@ -118,9 +118,9 @@ def test_it_creeps_where_it_should_stick() -> None:
     force, speed = 2500.0, 1e-3  # between what holds and what lifts
     run = smoothed("radau", speed, drive__force=force, effects__air_drag=None)
     moment, limit = (force - LOAD) * CORD_RADIUS, R_S * (force + LOAD)
-    x = run.courses["angular_velocity"][-1] / speed
+    x = run.channels["angular_velocity"][-1] / speed
     assert 1.5 * x - 0.5 * x**3 == pytest.approx(moment / limit, rel=1e-6)
-    assert np.all(run.courses["mode"] == 0)
+    assert np.all(run.channels["mode"] == 0)
 
 
 def test_rest_is_found_on_the_return_profile() -> None:
@@ -130,33 +130,33 @@ def test_rest_is_found_on_the_return_profile() -> None:
     assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(0, 1), (1, 0)]
     # The delay of the breakaway above, in time and in angle.
     assert run.transitions[1].time == pytest.approx(RETURN_STICK[0], abs=1e-4)
-    assert run.courses["angle"][-1] == pytest.approx(RETURN_STICK[1], abs=2e-3)
+    assert run.channels["angle"][-1] == pytest.approx(RETURN_STICK[1], abs=2e-3)
 
 
 def load_with(name: str, *overrides: str) -> Any:
-    scene = load(SCENARIOS / f"{name}.toml", list(overrides))
-    return scene.model_dump(by_alias=True, exclude_none=True)
+    scenario = load(SCENARIOS / f"{name}.toml", list(overrides))
+    return scenario.model_dump(by_alias=True, exclude_none=True)
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_a_scene_without_friction_needs_no_speed(backend: str) -> None:
+def test_a_scenario_without_friction_needs_no_speed(backend: str) -> None:
     exact = simulate(pulley(effects=None))
     run = simulate(pulley(effects=None, solver__backend=backend))
     # SciPy's bound is on a mean over the states, whose energies are thousands: rtol 1e-9 of them.
-    assert run.courses["angle"] == pytest.approx(exact.courses["angle"], abs=1e-4)
+    assert run.channels["angle"] == pytest.approx(exact.channels["angle"], abs=1e-4)
     assert run.checks["energy"].value < 1e-6
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
 def test_a_prescribed_speed_is_followed_with_the_set_valued_law(backend: str) -> None:
-    scene = load_with("epicyclic")
-    scene["drive"] = {"speed": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 1.0}}}
-    scene["mechanism"].pop("initial_angular_velocity", None)
-    exact = simulate(scene)
-    run = simulate(changed(scene, solver__backend=backend, solver__rtol=1e-8))
+    scenario = load_with("epicyclic")
+    scenario["drive"] = {"speed": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 1.0}}}
+    scenario["mechanism"].pop("initial_angular_velocity", None)
+    exact = simulate(scenario)
+    run = simulate(changed(scenario, solver__backend=backend, solver__rtol=1e-8))
     assert run.checks.keys() == exact.checks.keys()
-    assert run.courses["angle"] == pytest.approx(exact.courses["angle"], abs=1e-5)
-    assert run.courses["drive_torque"] == pytest.approx(exact.courses["drive_torque"], abs=1e-4)
+    assert run.channels["angle"] == pytest.approx(exact.channels["angle"], abs=1e-5)
+    assert run.channels["drive_torque"] == pytest.approx(exact.channels["drive_torque"], abs=1e-4)
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
@@ -176,8 +176,8 @@ def test_poll_is_called_along_the_way_and_may_stop_it(backend: str) -> None:
         if t > 0.5:
             raise Interrupted(2, t)
 
-    scene = load(SCENARIOS / "pulley.toml", None, backend)
-    done = simulate_scene(scene, stop)
+    scenario = load(SCENARIOS / "pulley.toml", None, backend)
+    done = simulate_scenario(scenario, stop)
     assert (done.status, done.exit_code) == ("interrupted", 130)
     assert 0.4 < done.time[-1] < 0.9
 
@@ -217,13 +217,15 @@ def test_our_own_steps_are_resumed_to_the_same_bits_and_scipys_are_not(backend: 
         if t > 0.6:
             raise Interrupted(2, t)
 
-    scene = load(SCENARIOS / "pulley.toml", None, backend)
-    begun = simulate_scene(scene, stop)
+    scenario = load(SCENARIOS / "pulley.toml", None, backend)
+    begun = simulate_scenario(scenario, stop)
     if backend != "regularised":
         assert begun.checkpoint is None  # nothing tells the user that it can go on
         return
-    whole = simulate_scene(scene, lambda t: None)
-    resumed = simulate_scene(scene, lambda t: None, checkpoint=begun.checkpoint)
+    whole = simulate_scenario(scenario, lambda t: None)
+    resumed = simulate_scenario(scenario, lambda t: None, checkpoint=begun.checkpoint)
     assert resumed.transitions == whole.transitions
     assert resumed.counts[:3] == whole.counts[:3]
-    assert all(np.array_equal(resumed.courses[name], whole.courses[name]) for name in whole.courses)
+    assert all(
+        np.array_equal(resumed.channels[name], whole.channels[name]) for name in whole.channels
+    )

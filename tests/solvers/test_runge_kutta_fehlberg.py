@@ -59,11 +59,11 @@ def test_fixed_steps_converge_with_order_5() -> None:
 
 def final_angle_by_fixed_steps(count: int) -> float:
     """Return the angle after two breakaways and two rests of each direction, by `events`."""
-    scene = load(SCENARIOS / "pulley_horizontal.toml")
-    mechanism = module_of(scene.kind).build(scene)
-    end = scene.solver.duration
+    scenario = load(SCENARIOS / "pulley_horizontal.toml")
+    mechanism = module_of(scenario.kind).build(scenario)
+    end = scenario.solver.duration
     recording = Recording(SampleTimes(end, end))
-    # The scene of a user may not ask for this: `events` chooses its steps by the tolerances.
+    # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
     solver = Solver(duration=end, step=end / count)
     solution_of("events")(mechanism, solver, recording).run(lambda t: None)
     assert len(recording.transitions) == 7

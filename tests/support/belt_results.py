@@ -32,7 +32,7 @@ CHANNELS = {
 }
 
 
-class BeltScene(Scenario):
+class BeltResultScenario(Scenario):
     """A scenario of kind `belt_drive` as data."""
 
     BACKENDS: ClassVar[tuple[str, ...]] = ("events",)
@@ -107,7 +107,7 @@ def tension_at(place: Array, under: Array, distances: Array, torque: float) -> A
 def belt_run(
     pulleys: Sequence[Pulley] = TWO, bodies: int = 150, samples: int = 201, **changes: Any
 ) -> Run:
-    """Return a run of 2 s; keywords replace what it holds, `effects` those of the scene."""
+    """Return a run of 2 s; keywords replace what it holds, `effects` those of the scenario."""
     line, distances, under = lay(pulleys)
     time = np.linspace(0.0, 2.0, samples)
     load = np.minimum(time / RAMP, 1.0)
@@ -128,7 +128,7 @@ def belt_run(
     sliding = (on >= 0) & (place % 0.05 > 0.015) & (time[:, None] > 0.1)
     slip = np.where(sliding, 0.008 * sense[on] * np.sign(into) * load[:, None], 0.0)
     speed = np.outer(load, RIM_SPEED * sense / radius) * (1.0 - 0.01 * np.arange(len(pulleys)))
-    courses: dict[str, Any] = {
+    channels: dict[str, Any] = {
         "pulley_angle": np.cumsum(speed, axis=0) * time[-1] / max(samples - 1, 1),
         "pulley_speed": speed,
         "pulley_torque": np.outer(load, np.linspace(15.0, -15.0, len(pulleys))),
@@ -143,7 +143,7 @@ def belt_run(
         "tension": tension,
     }
     return Run(
-        scene=scene(pulleys, bodies, changes.pop("effects", {"belt_friction": {"mu_s": MU}})),
+        scenario=scenario(pulleys, bodies, changes.pop("effects", {"belt_friction": {"mu_s": MU}})),
         effects=(),
         channel_info=CHANNELS,
         axes={
@@ -152,7 +152,7 @@ def belt_run(
             "joint": tuple(map(str, range(bodies))),
         },
         time=time,
-        courses=courses,
+        channels=channels,
         transitions=[],
         quantities={"final_time": Quantity(2.0, "s")},
         checks={"energy": Check(0.0, 1e-7)},
@@ -163,7 +163,7 @@ def belt_run(
     )._replace(**changes)
 
 
-def scene(pulleys: Sequence[Pulley], bodies: int, effects: dict[str, Any]) -> BeltScene:
+def scenario(pulleys: Sequence[Pulley], bodies: int, effects: dict[str, Any]) -> BeltResultScenario:
     tables = [
         {
             "name": p.name,
@@ -181,4 +181,4 @@ def scene(pulleys: Sequence[Pulley], bodies: int, effects: dict[str, Any]) -> Be
         "effects": effects,
         "solver": {"duration": 2.0},
     }
-    return BeltScene.model_validate(data)
+    return BeltResultScenario.model_validate(data)

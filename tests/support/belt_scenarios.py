@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
-from frictionsim.mechanisms.belt_drive.schema import Scene
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signal_tables import SpeedTable, course_of
+from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 
@@ -102,15 +102,15 @@ Disturb = Callable[[Assembly], None]
 
 
 def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
-    """Step a scene to the end of its duration, from its start or what `disturb` makes of it."""
-    scene = scene_of(data)
-    assembly = assemble(scene)
+    """Step a scenario to the end of its duration, from its start or what `disturb` makes of it."""
+    scenario = scenario_of(data)
+    assembly = assemble(scenario)
     if disturb is not None:
         disturb(assembly)
-    module = {"rkf45": rkf45, "moreau": moreau}[scene.solver.backend]
-    stepping = module.Stepping(assembly, scene.solver)
+    module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
+    stepping = module.Stepping(assembly, scenario.solver)
     stepping.begin()
-    end = scene.solver.duration
+    end = scenario.solver.duration
     while stepping.t < end * (1.0 - 1e-12):
         stepping.advance(end, np.inf, 1_000_000)
     return Stepped(stepping.look(end).copy(), assembly, stepping)
@@ -133,10 +133,10 @@ def distance(a: Stepped, b: Stepped) -> float:
     return float(np.max(np.abs(a.state - b.state) / a.assembly.sizes))
 
 
-def scene_of(data: Scenario) -> Scene:
-    scene = validate(data, SCENARIOS)
-    assert isinstance(scene, Scene)
-    return scene
+def scenario_of(data: Scenario) -> BeltDriveScenario:
+    scenario = validate(data, SCENARIOS)
+    assert isinstance(scenario, BeltDriveScenario)
+    return scenario
 
 
 def kinematics(state: Array, assembly: Assembly) -> list[Array]:
@@ -150,9 +150,9 @@ def kinematics(state: Array, assembly: Assembly) -> list[Array]:
     return [*(row.copy() for row in motion), state[6 * width : 6 * width + m].copy(), omega]
 
 
-def reference(scene: Scene, body_length: float, tau: float = 1e-5) -> Belt:
-    """Return the scene as the reference program takes it; friction at rest is given per run."""
-    belt, effects, pulleys = scene.mechanism.belt, scene.effects, scene.mechanism.pulleys
+def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5) -> Belt:
+    """Return the scenario as the reference program takes it; friction at rest is given per run."""
+    belt, effects, pulleys = scenario.mechanism.belt, scenario.effects, scenario.mechanism.pulleys
     contact, axial, bending = effects.contact, effects.axial_damping, effects.bending
     share = (contact.reference_bodies or belt.bodies) / belt.bodies
     law = effects.belt_friction
@@ -179,24 +179,24 @@ def reference(scene: Scene, body_length: float, tau: float = 1e-5) -> Belt:
         mu_k=law.mu_k if law else 0.0,
         dv=(law.transition_speed if law else None) or 1.0,
         delta_max=(law.maximum_creep if law else None) or 1.0,
-        torque=lambda t, theta, omega: torques(scene, t, omega),
+        torque=lambda t, theta, omega: torques(scenario, t, omega),
         prescribed={
-            j: course_of(scene.drive[p.name].speed).slope
+            j: signal_from(scenario.drive[p.name].speed).slope
             for j, p in enumerate(pulleys)
-            if p.name in scene.drive and scene.drive[p.name].speed is not None
+            if p.name in scenario.drive and scenario.drive[p.name].speed is not None
         },
     )
 
 
-def torques(scene: Scene, t: float, omega: Array) -> Array:
-    """Return the torque on each pulley that the scene gives."""
+def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
+    """Return the torque on each pulley that the scenario gives."""
     found = np.zeros(len(omega))
-    for j, name in enumerate(scene.mechanism.names):
-        table = scene.drive[name].torque if name in scene.drive else None
+    for j, name in enumerate(scenario.mechanism.names):
+        table = scenario.drive[name].torque if name in scenario.drive else None
         if isinstance(table, SpeedTable):
             found[j] = np.interp(omega[j], table.speed, table.value)
         elif table is not None:
-            found[j] = course_of(table)(t)
+            found[j] = signal_from(table)(t)
     return found
 
 
@@ -245,7 +245,7 @@ SMOOTH = {
 STARTS = {"without friction": kick(GENTLY), "sticking": None}
 
 
-SCENES = {
+COMPILED = {
     "rkf45, every effect": trio(),
     "moreau, every effect": trio(solver__backend="moreau"),
     "moreau, stiff damping": pair(

@@ -33,7 +33,7 @@ def of_size(least: float, most: float) -> Any:
     return st.floats(np.log10(least), np.log10(most)).map(lambda x: float(10.0**x))
 
 
-def courses(size: float) -> Any:
+def signals(size: float) -> Any:
     values = st.floats(-size, size)
     return st.one_of(
         values,
@@ -93,7 +93,7 @@ def pulleys(draw: st.DrawFn) -> Scenario:
             "initial_angular_velocity": draw(st.sampled_from([0.0, 0.0, 3.0, -3.0])),
         },
         "drive": {
-            "force": draw(courses(5000.0)),
+            "force": draw(signals(5000.0)),
             "direction": draw(st.sampled_from(["vertical", "horizontal"])),
         },
         "effects": switched(
@@ -109,7 +109,7 @@ def pulleys(draw: st.DrawFn) -> Scenario:
 @st.composite
 def marble_machines(draw: st.DrawFn) -> Scenario:
     motor = {"stall_torque": draw(of_size(1e-3, 1.0)), "no_load_speed": draw(of_size(0.5, 20.0))}
-    drive = {"motor": motor} if draw(st.booleans()) else {"torque": draw(courses(0.02))}
+    drive = {"motor": motor} if draw(st.booleans()) else {"torque": draw(signals(0.02))}
     return {
         "kind": "marble_machine",
         "mechanism": {
@@ -152,7 +152,7 @@ def gears(draw: st.DrawFn) -> Scenario:
             "initial_angle_deg": draw(st.floats(-180.0, 180.0)),
             "initial_angular_velocity": 0.0 if speed else draw(st.floats(-5.0, 5.0)),
         },
-        "drive": {"speed": draw(courses(5.0))} if speed else {"torque": draw(courses(8.0))},
+        "drive": {"speed": draw(signals(5.0))} if speed else {"torque": draw(signals(8.0))},
         "effects": switched(
             draw,
             {
@@ -167,7 +167,7 @@ def gears(draw: st.DrawFn) -> Scenario:
 
 
 @st.composite
-def scenes(draw: st.DrawFn) -> Scenario:
+def scenarios(draw: st.DrawFn) -> Scenario:
     data = draw(st.one_of(pulleys(), marble_machines(), gears()))
     solver = {
         "backend": draw(st.sampled_from(["events", "rkf45", "published"])),
@@ -181,12 +181,12 @@ def scenes(draw: st.DrawFn) -> Scenario:
 
 
 def assert_sound(data: Scenario, folder: Path) -> str:
-    """See that the file of a scene says no more than is true; return how the run ended."""
+    """See that the file of a scenario says no more than is true; return how the run ended."""
     done = simulate(data)
     hdf5.write(done, folder / "a.h5")
     kept = hdf5.read(folder / "a.h5")
-    for name, course in (*kept.courses.items(), *kept.events.items()):
-        assert np.all(np.isfinite(course)), name
+    for name, signal in (*kept.channels.items(), *kept.events.items()):
+        assert np.all(np.isfinite(signal)), name
     assert kept.attributes["status"] == done.status
     if done.status != "done":
         assert done.failure
@@ -202,14 +202,16 @@ def assert_lawful(done: Run) -> None:
     # a weight feels it as it is: over many turns that is more than the audit's limit of a hundred
     # rtol, and the run is told to have failed it.
     energy = checks.pop("energy")
-    turns = max(1.0, float(np.max(np.abs(done.courses["angle"]))))
-    assert energy.value <= max(energy.limit, done.counts.steps * done.scene.solver.rtol * turns)
+    turns = max(1.0, float(np.max(np.abs(done.channels["angle"]))))
+    assert energy.value <= max(energy.limit, done.counts.steps * done.scenario.solver.rtol * turns)
     assert {name: check for name, check in checks.items() if not check.ok} == {}
-    if "mode" not in done.courses or "speed" in getattr(done.scene.drive, "model_fields_set", ()):
+    if "mode" not in done.channels or "speed" in getattr(
+        done.scenario.drive, "model_fields_set", ()
+    ):
         return
-    friction, velocity = done.courses["friction_torque"], done.courses["angular_velocity"]
+    friction, velocity = done.channels["friction_torque"], done.channels["angular_velocity"]
     assert np.all(friction * velocity <= 0.0)
-    assert not np.any(velocity[done.courses["mode"] == 0.0])
+    assert not np.any(velocity[done.channels["mode"] == 0.0])
 
 
 def assert_splitting_changes_nothing(data: Scenario, share: float, folder: Path) -> None:

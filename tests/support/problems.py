@@ -78,5 +78,5 @@ class SlipOnRamp(NamedTuple):
 
 
 def cases(kind: str) -> list[dict[str, Any]]:
-    """Return the independently computed scenes of a kind in tests/data."""
+    """Return the independently computed scenarios of a kind in tests/data."""
     return json.loads((Path(__file__).parents[1] / "data" / f"{kind}_cases.json").read_text())

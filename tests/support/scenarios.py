@@ -52,7 +52,7 @@ def simulate(data: Scenario) -> Run:
 
 def mechanism_of(done: Run) -> Mechanism:
     """Return the equations of a run of one coordinate."""
-    return module_of(done.scene.kind).build(done.scene)
+    return module_of(done.scenario.kind).build(done.scenario)
 
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":

@@ -1,6 +1,6 @@
-"""An independent reader of results: each figure of a summary in a second way.
+"""An independent reader of results: each quantity of a summary in a second way.
 
-It knows a result by its file alone, the recorded courses and the scenario, and shares no figure,
+It knows a result by its file alone, the recorded channels and the scenario, and shares no quantity,
 function or constant with the package. Balances are solved by bisection where the package has
 closed forms; work and heat are integrals of power over the samples where the package integrates
 them along. What is read in this way has an uncertainty, which follows from the samples.
@@ -21,29 +21,29 @@ Table = dict[str, Any]
 
 # Local errors of a hundred steps at rtol = 1e-9 and atol = 1e-12, the defaults.
 STEPS, LEAST = 1e-7, 1e-10
-# A figure in closed form and one from a bisection down to neighbouring floats: a few roundings.
+# A quantity in closed form and one from a bisection down to neighbouring floats: a few roundings.
 ROUNDING = 1e-12
 
 
 class Seen(NamedTuple):
-    """A figure that was read in a second way; None where there is none."""
+    """A quantity that was read in a second way; None where there is none."""
 
     value: float | None
     uncertainty: float = 0.0
 
     def agrees(self, found: float | None) -> bool:
-        """Return whether a figure of the summary is this one."""
+        """Return whether a quantity of the summary is this one."""
         if self.value is None or found is None:
             return self.value is found
         return abs(found - self.value) <= self.uncertainty
 
 
 class Record(NamedTuple):
-    """A result file: the scenario with its defaults, the courses and the events."""
+    """A result file: the scenario with its defaults, the channels and the events."""
 
     scenario: Table
     time: Array
-    courses: dict[str, Array]
+    channels: dict[str, Array]
     events: list["Event"]
 
 
@@ -58,7 +58,7 @@ class Event(NamedTuple):
 def read(path: Path) -> Record:
     """Read a result file."""
     with h5py.File(path) as file:
-        courses = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
+        channels = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
         group = file["events"]
         names = str(group["contact"].attrs["flag_meanings"]).split()
         columns = [group[name][()] for name in ("time", "contact", "mode_from", "mode_to")]
@@ -67,14 +67,14 @@ def read(path: Path) -> Record:
             Event(float(t), names[int(c)], int(a), int(b), float(q))
             for t, c, a, b, q in zip(*columns, angle, strict=True)
         ]
-        return Record(tomllib.loads(file.attrs["scenario"]), courses.pop("time"), courses, events)
+        return Record(tomllib.loads(file.attrs["scenario"]), channels.pop("time"), channels, events)
 
 
-# --- figures ------------------------------------------------------------------------------------
+# --- quantities ---------------------------------------------------------------------------
 
 
 def closed(value: float | None) -> Seen:
-    """Return a figure that is known to a few roundings."""
+    """Return a quantity that is known to a few roundings."""
     return Seen(value, 0.0 if value is None else ROUNDING * abs(value))
 
 
@@ -157,19 +157,19 @@ def of_any_motion(record: Record) -> dict[str, Seen]:
     """Return the last values, which the last sample has; what led there is in `motion`."""
     return {
         "final_time": Seen(record.scenario["solver"]["duration"]),
-        "final_angle": Seen(float(record.courses["angle"][-1])),
-        "final_angular_velocity": Seen(float(record.courses["angular_velocity"][-1])),
+        "final_angle": Seen(float(record.channels["angle"][-1])),
+        "final_angular_velocity": Seen(float(record.channels["angular_velocity"][-1])),
     }
 
 
 def motion(record: Record) -> dict[str, Seen]:
     """Return the last angle and velocity as the integrals of velocity and acceleration."""
     time, geometry, drive = record.time, record.scenario["mechanism"], record.scenario["drive"]
-    turned = integral(time, record.courses["angular_velocity"])
+    turned = integral(time, record.channels["angular_velocity"])
     if "speed" in drive:
         speed = closed(float(signal(drive["speed"], time)[-1]))
     else:
-        gained = integral(time, record.courses["angular_acceleration"])
+        gained = integral(time, record.channels["angular_acceleration"])
         speed = plus(geometry["initial_angular_velocity"], gained)
     return {
         "angle": plus(radians(geometry["initial_angle_deg"]), turned),
@@ -196,14 +196,14 @@ def misfits(record: Record) -> list[float]:
 
     A sample at the very time of an event may show either side of it.
     """
-    changes, mode = _changes(record), record.courses["mode"]
+    changes, mode = _changes(record), record.channels["mode"]
     times = np.array([-inf, *(e.time for e in changes)])
     first = changes[0].mode_from if changes else int(mode[0])
     modes = np.array([first, *(e.mode_to for e in changes)])
     after = modes[np.searchsorted(times, record.time, side="right") - 1]
     before = modes[np.searchsorted(times, record.time, side="left") - 1]
     wrong = (mode != after) & (mode != before)
-    wrong |= (mode == 0.0) & (record.courses["angular_velocity"] != 0.0)
+    wrong |= (mode == 0.0) & (record.channels["angular_velocity"] != 0.0)
     return [float(t) for t in record.time[wrong]]
 
 

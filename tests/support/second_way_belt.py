@@ -17,7 +17,7 @@ HEAT = 0.02  # of a friction whose bodies come to rest and break loose between t
 
 
 class Drive(NamedTuple):
-    """The pulleys of a scene; sense is +1 where the belt passes counter-clockwise."""
+    """The pulleys of a scenario; sense is +1 where the belt passes counter-clockwise."""
 
     names: list[str]
     radius: Array
@@ -28,7 +28,7 @@ class Drive(NamedTuple):
 def drive_of(record: Record) -> Drive:
     """Return the pulleys; which way round the belt goes is seen from the area within its bodies."""
     tables = record.scenario["mechanism"]["pulleys"]
-    x, y = record.courses["x"][0], record.courses["y"][0]
+    x, y = record.channels["x"][0], record.channels["y"][0]
     round_ = np.sign(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     return Drive(
         [table["name"] for table in tables],
@@ -44,8 +44,8 @@ def last(record: Record) -> Record:
     # A sample that rounding put beside the beginning of this part belongs to it.
     begin = time[-1] - SHARE * (time[-1] - time[0]) - 1e-9 * time[-1]
     part = time >= begin
-    courses = {k: v[part] for k, v in record.courses.items() if len(v) == len(time)}
-    return record._replace(time=time[part], courses=courses)
+    channels = {k: v[part] for k, v in record.channels.items() if len(v) == len(time)}
+    return record._replace(time=time[part], channels=channels)
 
 
 def mean(time: Array, values: Array) -> Array:
@@ -64,8 +64,8 @@ def averaged(time: Array, values: Array) -> Seen:
 
 def touching(record: Record) -> Array:
     """Return the pulley that each body touches at each sample, -1 for none."""
-    pressed = record.courses["normal_force"] > 0.0
-    return np.where(pressed, record.courses["pulley_index"], -1.0).astype(int)
+    pressed = record.channels["normal_force"] > 0.0
+    return np.where(pressed, record.channels["pulley_index"], -1.0).astype(int)
 
 
 def spans(pulley: Array, count: int) -> list[Array]:
@@ -93,7 +93,7 @@ def span_tensions(record: Record) -> Array:
     return np.array(
         [
             [np.mean(tension[joints]) for joints in spans(pulley, count)]
-            for tension, pulley in zip(record.courses["tension"], touching(record), strict=True)
+            for tension, pulley in zip(record.channels["tension"], touching(record), strict=True)
         ]
     )
 
@@ -105,13 +105,13 @@ def torque_misfits(record: Record) -> Array:
     """
     drive, part, length = drive_of(record), last(record), body_length(record)
     tension = mean(part.time, span_tensions(part))
-    speed = part.courses["pulley_speed"]
+    speed = part.channels["pulley_speed"]
     alpha = (speed[-1] - speed[0]) / np.ptp(part.time)
     counts = np.array([len(j) for j in spans(touching(part)[-1], len(drive.names))])
     on = np.array([np.sum(touching(part)[-1] == j) for j in range(len(drive.names))])
     bodies = on + 0.5 * (counts + np.roll(counts, 1))
     mass = record.scenario["mechanism"]["belt"]["mass_per_length"] * length * bodies
-    torque = mean(part.time, part.courses["pulley_torque"])
+    torque = mean(part.time, part.channels["pulley_torque"])
     expected = drive.sense * (torque - drive.inertia * alpha) / drive.radius
     expected -= mass * (belt_speed(part, -1) - belt_speed(part, 1)) / np.ptp(part.time)
     found = np.roll(tension, 1) - tension
@@ -124,9 +124,9 @@ def power_misfit(record: Record) -> float:
     In the part of the run that means are taken over; the stores and heats are the recorded ones.
     """
     part = last(record)
-    power = part.courses["pulley_torque"] * part.courses["pulley_speed"]
+    power = part.channels["pulley_torque"] * part.channels["pulley_speed"]
     work = mean(part.time, np.sum(power, axis=1)) * np.ptp(part.time)
-    energies = (v for k, v in part.courses.items() if k.startswith("energy") and "input" not in k)
+    energies = (v for k, v in part.channels.items() if k.startswith("energy") and "input" not in k)
     gained = sum(float(energy[-1] - energy[0]) for energy in energies)
     through = mean(part.time, np.sum(np.clip(power, 0.0, None), axis=1)) * np.ptp(part.time)
     return float(abs(work - gained) / through)
@@ -134,8 +134,8 @@ def power_misfit(record: Record) -> float:
 
 def belt_speed(record: Record, i: int) -> float:
     """Return the mean speed of the bodies along the belt up to a sample, from their places, m/s."""
-    moved = [record.courses[name][i] - record.courses[name][i - 1] for name in ("x", "y")]
-    angle = record.courses["angle"][i]
+    moved = [record.channels[name][i] - record.channels[name][i - 1] for name in ("x", "y")]
+    angle = record.channels["angle"][i]
     along = moved[0] * np.cos(angle) + moved[1] * np.sin(angle)
     return float(np.mean(along) / (record.time[i] - record.time[i - 1]))
 
@@ -149,8 +149,8 @@ def body_length(record: Record) -> float:
     The stretch of a joint is what lies between the ends of its two bodies, T = EA/l |d|.
     """
     rigidity = record.scenario["mechanism"]["belt"]["axial_rigidity"]
-    places = [record.courses[name][0] for name in ("x", "y", "angle")]
-    tension = float(np.mean(record.courses["tension"][0]))
+    places = [record.channels[name][0] for name in ("x", "y", "angle")]
+    tension = float(np.mean(record.channels["tension"][0]))
     low = 0.5 * float(np.mean(np.hypot(*(np.diff(places[0]), np.diff(places[1])))))
     high = 2.0 * low
     for _ in range(100):
@@ -171,7 +171,7 @@ def _stretch(x: Array, y: Array, angle: Array, length: float) -> Array:
 def potential(record: Record, i: int, length: float) -> float:
     """Return the energy of springs, bends, contacts and weight in a sample, J."""
     belt, effects = record.scenario["mechanism"]["belt"], record.scenario["effects"]
-    x, y, angle = (record.courses[name][i] for name in ("x", "y", "angle"))
+    x, y, angle = (record.channels[name][i] for name in ("x", "y", "angle"))
     energy = 0.5 * belt["axial_rigidity"] / length * np.sum(_stretch(x, y, angle, length) ** 2)
     if "bending" in effects:
         turned = np.diff(angle, append=angle[0])
@@ -196,10 +196,10 @@ def kinetic(record: Record, length: float) -> Seen:
     # The weights of the last places in the slope of the cubic through them.
     ages = record.time[-4:] - record.time[-1]
     weights = np.linalg.solve(np.vander(ages, increasing=True).T, [0.0, 1.0, 0.0, 0.0])
-    rates = {name: weights @ record.courses[name][-4:] for name in ("x", "y", "angle")}
+    rates = {name: weights @ record.channels[name][-4:] for name in ("x", "y", "angle")}
     energy = 0.5 * mass * np.sum(rates["x"] ** 2 + rates["y"] ** 2)
     energy += mass * length**2 / 24.0 * np.sum(rates["angle"] ** 2)
-    turning = 0.5 * np.sum(drive.inertia * record.courses["pulley_speed"][-1] ** 2)
+    turning = 0.5 * np.sum(drive.inertia * record.channels["pulley_speed"][-1] ** 2)
     return Seen(float(energy + turning), MOTION * float(energy) + 1e-9 * float(turning))
 
 
@@ -210,7 +210,7 @@ def damped(record: Record, length: float, every: int = 1) -> float:
     """
     effects, belt = record.scenario["effects"], record.scenario["mechanism"]["belt"]
     time = record.time[::every]
-    x, y, angle = (record.courses[name][::every] for name in ("x", "y", "angle"))
+    x, y, angle = (record.channels[name][::every] for name in ("x", "y", "angle"))
     heat = 0.0
     if "axial_damping" in effects:
         axial = effects["axial_damping"]
@@ -237,17 +237,17 @@ def _squares(time: Array, values: Array, weight: Array | float = 1.0) -> float:
 
 def energies(record: Record, length: float) -> dict[str, Seen]:
     """Return work, stores and heats at the end, J."""
-    time, courses, effects = record.time, record.courses, record.scenario["effects"]
+    time, channels, effects = record.time, record.channels, record.scenario["effects"]
     first, end = potential(record, 0, length), potential(record, -1, length)
     seen = {
         "energy_input": integral(
-            time, np.sum(courses["pulley_torque"] * courses["pulley_speed"], axis=1)
+            time, np.sum(channels["pulley_torque"] * channels["pulley_speed"], axis=1)
         ),
         "energy_kinetic": kinetic(record, length),
         "energy_potential": Seen(end, 1e-6 * abs(first)),
     }
     if "belt_friction" in effects:
-        power = np.sum(np.abs(courses["friction_force"] * courses["slip_velocity"]), axis=1)
+        power = np.sum(np.abs(channels["friction_force"] * channels["slip_velocity"]), axis=1)
         heat = integral(time, power)
         seen["energy_friction"] = Seen(heat.value, heat.uncertainty + HEAT * abs(heat.value or 0.0))
     bends = effects.get("bending", {"damping": 0.0})["damping"] > 0.0
@@ -265,9 +265,9 @@ def energies(record: Record, length: float) -> dict[str, Seen]:
 
 
 def belt_drive(record: Record) -> dict[str, Seen]:
-    """Return the figures of the summary of a belt drive; means are over the last fifth."""
+    """Return the quantities of the summary of a belt drive; means are over the last fifth."""
     drive, part, length = drive_of(record), last(record), body_length(record)
-    tension = float(np.mean(record.courses["tension"][0]))
+    tension = float(np.mean(record.channels["tension"][0]))
     levels = mean(part.time, span_tensions(part))
     seen = {
         "pretension": Seen(tension, 1e-9 * tension),
@@ -287,8 +287,8 @@ def _span(value: float) -> Seen:
 
 def _motion(part: Record, drive: Drive) -> dict[str, Seen]:
     """Return speeds, slip and efficiency."""
-    time, speeds = part.time, part.courses["pulley_speed"]
-    power = mean(time, part.courses["pulley_torque"] * speeds)
+    time, speeds = part.time, part.channels["pulley_speed"]
+    power = mean(time, part.channels["pulley_torque"] * speeds)
     first, other = int(np.argmax(power)), int(np.argmin(power))
     driving, driven = averaged(time, speeds[:, first]), averaged(time, speeds[:, other])
     assert driving.value
@@ -307,8 +307,8 @@ def _motion(part: Record, drive: Drive) -> dict[str, Seen]:
 
 def _efficiency(part: Record, power: Array) -> Seen:
     """Return the work that is taken out over that and the heats of the same time."""
-    names = [n for n in ("energy_friction", "energy_damping") if n in part.courses]
-    lost = sum(float(np.ptp(part.courses[n][[0, -1]])) for n in names)
+    names = [n for n in ("energy_friction", "energy_damping") if n in part.channels]
+    lost = sum(float(np.ptp(part.channels[n][[0, -1]])) for n in names)
     out = -float(np.sum(power[power < 0.0])) * float(np.ptp(part.time))
     return Seen(out / (out + lost), 1e-9)
 
@@ -317,7 +317,7 @@ def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
     """Return how much of the pulleys is touched, and how much of that does not slide."""
     on = touching(part)
     counts = {j: np.sum(on == j, axis=1).astype(float) for j in range(len(drive.names))}
-    still = part.courses.get("sticking")
+    still = part.channels.get("sticking")
     seen = {}
     for j, name in enumerate(drive.names):
         seen[f"arc_contact_{name}"] = _arc(part.time, counts[j], length / drive.radius[j])

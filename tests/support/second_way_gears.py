@@ -24,7 +24,7 @@ KINKS = 1e-8
 
 
 class Gear:
-    """Crank and satellite of a scene, member by member."""
+    """Crank and planet of a scenario, member by member."""
 
     def __init__(self, scenario: Table, formulation: str = "") -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
@@ -37,7 +37,7 @@ class Gear:
         self.static, self.kinetic = hinge["torque_static"], hinge["torque_kinetic"]
         rolling = effects.get("rolling_friction", {"arm": 0.0, "normal_load": "weight"})
         self.arm, self.radial = rolling["arm"], rolling["normal_load"] == "radial"
-        # The satellite turns so much against the ground, and so much less against the crank.
+        # The planet turns so much against the ground, and so much less against the crank.
         self.turns = self.length / self.planet
         self.relative = self.turns - 1.0
         # A rod about its end; a disc on the crank that turns as it rolls.
@@ -51,7 +51,7 @@ class Gear:
         return crank + self.planet_mass * self.g * self.length
 
     def weights(self) -> float:
-        """Return that of the equation: eq 26 as published has the satellite's twice."""
+        """Return that of the equation: eq 26 as published has the planet's twice."""
         again = self.planet_mass * self.g * self.length if self.published else 0.0
         return self.gravity_moment() + again
 
@@ -76,7 +76,7 @@ class Gear:
         return Seen(float(np.mean(torque)), KINKS * size)
 
     def place(self, angle: Array, point: Table) -> tuple[Array, Array]:
-        """Return where a point of the satellite is: on the crank's end, turned as it rolls, m."""
+        """Return where a point of the planet is: on the crank's end, turned as it rolls, m."""
         own = radians(point["angle_deg"]) + self.turns * angle
         x = self.length * np.cos(angle) + point["radius"] * np.cos(own)
         return x, self.length * np.sin(angle) + point["radius"] * np.sin(own)
@@ -108,11 +108,11 @@ def gear_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def epicyclic(record: Record) -> dict[str, Seen]:
-    """Return the figures of the summary of an epicyclic gear."""
-    scenario, time, courses = record.scenario, record.time, record.courses
+    """Return the quantities of the summary of an epicyclic gear."""
+    scenario, time, channels = record.scenario, record.time, record.channels
     gear, effects, drive = Gear(scenario), scenario["effects"], scenario["drive"]
-    angle, velocity = courses["angle"], courses["angular_velocity"]
-    torque = courses["drive_torque"] if "speed" in drive else signal(drive["torque"], time)
+    angle, velocity = channels["angle"], channels["angular_velocity"]
+    torque = channels["drive_torque"] if "speed" in drive else signal(drive["torque"], time)
     seen = of_any_motion(record)
     seen["uniform_torque_mean"] = gear.uniform_mean(0.0)
     if gear.radial:
@@ -121,7 +121,7 @@ def epicyclic(record: Record) -> dict[str, Seen]:
     seen["energy_kinetic"] = energy(0.5 * gear.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
         seen["energy_potential"] = energy(gear.weights() * float(np.sin(angle[-1])))
-    # A mesh without a load does not rub: a scene of it alone has no friction to tell of.
+    # A mesh without a load does not rub: a scenario of it alone has no friction to tell of.
     rubs = "rolling_friction" in effects and (gear.radial or gear.planet_mass * gear.g > 0.0)
     if "hinge_friction" in effects or rubs:
         resistance = gear.resistance(angle, velocity)
@@ -159,10 +159,10 @@ def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
 def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
     """Look for the longest stay about the slowest places, from sample to sample.
 
-    Speeds are those of the satellite's point, so that a place is a sample, off the slowest by half
+    Speeds are those of the planet's point, so that a place is a sample, off the slowest by half
     an interval; the ends of a stay lie between samples, each an interval off at most.
     """
-    time, angle = record.time, record.courses["angle"]
+    time, angle = record.time, record.channels["angle"]
     if time.size < 3:
         return Seen(None)
     own = radians(point["angle_deg"]) + gear.relative * angle
@@ -170,7 +170,7 @@ def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
         gear.length + point["radius"] * gear.turns * np.cos(own),
         point["radius"] * gear.turns * np.sin(own),
     )
-    speed = np.abs(record.courses["angular_velocity"]) * lever
+    speed = np.abs(record.channels["angular_velocity"]) * lever
     padded = np.concatenate([[np.inf], speed, [np.inf]])
     slow = np.flatnonzero((speed <= padded[:-2]) & (speed <= padded[2:]))
     x, y = gear.place(angle, point)

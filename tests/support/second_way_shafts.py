@@ -71,8 +71,8 @@ def pulley_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def pulley(record: Record) -> dict[str, Seen]:
-    """Return the figures of the summary of a pulley."""
-    scenario, time, velocity = record.scenario, record.time, record.courses["angular_velocity"]
+    """Return the quantities of the summary of a pulley."""
+    scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     geometry, effects = scenario["mechanism"], scenario["effects"]
     arm, load = geometry["cord_radius"], geometry["load"]
     force = signal(scenario["drive"]["force"], time)
@@ -82,7 +82,7 @@ def pulley(record: Record) -> dict[str, Seen]:
     seen["force_to_lift"], seen["force_to_hold"] = lift, hold
     seen["energy_input"] = integral(time, force * arm * velocity)
     seen["energy_kinetic"] = energy(0.5 * geometry["inertia"] * float(velocity[-1]) ** 2)
-    seen["energy_potential"] = energy(load * arm * float(record.courses["angle"][-1]))
+    seen["energy_potential"] = energy(load * arm * float(record.channels["angle"][-1]))
     if "air_drag" in effects:
         seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
     if "shaft_friction" in effects:
@@ -186,7 +186,7 @@ class Machine:
 
 
 def machine_at_rest(scenario: Table) -> dict[str, Seen]:
-    """Return the figures of the summary that the scenario alone decides."""
+    """Return the quantities of the summary that the scenario alone decides."""
     machine, (r_s, _) = Machine(scenario), shaft_of(scenario)
     inside = 1e-9 * machine.pitch
     lift, hold = machine.torques(r_s, 0.0)
@@ -206,7 +206,7 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
 
     deltas = np.linspace(inside, machine.pitch - inside, 2001)
     surplus = [machine.moment(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
-    figures = {
+    quantities = {
         "torque_to_lift": seen(lift),
         "torque_to_hold": seen(hold),
         "torque_to_lift_worst": seen(worst_lift),
@@ -221,11 +221,11 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
     motor = scenario["drive"].get("motor")
     # One marble alone has no moment at a transfer; what is left of it is rounding.
     if motor is not None and lift is not None and lift > rounding:
-        figures["motor_margin"] = _ratio(motor["stall_torque"], figures["torque_to_lift"])
+        quantities["motor_margin"] = _ratio(motor["stall_torque"], quantities["torque_to_lift"])
     if motor is not None and worst_lift > 0.0:
-        worst = figures["torque_to_lift_worst"]
-        figures["motor_margin_worst"] = _ratio(motor["stall_torque"], worst)
-    return figures
+        worst = quantities["torque_to_lift_worst"]
+        quantities["motor_margin_worst"] = _ratio(motor["stall_torque"], worst)
+    return quantities
 
 
 def _ratio(over: float, under: Seen) -> Seen:
@@ -253,8 +253,8 @@ def machine_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def marble_machine(record: Record) -> dict[str, Seen]:
-    """Return the figures of the summary of a marble machine."""
-    scenario, time, velocity = record.scenario, record.time, record.courses["angular_velocity"]
+    """Return the quantities of the summary of a marble machine."""
+    scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     machine, effects, drive = Machine(scenario), scenario["effects"], scenario["drive"]
     if "motor" in drive:
         slowing = machine.ratio * velocity / drive["motor"]["no_load_speed"]
@@ -277,7 +277,7 @@ def marble_machine(record: Record) -> dict[str, Seen]:
         seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
     if "shaft_friction" in effects:
         seen |= of_stick_and_slip(record)
-        inert = machine.motor_inertia * machine.ratio * record.courses["angular_acceleration"]
+        inert = machine.motor_inertia * machine.ratio * record.channels["angular_acceleration"]
         weight = (machine.gear_mass + machine.on_rise * machine.mass) * machine.g
         reaction = machine.reaction(torque - inert, weight)
         r_k = shaft_of(scenario)[1]
@@ -287,9 +287,9 @@ def marble_machine(record: Record) -> dict[str, Seen]:
 
 def _delivered(record: Record, pitch: float) -> float:
     """Count the marbles that left at the top: the places of transfers above the start."""
-    furthest = float(np.max(record.courses["angle"]))
+    furthest = float(np.max(record.channels["angle"]))
     furthest = max([furthest, *(e.angle for e in record.events if e.contact == "transfer")])
-    count, angle = 0, float(record.courses["angle"][0])
+    count, angle = 0, float(record.channels["angle"][0])
     place = pitch * np.floor(angle / pitch)
     # A transfer is located to rounding of the angle.
     while (place := place + pitch) <= furthest + 1e-12 * max(1.0, abs(furthest)):
@@ -299,7 +299,7 @@ def _delivered(record: Record, pitch: float) -> float:
 
 def _lifted(record: Record, machine: Machine) -> Seen:
     """Return the energy of all marbles, those that were delivered two radii up, from angle zero."""
-    angle = float(record.courses["angle"][-1])
+    angle = float(record.channels["angle"][-1])
     gone = float(np.floor(angle / machine.pitch))
     heights = 2.0 * machine.circle * gone + machine.height(angle - gone * machine.pitch)
     lifted = machine.mass * machine.g * (heights - machine.height(0.0))

@@ -58,8 +58,8 @@ def test_it_works_for_other_kinds(name: str, tmp_path: Path) -> None:
 
 
 def test_a_belt_halves_the_step_that_it_chooses_itself() -> None:
-    scene = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"], "moreau")
-    setting = tighter(scene)
+    scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"], "moreau")
+    setting = tighter(scenario)
     assert setting.backend == "moreau"
     assert 1e-6 < float(setting.label.split()[1]) < 1.8e-6  # 3.5e-6 s is the longest stable one
     assert tighter(load(SCENARIOS / "belt_drive.toml", [], "rkf45")).label == "rtol 1e-6"

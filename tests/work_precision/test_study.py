@@ -36,13 +36,13 @@ def ignore(what: Any) -> None:
 
 def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> Study:
     """Return a study of a shipped scenario, each setting timed once."""
-    scene = load(Path(path))
-    mechanism = module_of(scene.kind).build(scene)
-    found = settings.ladders(scene, TOLERANCES, mechanism) if chosen is None else chosen
+    scenario = load(Path(path))
+    mechanism = module_of(scenario.kind).build(scenario)
+    found = settings.ladders(scenario, TOLERANCES, mechanism) if chosen is None else chosen
     references = settings.references(mechanism, 1e-12)
     arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "poll": ignore, "show": ignore}
-    measures = module_of(scene.kind).MEASURES
-    return study(scene, found, references, measures, **{**arguments, **options})
+    measures = module_of(scenario.kind).MEASURES
+    return study(scenario, found, references, measures, **{**arguments, **options})
 
 
 def row(backend: str, error: float | None, seconds: float) -> Row:
@@ -85,10 +85,10 @@ def test_nothing_is_advised_below_the_floor_of_the_references() -> None:
 
 
 class Told:
-    """An outcome of one event and one figure."""
+    """An outcome of one event and one quantity."""
 
     def __init__(self, time: float, value: float | None, mode: int = 1) -> None:
-        self.courses: dict[str, Any] = {}
+        self.channels: dict[str, Any] = {}
         self.checks: dict[str, Any] = {}
         self.transitions = [Transition(time, "shaft", 0, mode)]
         self.quantities = {"angle": Quantity(value, "rad")}
@@ -144,10 +144,10 @@ def test_smoothed_friction_converges_with_its_speed(backend: str, of_return: Any
 
 
 def test_the_references_are_as_exact_as_they_say() -> None:
-    scene = validate(pulley(solver__duration=5.0), SCENARIOS)
+    scenario = validate(pulley(solver__duration=5.0), SCENARIOS)
     measures = (Measure("final_angle", "quantity", "final_angle"),)
-    laboratory = Laboratory(Variants(scene), measures, 60.0, 1)
-    names = settings.references(module_of("pulley").build(scene), 1e-12)
+    laboratory = Laboratory(Variants(scenario), measures, 60.0, 1)
+    names = settings.references(module_of("pulley").build(scenario), 1e-12)
     reference = laboratory.reference(names, ignore)
     exact = RAMP[3][1]
     error = abs((reference.outcome.quantities["final_angle"].value or 0.0) / exact - 1.0)
@@ -179,9 +179,9 @@ def test_counts_are_the_golden_ones(request: pytest.FixtureRequest) -> None:
 
 
 def ladders_of(path: str) -> list[Setting]:
-    scene = load(Path(path))
-    mechanism = module_of(scene.kind).build(scene)
-    return settings.ladders(scene, TOLERANCES, mechanism)
+    scenario = load(Path(path))
+    mechanism = module_of(scenario.kind).build(scenario)
+    return settings.ladders(scenario, TOLERANCES, mechanism)
 
 
 def test_counts_are_those_of_a_run_without_samples_between() -> None:
@@ -192,22 +192,22 @@ def test_counts_are_those_of_a_run_without_samples_between() -> None:
 
 
 def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
-    scene = validate(pulley(solver__backend="published", solver__step=1e-2), SCENARIOS)
-    variant = Variants(scene).judged(with_tolerance("events", 1e-5))
+    scenario = validate(pulley(solver__backend="published", solver__step=1e-2), SCENARIOS)
+    variant = Variants(scenario).judged(with_tolerance("events", 1e-5))
     assert (variant.solver.backend, variant.solver.step, variant.solver.rtol) == (
         *("events", None),
         1e-5,
     )
-    scene = validate(pulley(output__channels=["mode"]), SCENARIOS)
-    assert Variants(scene).judged(with_tolerance("events", 1e-5)).output.channels is None
+    scenario = validate(pulley(output__channels=["mode"]), SCENARIOS)
+    assert Variants(scenario).judged(with_tolerance("events", 1e-5)).output.channels is None
 
 
 def test_without_friction_the_references_are_still_two_methods() -> None:
-    scene = validate(pulley(effects=None), SCENARIOS)
-    mechanism = module_of("pulley").build(scene)
+    scenario = validate(pulley(effects=None), SCENARIOS)
+    mechanism = module_of("pulley").build(scenario)
     names = [setting.backend for setting in settings.references(mechanism, 1e-12)]
     assert names == ["events", "dop853"]
-    found = settings.ladders(scene, (1e-4,), mechanism)
+    found = settings.ladders(scenario, (1e-4,), mechanism)
     smooth = [setting.label for setting in found if setting.backend != "published"]
     assert smooth == ["rtol 1e-4"] * 8
 
@@ -225,8 +225,8 @@ def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
 
 def test_a_run_that_takes_too_long_is_reported() -> None:
     slow = Setting("published", "tiny steps", ("solver.step=1e-5",))
-    scene = load(Path(PULLEY))
-    laboratory = Laboratory(Variants(scene), module_of("pulley").MEASURES, 1e-3, 1)
+    scenario = load(Path(PULLEY))
+    laboratory = Laboratory(Variants(scenario), module_of("pulley").MEASURES, 1e-3, 1)
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
     found = laboratory.row(slow, reference, ignore)
     assert found.status == "failed"
@@ -235,17 +235,17 @@ def test_a_run_that_takes_too_long_is_reported() -> None:
 
 def test_no_reference_is_an_error() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
-    scene = load(Path(PULLEY))
+    scenario = load(Path(PULLEY))
     measures = module_of("pulley").MEASURES
     with pytest.raises(SolverError, match="no reference to judge by: events, few: 2 steps are sp"):
-        study(scene, [], (few,), measures, 60.0, 1, ignore, ignore)
+        study(scenario, [], (few,), measures, 60.0, 1, ignore, ignore)
 
 
 def test_one_reference_of_two_is_enough_and_said(capsys: pytest.CaptureFixture[str]) -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
-    scene = load(Path(PULLEY))
+    scenario = load(Path(PULLEY))
     both = (few, with_tolerance("rkf45", 1e-10))
-    found = study(scene, [], both, module_of("pulley").MEASURES, 60.0, 1, ignore, ignore)
+    found = study(scenario, [], both, module_of("pulley").MEASURES, 60.0, 1, ignore, ignore)
     from frictionsim.cli.study_table import print_study
 
     print_study(found)
@@ -374,19 +374,19 @@ def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None
 
 
 def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
-    scene = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
+    scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
     kind = module_of("belt_drive")
-    found = kind.ladders(scene, TOLERANCES)
+    found = kind.ladders(scenario, TOLERANCES)
     lines = ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda", "moreau", "rkf45, smoothed"]
     assert list(dict.fromkeys(s.line for s in found)) == lines
     for setting in found:
-        variant = Variants(scene).timed(setting)
+        variant = Variants(scenario).timed(setting)
         assert variant.solver.backend == setting.backend
         law = "regularised" if setting.family else "set-valued"
         assert variant.effects.belt_friction.law == law  # type: ignore[attr-defined]
     chosen = [setting for setting in found if setting.backend == "moreau"]
-    references = kind.references(scene, 1e-12)
-    done = study(scene, chosen, references, kind.MEASURES, 60.0, 1, ignore, ignore)
+    references = kind.references(scenario, 1e-12)
+    done = study(scenario, chosen, references, kind.MEASURES, 60.0, 1, ignore, ignore)
     assert [r.status for r in done.rows] == ["done"] * 3
     # The driving torque has just begun to rise: what moves is small and its errors relative to it.
     assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4

@@ -2,21 +2,20 @@
 
 Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1]_. The model is in
 
-    parameters     the scenario's tables
-    path           the line of an ideal belt round its pulleys
-    equilibrium    the belt at rest at its pretension
-    chain          forces between the bodies
-    contact        normal forces of the pulleys, and friction with exact stick
-    courses        torques and speeds over time
-    equations      the rate of the state, of the above
-    waves          the fastest frequency and decay, which bound the steps
-    assembly       from a scenario to arrays
-    belt_drive     from step to step
-    observation    what is recorded
-    spans          the tension of each span
-    figures        the summary and the audit, of which torque_balance is a part
-    run_warnings   what to know before trusting them
-    cost           what the cost of accuracy is judged by, and the settings to compare
+    schema            the scenario's tables
+    geometry          the line of an ideal belt round its pulleys
+    equilibrium       the belt at rest at its pretension
+    assembly          from a scenario to arrays
+    kernels           forces of chain and contacts, exact stick, and the equations of motion
+    steppers          the integration methods
+    stability_limits  the fastest frequency and decay, which bound the steps
+    simulation        from step to step
+    sampling          what is recorded
+    spans             the tension of each span
+    quantities        the summary and the audit, of which torque_balance is a part
+    run_warnings      what to know before trusting them
+    statics           the belt at rest
+    work_precision    what the cost of accuracy is judged by, and the settings to compare
 
 References
 ----------
@@ -26,7 +25,7 @@ References
 
 from typing import TYPE_CHECKING
 
-from frictionsim.mechanisms.belt_drive.schema import Scene
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.work_precision import MEASURES, ladders, references, tighter
 from frictionsim.results import Quantities
 
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MEASURES",
     "PANELS",
-    "Scene",
+    "SCENARIO",
     "ladders",
     "references",
     "simulation",
@@ -44,21 +43,22 @@ __all__ = [
     "tighter",
 ]
 
+SCENARIO = BeltDriveScenario
+
 # What a plot shows, from top to bottom.
 PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
 
 
-def simulation(scene: Scene) -> "Simulation":
-    """Return what simulates a scene."""
-    from frictionsim.mechanisms.belt_drive.simulation import (
-        BeltDrive,  # numba, if it is needed at all
-    )
+def simulation(scenario: BeltDriveScenario) -> "Simulation":
+    """Return what simulates a scenario."""
+    # numba, if it is needed at all
+    from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
 
-    return BeltDrive(scene)
+    return BeltDrive(scenario)
 
 
-def statics(scene: Scene) -> Quantities:
+def statics(scenario: BeltDriveScenario) -> Quantities:
     """Return the belt at rest at its pretension, without friction."""
-    from frictionsim.mechanisms.belt_drive.statics import rest_figures
+    from frictionsim.mechanisms.belt_drive.statics import equilibrium_quantities
 
-    return rest_figures(scene)
+    return equilibrium_quantities(scenario)

@@ -43,7 +43,7 @@ from frictionsim.scenario.signal_tables import SpeedTable
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -121,25 +121,25 @@ class Assembly(NamedTuple):
         )
 
 
-def share_of_reference(scene: "Scene") -> float:
+def share_of_reference(scenario: "BeltDriveScenario") -> float:
     """Return by how much the contact of a body differs from the one that the scenario gives."""
-    reference = scene.effects.contact.reference_bodies
-    return 1.0 if reference is None else reference / scene.mechanism.belt.bodies
+    reference = scenario.effects.contact.reference_bodies
+    return 1.0 if reference is None else reference / scenario.mechanism.belt.bodies
 
 
-def rest_of(scene: "Scene") -> Equilibrium:
+def rest_of(scenario: "BeltDriveScenario") -> Equilibrium:
     """Return the belt at rest, without friction.
 
     Raises
     ------
     ScenarioError
     """
-    belt, effects = scene.mechanism.belt, scene.effects
-    share = share_of_reference(scene)
+    belt, effects = scenario.mechanism.belt, scenario.effects
+    share = share_of_reference(scenario)
     try:
         return equilibrium(
-            scene.mechanism.path(),
-            scene.mechanism.circles,
+            scenario.mechanism.path(),
+            scenario.mechanism.circles,
             belt.bodies,
             axial_rigidity=belt.axial_rigidity,
             mass_per_length=belt.mass_per_length,
@@ -154,18 +154,18 @@ def rest_of(scene: "Scene") -> Equilibrium:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def assemble(scene: "Scene") -> Assembly:
-    """Find the belt's rest position and compose its equations of the effects of the scene."""
-    rest = rest_of(scene)
-    laws, pulleys = laws_of(scene, rest.body_length), _pulleys(scene)
-    friction = _coefficients(scene, rest.body_length)
+def assemble(scenario: "BeltDriveScenario") -> Assembly:
+    """Find the belt's rest position and compose its equations of the effects of the scenario."""
+    rest = rest_of(scenario)
+    laws, pulleys = laws_of(scenario, rest.body_length), _pulleys(scenario)
+    friction = _coefficients(scenario, rest.body_length)
     differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
-    bodies = scene.mechanism.belt.bodies
+    bodies = scenario.mechanism.belt.bodies
     return Assembly(
         laws,
-        _torques(scene),
-        _loads(scene),
-        _speeds(scene),
+        _torques(scenario),
+        _loads(scenario),
+        _speeds(scenario),
         aligned(ROOM_ROWS, width_of(bodies)),
         _slots(bodies, pulleys.table.shape[1]),
         pulleys,
@@ -177,13 +177,13 @@ def assemble(scene: "Scene") -> Assembly:
     )
 
 
-def laws_of(scene: "Scene", body_length: float) -> Laws:
-    """Return what acts in a scene whose bodies are so long."""
-    table, effects = scene.mechanism.belt, scene.effects
+def laws_of(scenario: "BeltDriveScenario", body_length: float) -> Laws:
+    """Return what acts in a scenario whose bodies are so long."""
+    table, effects = scenario.mechanism.belt, scenario.effects
     mass = table.mass_per_length * body_length
     stiffness = table.axial_rigidity / body_length
     damping, bending, law = effects.axial_damping, effects.bending, effects.belt_friction
-    share, contact = share_of_reference(scene), effects.contact
+    share, contact = share_of_reference(scenario), effects.contact
     exact = law is not None and law.law == "set-valued"
     return Laws(
         chain=Chain(
@@ -192,7 +192,7 @@ def laws_of(scene: "Scene", body_length: float) -> Laws:
             mass,
             mass * body_length**2 / 12.0,
             stiffness,
-            scene.mechanism.path().turn,
+            scenario.mechanism.path().turn,
         ),
         contact=Contact(contact.c1 * share, contact.c2 * share),
         axial_damping=AxialDamping(
@@ -213,9 +213,9 @@ def laws_of(scene: "Scene", body_length: float) -> Laws:
     )
 
 
-def _pulleys(scene: "Scene") -> Pulleys:
-    pulleys = scene.mechanism.pulleys
-    prescribed = {name for name, drive in scene.drive.items() if drive.speed is not None}
+def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
+    pulleys = scenario.mechanism.pulleys
+    prescribed = {name for name, drive in scenario.drive.items() if drive.speed is not None}
     table = np.zeros((8, len(pulleys)))
     for j, p in enumerate(pulleys):
         table[:4, j] = *p.center, p.radius, p.inertia
@@ -246,59 +246,59 @@ def aligned(rows: int, width: int) -> "Array":
     return spare[offset : offset + rows * width].reshape(rows, width)
 
 
-def _coefficients(scene: "Scene", body_length: float) -> Friction | None:
+def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction | None:
     """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
-    law, patch = scene.effects.belt_friction, scene.effects.patch
+    law, patch = scenario.effects.belt_friction, scenario.effects.patch
     if law is None:
         return None
-    bodies = scene.mechanism.belt.bodies
-    static = np.empty((len(scene.mechanism.pulleys), bodies))
+    bodies = scenario.mechanism.belt.bodies
+    static = np.empty((len(scenario.mechanism.pulleys), bodies))
     kinetic = np.empty_like(static)
-    for j, name in enumerate(scene.mechanism.names):
+    for j, name in enumerate(scenario.mechanism.names):
         own = law.pulleys.get(name, law)
         static[j], kinetic[j] = own.mu_s, own.mu_k
     if patch is not None:
-        inside = patch_bodies(scene, body_length)
+        inside = patch_bodies(scenario, body_length)
         static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
     return Friction(static, kinetic)
 
 
-def patch_bodies(scene: "Scene", body_length: float) -> "npt.NDArray[np.bool_]":
+def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
     """Return which bodies are in the patch, (n,); none without one."""
-    patch = scene.effects.patch
-    centres = (np.arange(scene.mechanism.belt.bodies) + 0.5) * body_length
+    patch = scenario.effects.patch
+    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
     if patch is None:
         return np.zeros(len(centres), dtype=bool)
     return (centres >= patch.start) & (centres < patch.end)
 
 
-def _driven(scene: "Scene", key: str, of_speed: bool) -> tuple["Indices", list[Any]]:
-    """Return the pulleys that have a course of one sort, and the courses."""
+def _driven(scenario: "BeltDriveScenario", key: str, of_speed: bool) -> tuple["Indices", list[Any]]:
+    """Return the pulleys that have a signal of one sort, and the signals."""
     found = [
-        (j, getattr(scene.drive[name], key))
-        for j, name in enumerate(scene.mechanism.names)
-        if name in scene.drive and getattr(scene.drive[name], key) is not None
+        (j, getattr(scenario.drive[name], key))
+        for j, name in enumerate(scenario.mechanism.names)
+        if name in scenario.drive and getattr(scenario.drive[name], key) is not None
     ]
     found = [(j, table) for j, table in found if isinstance(table, SpeedTable) == of_speed]
     return np.array([j for j, _ in found], dtype=np.int64), [table for _, table in found]
 
 
-def _torques(scene: "Scene") -> Torques | None:
-    which, tables = _driven(scene, "torque", of_speed=False)
+def _torques(scenario: "BeltDriveScenario") -> Torques | None:
+    which, tables = _driven(scenario, "torque", of_speed=False)
     if not tables:
         return None
     return Torques(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))
 
 
-def _loads(scene: "Scene") -> Loads | None:
-    which, tables = _driven(scene, "torque", of_speed=True)
+def _loads(scenario: "BeltDriveScenario") -> Loads | None:
+    which, tables = _driven(scenario, "torque", of_speed=True)
     if not tables:
         return None
     return Loads(which, pieces_of([linear_pieces(t.speed, t.value) for t in tables]))
 
 
-def _speeds(scene: "Scene") -> Speeds | None:
-    which, tables = _driven(scene, "speed", of_speed=False)
+def _speeds(scenario: "BeltDriveScenario") -> Speeds | None:
+    which, tables = _driven(scenario, "speed", of_speed=False)
     if not tables:
         return None
     return Speeds(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))

@@ -1,4 +1,4 @@
-"""The figures of a belt drive's summary, and the checks of its run."""
+"""The quantities of a belt drive's summary, and the checks of its run."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
 
@@ -31,8 +31,8 @@ ROUNDING = 1e-9
 POWER_LIMIT = 1e-3
 
 
-def figures_of(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+def quantities_of(
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> Quantities:
     """Return the summary's quantities; means are over the last fifth of the run.
 
@@ -50,7 +50,7 @@ def figures_of(
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
 
-    names = scene.mechanism.names
+    names = scenario.mechanism.names
     found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
     spans = mean("_span_tension")
     found["tension_tight"] = Quantity(float(np.max(spans)), "N")
@@ -66,7 +66,7 @@ def figures_of(
     found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
     found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
     rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
-    moving = rim[drive] > slowest_rim(scene, time, seen)
+    moving = rim[drive] > slowest_rim(scenario, time, seen)
     slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
     found["slip_percent"] = Quantity(slip, "%")
     found["efficiency"] = Quantity(
@@ -88,11 +88,11 @@ def figures_of(
     return found
 
 
-def slowest_rim(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> float:
+def slowest_rim(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]) -> float:
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
     last = last_part(time)
     tension = float(np.mean(seen["_span_tension"][last]))
-    return SLOW * float(np.sqrt(abs(tension) / scene.mechanism.belt.mass_per_length))
+    return SLOW * float(np.sqrt(abs(tension) / scenario.mechanism.belt.mass_per_length))
 
 
 def _unused_energy(seen: dict[str, "Array"]) -> float:
@@ -127,7 +127,7 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
 
 
 def checks_of(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
     if not time.size:
@@ -145,7 +145,7 @@ def checks_of(
         checks["friction"] = _relative(over, limit, ROUNDING)
         driving, power = np.max(seen["_power"], axis=0)
         checks["power"] = _relative(driving, power, POWER_LIMIT)
-    checks["torque_balance"] = torque_balance(scene, assembly, time, seen)
+    checks["torque_balance"] = torque_balance(scenario, assembly, time, seen)
     return checks
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Quantities
 
     Array = npt.NDArray[np.float64]
@@ -36,7 +36,7 @@ SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt with
 
 
 def warnings_of(
-    scene: "Scene",
+    scenario: "BeltDriveScenario",
     assembly: "Assembly",
     time: "Array",
     seen: dict[str, "Array"],
@@ -55,29 +55,29 @@ def warnings_of(
     if not time.size:
         return ()
     found = [
-        *_slack_spans(scene, assembly, time, seen["_span_tension"]),
-        *_full_slip(scene, time, seen),
-        *_created_energy(scene, seen),
+        *_slack_spans(scenario, assembly, time, seen["_span_tension"]),
+        *_full_slip(scenario, time, seen),
+        *_created_energy(scenario, seen),
     ]
-    if time[-1] >= scene.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
-        found += _untouched_patch(scene, assembly, seen)
-        found += _unsteady_means(scene, assembly, time, seen)
+    if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
+        found += _untouched_patch(scenario, assembly, seen)
+        found += _unsteady_means(scenario, assembly, time, seen)
         found += _slip_of_corners(assembly, quantities)
         found += _no_efficiency(quantities)
     return tuple(found)
 
 
-def _spans(scene: "Scene") -> list[str]:
-    names = scene.mechanism.names
+def _spans(scenario: "BeltDriveScenario") -> list[str]:
+    names = scenario.mechanism.names
     return [f"from '{a}' to '{b}'" for a, b in zip(names, [*names[1:], names[0]], strict=True)]
 
 
 def _slack_spans(
-    scene: "Scene", assembly: "Assembly", time: "Array", tension: "Array"
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", tension: "Array"
 ) -> Iterator[str]:
     """Say which spans went slack, and when first."""
     slack = tension < SLACK * float(np.mean(assembly.rest.tension))
-    for i, span in enumerate(_spans(scene)):
+    for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             yield (
                 f"the span {span} goes slack at t = {time[np.argmax(slack[:, i])]:.6g} s: a slack"
@@ -85,16 +85,18 @@ def _slack_spans(
             )
 
 
-def _full_slip(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> Iterator[str]:
+def _full_slip(
+    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
+) -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
-    law = scene.effects.belt_friction
+    law = scenario.effects.belt_friction
     if law is None:
         return
     nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
     full = nobody_sticks & (np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"])
-    for j, name in enumerate(scene.mechanism.names):
+    for j, name in enumerate(scenario.mechanism.names):
         share = float(np.mean(full[:, j]))
-        loaded = name in scene.drive  # what turns freely carries nothing
+        loaded = name in scenario.drive  # what turns freely carries nothing
         if loaded and share > FULL_SLIP_SAMPLES and law.pulleys.get(name, law).mu_s > 0.0:
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
@@ -104,12 +106,12 @@ def _full_slip(scene: "Scene", time: "Array", seen: dict[str, "Array"]) -> Itera
 
 
 def _untouched_patch(
-    scene: "Scene", assembly: "Assembly", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", assembly: "Assembly", seen: dict[str, "Array"]
 ) -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
-    if scene.effects.patch is None:
+    if scenario.effects.patch is None:
         return
-    if not patch_bodies(scene, assembly.laws.chain.length).any():
+    if not patch_bodies(scenario, assembly.laws.chain.length).any():
         yield (
             "effects.patch has the middle of no body in it, and changes nothing: make it longer"
             f" than a body, {assembly.laws.chain.length:.4g} m, or take more bodies"
@@ -122,7 +124,7 @@ def _untouched_patch(
 
 
 def _unsteady_means(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> Iterator[str]:
     """Say that the means of the summary are of too few samples, or of a motion that changes."""
     last = last_part(time)
@@ -134,16 +136,16 @@ def _unsteady_means(
         )
         return
     tension = float(np.mean(seen["_span_tension"]))
-    at_rest = slowest_rim(scene, time, seen)
+    at_rest = slowest_rim(scenario, time, seen)
     rim = seen["_speed"][last] * _radii(assembly)
     fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
-        *_changes(time[last], rim, fastest, [f"speed of '{n}'" for n in scene.mechanism.names]),
+        *_changes(time[last], rim, fastest, [f"speed of '{n}'" for n in scenario.mechanism.names]),
         *_changes(
             time[last],
             seen["_span_tension"][last],
             tension,
-            [f"tension {span}" for span in _spans(scene)],
+            [f"tension {span}" for span in _spans(scenario)],
         ),
     ]
     if changing:
@@ -203,7 +205,7 @@ def _radii(assembly: "Assembly") -> "Array":
     return radii
 
 
-def _created_energy(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:
+def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> Iterator[str]:
     """Say that the steps put energy into the belt, or would without its dampers.
 
     Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not
@@ -215,24 +217,24 @@ def _created_energy(scene: "Scene", seen: dict[str, "Array"]) -> Iterator[str]:
         if name.startswith("energy") and name != "energy_input":
             created += float(energy[-1] - energy[0])
     if created > CREATED * stored:
-        adaptive = scene.solver.backend != "moreau"
+        adaptive = scenario.solver.backend != "moreau"
         way_out = "solver.rtol, or take backend = 'moreau'" if adaptive else "solver.step"
         yield (
             f"the steps have put {created:.3g} J into the belt, {100.0 * created / stored:.2g} % of"
             f" what it stores: give a smaller {way_out}"
         )
-    if _held_by_dampers(scene):
+    if _held_by_dampers(scenario):
         yield (
-            f"solver.rtol = {scene.solver.rtol:g}: the energy of this belt is kept by its dampers"
-            " only; without them steps of this tolerance put energy into its waves. Results hold"
-            f" while the dampers stay; solver.rtol = {SAFE_RTOL:g} does not need them"
+            f"solver.rtol = {scenario.solver.rtol:g}: the energy of this belt is kept by its"
+            " dampers only; without them steps of this tolerance put energy into its waves."
+            f" Results hold while the dampers stay; solver.rtol = {SAFE_RTOL:g} does not need them"
         )
 
 
-def _held_by_dampers(scene: "Scene") -> bool:
+def _held_by_dampers(scenario: "BeltDriveScenario") -> bool:
     """Return whether the adaptive steps are too loose for a belt that lost its dampers."""
-    bending, law = scene.effects.bending, scene.effects.belt_friction
-    damped = scene.effects.axial_damping is not None or (bending is not None and bending.damping)
+    bending, law = scenario.effects.bending, scenario.effects.belt_friction
+    damped = scenario.effects.axial_damping is not None or (bending is not None and bending.damping)
     stiff = law is not None and law.law != "set-valued"  # whose steps are far shorter
-    loose = scene.solver.backend == "rkf45" and scene.solver.rtol > SAFE_RTOL
+    loose = scenario.solver.backend == "rkf45" and scenario.solver.rtol > SAFE_RTOL
     return bool(loose and damped and not stiff)

@@ -1,4 +1,4 @@
-"""What is seen of a belt drive: courses to record, the figures of the summary, the audit."""
+"""What is seen of a belt drive: channels to record, the quantities of the summary, the audit."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     STUCK,
     TORQUE,
 )
-from frictionsim.mechanisms.belt_drive.quantities import checks_of, figures_of
+from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
 
@@ -47,20 +47,20 @@ if TYPE_CHECKING:
 class Observer:
     """Samples of a belt drive, in arrays that grow.
 
-    Only the courses that are wanted are kept whole; of the others what the figures need.
+    Only the channels that are wanted are kept whole; of the others what the quantities need.
 
     Parameters
     ----------
-    scene : Scene
+    scenario : BeltDriveScenario
     assembly : Assembly
         Its room holds the forces of the state that a sample is taken of.
     """
 
-    def __init__(self, scene: "Scene", assembly: "Assembly") -> None:
-        self._scene, self._assembly = scene, assembly
+    def __init__(self, scenario: "BeltDriveScenario", assembly: "Assembly") -> None:
+        self._scenario, self._assembly = scenario, assembly
         # Makes a force of what the slots hold as friction, if that is an impulse.
         self.per_impulse = 1.0
-        self._bodies = scene.mechanism.belt.bodies
+        self._bodies = scenario.mechanism.belt.bodies
         self._width = assembly.room.shape[1]
         self._energies = ["energy_input"]
         if assembly.friction is not None:
@@ -72,14 +72,14 @@ class Observer:
         self.ledger = len(self._energies)
         contact = {"friction_force", "slip_velocity", "sticking"}
         absent = contact if assembly.friction is None else set()
-        wanted = scene.output.channels
+        wanted = scenario.output.channels
         self._wanted = [
             name
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._before = np.arange(self._bodies) - 1
-        self._patch = patch_bodies(scene, laws.chain.length)
+        self._patch = patch_bodies(scenario, laws.chain.length)
         self._samples: dict[str, list[Any]] = {}
         self.created = 0.0  # energy that came from nowhere, over what was stored and put in
 
@@ -94,9 +94,9 @@ class Observer:
     def take(self, t: float, state: "Array") -> None:
         """Add the sample of time t."""
         motion = self._motion(state)
-        courses = {**self._of_bodies(motion), **self._of_pulleys(state)}
-        seen = {name: courses[name].copy() for name in self._wanted}
-        seen |= self._figures(state, motion, courses)
+        channels = {**self._of_bodies(motion), **self._of_pulleys(state)}
+        seen = {name: channels[name].copy() for name in self._wanted}
+        seen |= self._quantities(state, motion, channels)
         for name, values in seen.items():
             self._samples.setdefault(name, []).append(values)
         self._samples.setdefault("time", []).append(t)
@@ -122,7 +122,7 @@ class Observer:
         }
 
     def restore(self, state: dict[str, "Array"]) -> None:
-        """Take over the samples of another run of the same scene."""
+        """Take over the samples of another run of the same scenario."""
         self._samples = {
             name.removeprefix("samples."): list(values)
             for name, values in state.items()
@@ -179,15 +179,15 @@ class Observer:
         speeds[pulleys.free] = state[at : at + len(pulleys.free)]
         return speeds
 
-    def _figures(
-        self, state: "Array", motion: "Array", courses: dict[str, "Array"]
+    def _quantities(
+        self, state: "Array", motion: "Array", channels: dict[str, "Array"]
     ) -> dict[str, Any]:
-        """Return what figures and audit need of a sample, whatever is recorded."""
+        """Return what quantities and audit need of a sample, whatever is recorded."""
         assembly = self._assembly
         table = assembly.pulleys.table
         at = 6 * self._width + table.shape[1] + len(assembly.pulleys.free)
         speeds, tension, pulley = (
-            courses[name] for name in ("pulley_speed", "tension", "pulley_index")
+            channels[name] for name in ("pulley_speed", "tension", "pulley_index")
         )
         ledger = dict(
             zip(("energy_input", "energy_friction", "energy_damping"), state[at:], strict=False)
@@ -203,11 +203,11 @@ class Observer:
             "_belt_speed": belt_speed(motion),
             "_span_tension": span_tensions(tension, pulley, len(members)),
             "_touching": np.array([np.sum(pulley == j) for j in members]),
-            "_sticking": np.array([courses["sticking"][pulley == j].sum() for j in members]),
+            "_sticking": np.array([channels["sticking"][pulley == j].sum() for j in members]),
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),
             "_excess": self._excess(),
-            "_power": friction_power(courses),
+            "_power": friction_power(channels),
         }
 
     def _friction_on_pulleys(self) -> dict[str, "Array"]:
@@ -249,19 +249,19 @@ class Observer:
         time = samples.pop("time", np.zeros(0))
         sound = _sound(time, samples)
         samples = {name: values[:sound] for name, values in samples.items()}
-        courses = {name: samples[name] for name in CHANNELS if name in samples}
-        energies = {name: v for name, v in courses.items() if name.startswith("energy")}
+        channels = {name: samples[name] for name in CHANNELS if name in samples}
+        energies = {name: v for name, v in channels.items() if name.startswith("energy")}
         seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
         time = time[:sound]
-        quantities = figures_of(self._scene, self._assembly, time, seen)
+        quantities = quantities_of(self._scenario, self._assembly, time, seen)
         return Observed(
             time=time,
-            courses=courses,
+            channels=channels,
             transitions=[],
             quantities=quantities,
-            checks=checks_of(self._scene, self._assembly, time, seen),
+            checks=checks_of(self._scenario, self._assembly, time, seen),
             unsound=sound < len(self._samples.get("time", ())),
-            warnings=warnings_of(self._scene, self._assembly, time, seen, quantities),
+            warnings=warnings_of(self._scenario, self._assembly, time, seen, quantities),
         )
 
 
@@ -308,9 +308,9 @@ def potential_energy(assembly: "Assembly", motion: "Array") -> float:
     return float(energy)
 
 
-def friction_power(courses: dict[str, "Array"]) -> "Array":
+def friction_power(channels: dict[str, "Array"]) -> "Array":
     """Return the largest power with which friction drives a body that slides, and brakes, W."""
-    power = courses["friction_force"] * courses["slip_velocity"]
-    sliding = courses["sticking"] == 0.0
+    power = channels["friction_force"] * channels["slip_velocity"]
+    sliding = channels["sticking"] == 0.0
     driving = np.max(-power[sliding], initial=0.0)
     return np.array([driving, np.max(np.abs(power), initial=0.0)])

@@ -11,7 +11,7 @@ from frictionsim.mechanisms.effects import Gravity
 from frictionsim.results import Channel
 from frictionsim.scenario.schema import Params, misfit, quantity
 from frictionsim.scenario.settings import Scenario, Solver
-from frictionsim.scenario.signal_tables import CourseInTime, CourseOfSpeedOrTime
+from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
 
 # A body longer than this share of a radius cannot follow the curve: two to half a turn.
 LONGEST_BODY = pi / 2
@@ -114,7 +114,8 @@ class Geometry(Params):
                 ("belt", "bodies"),
                 f"{self.belt.bodies} bodies of {path.length / self.belt.bodies:.3g} m cannot follow"
                 f" the curve of '{smallest.name}', radius {smallest.radius} m; it takes at least"
-                f" {needed}, and about {needed * 4} for figures that depend little on the number",
+                f" {needed}, and about {needed * 4} for quantities that depend little on their"
+                " number",
             )
         return self
 
@@ -150,8 +151,8 @@ class Geometry(Params):
 class PulleyDrive(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
-    torque: CourseOfSpeedOrTime | None = quantity("N m", None)
-    speed: CourseInTime | None = quantity("rad/s", None)
+    torque: SpeedOrTimeSignal | None = quantity("N m", None)
+    speed: TimeSignal | None = quantity("rad/s", None)
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -270,7 +271,7 @@ class BeltSolver(Solver):
     max_steps: int = quantity("1", 1_000_000_000, gt=0)
 
 
-class Scene(Scenario):
+class BeltDriveScenario(Scenario):
     """A scenario of kind `belt_drive`."""
 
     BACKENDS: ClassVar[tuple[str, ...]] = (
@@ -332,7 +333,7 @@ class Scene(Scenario):
         return {f"drive.{name}.{key}": signal for name, drive in drives for key, signal in drive}
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scene: also a creep that depends on the step."""
+        """Return what is odd about the scenario: also a creep that depends on the step."""
         found = super().warnings()
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep":

@@ -18,7 +18,7 @@ from frictionsim.simulation.checkpoint import Arrays, exported, restore, taken, 
 from frictionsim.solvers.common import SampleTimes
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
 STEPS_BETWEEN_LOOKS = 2000  # some hundredths of a second, in which nobody is told anything
@@ -28,7 +28,7 @@ CLOSE = 1e-12  # of a time: two that differ by less are the same
 
 
 class BeltDrive:
-    """The `Simulation` of a scene of kind `belt_drive`.
+    """The `Simulation` of a scenario of kind `belt_drive`.
 
     Raises
     ------
@@ -36,20 +36,20 @@ class BeltDrive:
         If the belt has no rest position.
     """
 
-    def __init__(self, scene: "Scene") -> None:
-        self._scene = scene
-        self._assembly = assemble(scene)
-        self._times = SampleTimes(scene.solver.duration, scene.interval)
-        self._kinks = _kinks(scene)
-        self._observer = Observer(scene, self._assembly)
-        module = import_module(methods.BELT[scene.solver.backend])
-        self._stepping = module.Stepping(self._assembly, scene.solver)
+    def __init__(self, scenario: "BeltDriveScenario") -> None:
+        self._scenario = scenario
+        self._assembly = assemble(scenario)
+        self._times = SampleTimes(scenario.solver.duration, scenario.interval)
+        self._kinks = _kinks(scenario)
+        self._observer = Observer(scenario, self._assembly)
+        module = import_module(methods.BELT[scenario.solver.backend])
+        self._stepping = module.Stepping(self._assembly, scenario.solver)
         self._observer.per_impulse = self._stepping.per_impulse
         self._begun = False
-        self.effects = scene.effect_names
+        self.effects = scenario.effect_names
         self.channel_info: Mapping[str, Channel] = CHANNELS
-        bodies = tuple(map(str, range(scene.mechanism.belt.bodies)))
-        self.axes = {"pulley": scene.mechanism.names, "body": bodies, "joint": bodies}
+        bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
+        self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
         pulleys = self._assembly.pulleys
         self.states = (
             6 * len(bodies) + pulleys.table.shape[1] + len(pulleys.free) + self._observer.ledger
@@ -77,7 +77,7 @@ class BeltDrive:
         ------
         SolverError, Interrupted
         """
-        stepping, times, end = self._stepping, self._times, self._scene.solver.duration
+        stepping, times, end = self._stepping, self._times, self._scenario.solver.duration
         while True:
             while times.next <= stepping.t * (1.0 + CLOSE):
                 t = times.next
@@ -95,7 +95,7 @@ class BeltDrive:
     def _see_budget(self, t: float) -> None:
         """Stop where the steps are spent."""
         steps, rejected, _ = self._stepping.counts
-        most = self._scene.solver.max_steps
+        most = self._scenario.solver.max_steps
         if steps + rejected >= most:
             raise BudgetSpent(
                 f"{most} steps are spent at t = {t:.9g} s; give a larger solver.max_steps, fewer"
@@ -149,12 +149,12 @@ class BeltDrive:
         return {**numbers, **exported(self._times, "times"), **self._observer.state()}
 
     def restore(self, state: Arrays) -> None:
-        """Take over the state of another simulation of the same scene.
+        """Take over the state of another simulation of the same scenario.
 
         Raises
         ------
         InputError
-            If it is of another scene.
+            If it is of another scenario.
         """
         for name, array in self._stepping.arrays().items():
             values = taken(state, f"stepping.{name}", np.float64, ndim=array.ndim)
@@ -170,17 +170,17 @@ class BeltDrive:
         return self._observer.observe()
 
 
-def _kinks(scene: "Scene") -> list[float]:
+def _kinks(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive has a kink, s: a step ends there."""
-    from frictionsim.scenario.signal_tables import SpeedTable, course_of
+    from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
     found = set()
-    for drive in scene.drive.values():
+    for drive in scenario.drive.values():
         table = drive.torque if drive.speed is None else drive.speed
         if table is None or isinstance(table, SpeedTable):
             continue
-        course = course_of(table)
+        signal = signal_from(table)
         t = 0.0
-        while (t := course.next_kink(t)) < scene.solver.duration:
+        while (t := signal.next_kink(t)) < scenario.solver.duration:
             found.add(t)
     return sorted(found)

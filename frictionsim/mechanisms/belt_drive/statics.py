@@ -1,4 +1,4 @@
-"""The figures of a belt at rest."""
+"""The quantities of a belt at rest."""
 
 from math import exp
 from typing import TYPE_CHECKING
@@ -9,18 +9,18 @@ from frictionsim.mechanisms.belt_drive.assembly import rest_of
 from frictionsim.results import Quantities, Quantity
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
-def rest_figures(scene: "Scene") -> Quantities:
+def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
     """Return tension, lengths, arcs and loads of the belt at rest, and what friction could hold.
 
     capstan_ratio is exp(mu_s arc), the largest ratio of the tensions on the two sides of a
     pulley; torque_limit what it would transmit at the belt's pretension if its sides
     could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
     """
-    rest, path = rest_of(scene), scene.mechanism.path()
-    bodies = scene.mechanism.belt.bodies
+    rest, path = rest_of(scenario), scenario.mechanism.path()
+    bodies = scenario.mechanism.belt.bodies
     tension = float(np.mean(rest.tension))
     found = {
         "pretension": Quantity(tension, "N"),
@@ -29,11 +29,11 @@ def rest_figures(scene: "Scene") -> Quantities:
         "path_length": Quantity(path.length, "m"),
         "belt_length": Quantity(rest.body_length * bodies, "m"),
         "body_length": Quantity(rest.body_length, "m"),
-        "strain": Quantity(tension / scene.mechanism.belt.axial_rigidity, "1"),
+        "strain": Quantity(tension / scenario.mechanism.belt.axial_rigidity, "1"),
         "residual_force": Quantity(rest.residual, "N"),
     }
-    friction = scene.effects.belt_friction
-    for j, (pulley, arc) in enumerate(zip(scene.mechanism.pulleys, path.arcs, strict=True)):
+    friction = scenario.effects.belt_friction
+    for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, path.arcs, strict=True)):
         name, on = pulley.name, rest.pulley == j
         found[f"arc_{name}"] = Quantity(abs(arc.sweep), "rad")
         force = (

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Misfit(NamedTuple):
 
 
 def torque_balance(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> Check:
     """Return the difference of the two ways at the pulley where it is most, and its limit.
 
@@ -69,11 +69,11 @@ def torque_balance(
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
     least = LEAST_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
-    belt, misfits = scene.mechanism.belt, [_misfit(time, rim, turned)]
+    belt, misfits = scenario.mechanism.belt, [_misfit(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
-    if np.ptp(time[last]) * wave > FEWEST_ROUNDS * scene.mechanism.path().length:
+    if np.ptp(time[last]) * wave > FEWEST_ROUNDS * scenario.mechanism.path().length:
         of_last = {name: values[last] for name, values in seen.items()}
-        misfits.append(_misfit_of_spans(scene, assembly, time[last], of_last))
+        misfits.append(_misfit_of_spans(scenario, assembly, time[last], of_last))
     off, uncertain = (np.concatenate(parts) / largest for parts in zip(*misfits, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
@@ -81,13 +81,13 @@ def torque_balance(
 
 
 def _misfit_of_spans(
-    scene: "Scene", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
 ) -> Misfit:
     """Return what the spans beside each pulley and what turns it differ by.
 
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
     """
-    path, density = scene.mechanism.path(), scene.mechanism.belt.mass_per_length
+    path, density = scenario.mechanism.path(), scenario.mechanism.belt.mass_per_length
     radius, inertia = assembly.pulleys.table[PULLEY_RADIUS], assembly.pulleys.table[INERTIA]
     sweep = np.array([arc.sweep for arc in path.arcs])
     straight = np.array([np.hypot(*np.subtract(s.end, s.start)) for s in path.spans])
@@ -109,7 +109,9 @@ def _misfit_of_spans(
     corners = CORNER * (length / radius) ** 2 * holds
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)
-    return Misfit(np.where(judged, off, 0.0), chance + corners + _moments(scene, straight, spans))
+    return Misfit(
+        np.where(judged, off, 0.0), chance + corners + _moments(scenario, straight, spans)
+    )
 
 
 def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
@@ -132,12 +134,12 @@ def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
     return Misfit(np.abs(np.average(off, axis=0, weights=weights)), chance)
 
 
-def _moments(scene: "Scene", straight: "Array", spans: "Array") -> "Array":
+def _moments(scenario: "BeltDriveScenario", straight: "Array", spans: "Array") -> "Array":
     """Return the forces at the rim that moments in the middle of the spans could stand for, N."""
-    if scene.effects.bending is None:
+    if scenario.effects.bending is None:
         return np.zeros(len(straight))
-    rigidity = scene.effects.bending.rigidity
+    rigidity = scenario.effects.bending.rigidity
     tension = np.maximum(np.min(spans, axis=0), 0.0)
     decay = np.exp(-0.5 * straight * np.sqrt(tension / rigidity))
-    radius = np.array([pulley.radius for pulley in scene.mechanism.pulleys])
+    radius = np.array([pulley.radius for pulley in scenario.mechanism.pulleys])
     return rigidity / radius**2 * (decay + np.roll(decay, 1))

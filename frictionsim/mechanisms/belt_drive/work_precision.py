@@ -1,7 +1,7 @@
 """What the cost of a belt drive's accuracy is judged by, and the settings that are compared.
 
-Beside tolerances and steps there is the friction law: set-valued as the scene has it, or smoothed
-over a speed, as the literature has it.
+Beside tolerances and steps there is the friction law: set-valued as the scenario has it, or
+smoothed over a speed, as the literature has it.
 """
 
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from frictionsim.results import ENERGY_BALANCE, Measure
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import Scene
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.scenario.variants import Setting
 
 # Places of single bodies depend on rounding before long; these do not.
@@ -19,7 +19,7 @@ MEASURES = (
     Measure("slip", "quantity", "slip_percent", "%"),
     Measure("tension_tight", "quantity", "tension_tight", "N"),
     Measure("tension_slack", "quantity", "tension_slack", "N"),
-    Measure("speed_L1", "course", "pulley_speed", "rad/s"),
+    Measure("speed_L1", "channel", "pulley_speed", "rad/s"),
     Measure("friction_heat", "quantity", "energy_friction", "J"),
     ENERGY_BALANCE,
 )
@@ -33,15 +33,15 @@ SCIPY_TOLERANCES = (1e-2, 1e-3)
 SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a second
 
 
-def ladders(scene: "Scene", tolerances: Iterable[float]) -> "list[Setting]":
+def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list[Setting]":
     """Return tolerances, steps and smoothed laws; those tolerances that suit a belt."""
     from frictionsim.scenario.variants import Setting, short, with_tolerance
 
     found = [with_tolerance("rkf45", rtol) for rtol in _suiting(tolerances)]
     found += [with_tolerance(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
-    longest = _longest_step(scene)
+    longest = _longest_step(scenario)
     found += [_with_step(longest, part) for part in PARTS]
-    friction = scene.effects.belt_friction
+    friction = scenario.effects.belt_friction
     if friction is None or friction.law != "set-valued":
         return found
     for speed in SPEEDS:
@@ -54,19 +54,19 @@ def ladders(scene: "Scene", tolerances: Iterable[float]) -> "list[Setting]":
     return found
 
 
-def references(scene: "Scene", rtol: float) -> "tuple[Setting, Setting]":
+def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Setting]":
     """Return the adaptive method and short fixed steps."""
     from frictionsim.scenario.variants import with_tolerance
 
     adaptive = with_tolerance("rkf45", max(rtol, REFERENCE_TOLERANCE))
-    return adaptive, _with_step(_longest_step(scene), REFERENCE_PART)
+    return adaptive, _with_step(_longest_step(scenario), REFERENCE_PART)
 
 
-def tighter(scene: "Scene") -> "Setting | None":
+def tighter(scenario: "BeltDriveScenario") -> "Setting | None":
     """Return half the step, also where `moreau` takes its own; None where tolerances decide."""
-    if scene.solver.backend != "moreau":
+    if scenario.solver.backend != "moreau":
         return None
-    return _with_step(scene.solver.step or _longest_step(scene), 2)
+    return _with_step(scenario.solver.step or _longest_step(scenario), 2)
 
 
 def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
@@ -84,10 +84,10 @@ def _with_step(longest: float, part: int) -> "Setting":
     return Setting("moreau", f"step {short(step)}", (f"solver.step={step:.3g}",))
 
 
-def _longest_step(scene: "Scene") -> float:
+def _longest_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
     from frictionsim.mechanisms.belt_drive.assembly import assemble
     from frictionsim.mechanisms.belt_drive.steppers.moreau import Stepping
 
-    settings = scene.solver.model_copy(update={"backend": "moreau", "step": None})
-    return 1.0 / Stepping(assemble(scene), settings).per_impulse
+    settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
+    return 1.0 / Stepping(assemble(scenario), settings).per_impulse

@@ -8,7 +8,7 @@ Body k has its left end at P_k - (l/2) e_k and its right end at P_k + (l/2) e_k,
     M_k = c_tor (phi_k - phi_(k-1)) + b_tor (phi_k' - phi_(k-1)')         [1]_ eq 21
     m P_k'' = F_(k+1) - F_k,    (m l^2/12) phi_k'' = (l/2) e_k x (F_k + F_(k+1)) + M_(k+1) - M_k
 
-Each effect is a kernel of its own that takes its parameters, or None where the scene does not
+Each effect is a kernel of its own that takes its parameters, or None where the scenario does not
 name it: a kernel that is called with None is compiled to nothing at all. All loops are free of
 branches, so that the compiler makes vector instructions of them; an array over the joints has a
 cell more than there are joints, a copy of its first, in the place of an index that wraps around.

@@ -1,4 +1,4 @@
-"""The equations of motion of a belt drive, composed of the effects that its scene names.
+"""The equations of motion of a belt drive, composed of the effects that its scenario names.
 
 What acts is handed to the kernels in two kinds of parcels: `Laws` of numbers only, and a few of
 arrays. A tuple of arrays within a tuple would have all of its arrays counted as in use, and out of
@@ -60,7 +60,7 @@ LEDGER = 3  # energies that are integrated along: input, friction, damping
 
 
 class Laws(NamedTuple):
-    """What acts in a belt drive; None for each effect that the scene lacks."""
+    """What acts in a belt drive; None for each effect that the scenario lacks."""
 
     chain: Chain
     contact: Contact
@@ -105,7 +105,7 @@ def motion_in(state, room):
 
 @kernel
 def drive(t, torque, torques):
-    """Add the torques that are courses in time."""
+    """Add the torques that are signals in time."""
     if torques is not None:
         for k in range(len(torques.which)):
             torque[torques.which[k]] += value(torques.pieces, k, t)
@@ -114,7 +114,7 @@ def drive(t, torque, torques):
 
 @kernel
 def resist(speed, torque, loads):
-    """Add the torques that are courses of the pulley's own speed."""
+    """Add the torques that are signals of the pulley's own speed."""
     if loads is not None:
         for k in range(len(loads.which)):
             j = loads.which[k]

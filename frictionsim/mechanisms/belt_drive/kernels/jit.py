@@ -1,8 +1,8 @@
 """Compiled kernels: the only module that imports numba.
 
 Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
-effects that a scene calls for, and kept on the disk for later runs. numba looks at the time stamp
-of one file only to tell whether a kernel is still the same, but kernels call kernels of other
+effects that a scenario calls for, and kept on the disk for later runs. numba looks at the time
+stamp of one file only to tell whether a kernel is still the same, but kernels call kernels of other
 files: the folder of the cache therefore carries a digest of the source of all of them.
 """
 

@@ -1,8 +1,8 @@
 """The torques and speeds of pulleys as compiled kernels read them.
 
-Every course but a sine consists of pieces that are polynomials of third degree at most; the
+Every signal but a sine consists of pieces that are polynomials of third degree at most; the
 pieces of all pulleys stand in one table. Sines stand in another one, which is there only if a
-scene has one.
+scenario has one.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Pieces(NamedTuple):
     """Cubic pieces over time or speed u: c0 + c1 (u - knot) + ... from each knot to the next.
 
-    The pieces of course j are first[j] to first[j + 1] - 1; the first one has no lower end.
+    The pieces of signal j are first[j] to first[j + 1] - 1; the first one has no lower end.
     `table` is (pieces, 5): knot, c0, c1, c2, c3.
     """
 
@@ -34,10 +34,10 @@ Piece = tuple[float, float, float, float, float]
 """Knot and four coefficients."""
 
 
-def pieces_of(courses: Sequence[Sequence[Piece]]) -> Pieces:
-    """Put the pieces of several courses into one table."""
-    first = np.cumsum([0, *(len(course) for course in courses)], dtype=np.int64)
-    return Pieces(first, np.array([piece for course in courses for piece in course]))
+def pieces_of(signals: Sequence[Sequence[Piece]]) -> Pieces:
+    """Put the pieces of several signals into one table."""
+    first = np.cumsum([0, *(len(signal) for signal in signals)], dtype=np.int64)
+    return Pieces(first, np.array([piece for signal in signals for piece in signal]))
 
 
 def linear_pieces(points: Sequence[float], values: Sequence[float]) -> list[Piece]:
@@ -50,7 +50,7 @@ def linear_pieces(points: Sequence[float], values: Sequence[float]) -> list[Piec
 
 
 def pieces_in_time(table: Any) -> list[Piece]:
-    """Return the pieces of a course in time of the scenario; of a sine its mean."""
+    """Return the pieces of a signal in time of the scenario; of a sine its mean."""
     if isinstance(table, int | float):
         return [(0.0, float(table), 0.0, 0.0, 0.0)]
     if hasattr(table, "sine"):
@@ -67,7 +67,7 @@ def pieces_in_time(table: Any) -> list[Piece]:
 
 
 def sines_of(tables: Sequence[Any]) -> "Array | None":
-    """Return the sines of several courses in time; None if there is none among them.
+    """Return the sines of several signals in time; None if there is none among them.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def sines_of(tables: Sequence[Any]) -> "Array | None":
 
 @kernel
 def piece_at(pieces, j, u):
-    """Return the piece of course j at u: knot and coefficients."""
+    """Return the piece of signal j at u: knot and coefficients."""
     low, high = pieces.first[j], pieces.first[j + 1]
     while high - low > 1:
         middle = (low + high) // 2
@@ -100,7 +100,7 @@ def piece_at(pieces, j, u):
 
 @kernel
 def value(pieces, j, u):
-    """Return the value of course j at u."""
+    """Return the value of signal j at u."""
     knot, c0, c1, c2, c3 = piece_at(pieces, j, u)
     x = u - knot
     return c0 + x * (c1 + x * (c2 + x * c3))
@@ -108,7 +108,7 @@ def value(pieces, j, u):
 
 @kernel
 def slope(pieces, j, u):
-    """Return the derivative of course j at u."""
+    """Return the derivative of signal j at u."""
     knot, _, c1, c2, c3 = piece_at(pieces, j, u)
     x = u - knot
     return c1 + x * (2.0 * c2 + x * 3.0 * c3)
