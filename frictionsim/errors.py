@@ -8,7 +8,7 @@ EXIT_DIFFERENT = 1
 EXIT_BAD_INPUT = 2
 EXIT_AUDIT_FAILED = 3
 EXIT_NOT_WRITTEN = 4
-EXIT_BUDGET_SPENT = 5
+EXIT_BUDGET_EXCEEDED = 5
 EXIT_DEFECT = 70  # the program itself is wrong: sysexits.h, EX_SOFTWARE
 EXIT_SIGNAL = 128  # plus the number of the signal, as a shell has it: 130, 143
 
@@ -44,16 +44,16 @@ class SolverError(FrictionsimError):
     failure = ""
 
 
-class NotFinite(SolverError):
+class NonFinite(SolverError):
     """A state or a rate is infinite or no number."""
 
-    failure = "not_finite"
+    failure = "non_finite"
 
 
-class BlowUp(SolverError):
+class Diverged(SolverError):
     """The motion has far more energy than was put in: the steps are unstable."""
 
-    failure = "blow_up"
+    failure = "diverged"
 
 
 class StepUnderflow(SolverError):
@@ -62,23 +62,23 @@ class StepUnderflow(SolverError):
     failure = "step_underflow"
 
 
-class EventStorm(SolverError):
+class Chattering(SolverError):
     """Events follow each other without end."""
 
-    failure = "event_storm"
+    failure = "chattering"
 
 
-class BudgetSpent(SolverError):
+class BudgetExceeded(SolverError):
     """The steps or the seconds that a run may take are spent; with more it can go on."""
 
-    exit_code = EXIT_BUDGET_SPENT
-    failure = "budget"
+    exit_code = EXIT_BUDGET_EXCEEDED
+    failure = "budget_exceeded"
 
 
-class LeftPulleys(SolverError):
+class BeltOffPulleys(SolverError):
     """A belt has come off its pulleys."""
 
-    failure = "left_pulleys"
+    failure = "belt_off_pulleys"
 
 
 class Interrupted(SolverError):

@@ -65,7 +65,7 @@ def failures(checks: dict[str, Check]) -> str:
     )
 
 
-class Observed(NamedTuple):
+class SimulationResult(NamedTuple):
     """What a simulation shows of itself once it has stopped, at its end or short of it.
 
     Attributes
@@ -91,7 +91,7 @@ class Observed(NamedTuple):
     transitions: list[Transition]
     quantities: "Quantities"
     checks: dict[str, Check]
-    unsound: bool
+    non_finite_tail: bool
     warnings: tuple[str, ...] = ()
     sides: "Mapping[str, Array]" = MappingProxyType({})
 
@@ -116,7 +116,7 @@ def quantities_json(quantities: Quantities) -> dict[str, Any]:
     return {name: {"value": finite(q.value), "unit": q.unit} for name, q in quantities.items()}
 
 
-class Measure(NamedTuple):
+class Metric(NamedTuple):
     """One error of a run against a reference.
 
     Attributes
@@ -144,14 +144,14 @@ class Measure(NamedTuple):
     scale: str = ""
 
 
-ENERGY_BALANCE = Measure("energy_balance", "check", "energy")
+ENERGY_BALANCE = Metric("energy_balance", "check", "energy_balance")
 
 
 # Of any mechanism of one coordinate.
-OF_ONE_COORDINATE = (
-    Measure("event_time", "events", unit="s"),
-    Measure("final_angle", "quantity", "final_angle", "rad", scale="angle"),
-    Measure("velocity_L1", "channel", "angular_velocity", "rad/s"),
+SINGLE_DOF_METRICS = (
+    Metric("event_time", "events", unit="s"),
+    Metric("final_angle", "quantity", "final_angle", "rad", scale="angle"),
+    Metric("velocity_L1", "channel", "angular_velocity", "rad/s"),
     ENERGY_BALANCE,
 )
 

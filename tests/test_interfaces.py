@@ -9,54 +9,59 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5
 from frictionsim.scenario import methods
-from frictionsim.scenario.kinds import KINDS, module_of
-from frictionsim.scenario.settings import Solver
+from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.scenario.settings import SolverSettings
 from frictionsim.scenario.signals import Constant
-from frictionsim.solvers import solution_of
-from frictionsim.solvers.common import Recording, SampleTimes
-from frictionsim.solvers.mechanism import Contact, Kink, Mechanism
+from frictionsim.solvers import solver_factory
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 DURATION = 3.0
 
 
-def wheel(friction: float, kink: Kink) -> Mechanism:
+def wheel(friction: float, surface: SwitchingSurface) -> Mechanism:
     """A wheel of 1 kg m^2 under 2 N m, and 1 N m more where sin(q) is negative."""
 
-    def moment(u: float, q: float, v: float) -> float:
+    def applied_torque(u: float, q: float, v: float) -> float:
         return u + 0.5 * (1.0 - np.sign(sin(q)))
 
-    contact = Contact(
+    contact = DryFriction(
         "hub",
         static_limit=lambda u, q: friction,
         kinetic_limit=lambda u, q, v, s: friction,
-        rounding=lambda u, q: 1e-14,
+        roundoff=lambda u, q: 1e-14,
     )
     return Mechanism(
         drive=Constant(2.0),
         inertia=1.0,
-        moment=moment,
+        applied_torque=applied_torque,
         contact=contact if friction else None,
-        powers={"energy_input": lambda u, q, v: moment(u, q, v) * v},
-        stores={"energy_kinetic": lambda q, v: 0.5 * v * v},
-        channels=lambda series: {},
+        power_flows={"energy_input": lambda u, q, v: applied_torque(u, q, v) * v},
+        stored_energies={"energy_kinetic": lambda q, v: 0.5 * v * v},
+        channels=lambda trajectory: {},
         channel_info={},
-        quantities=lambda series: {},
+        quantities=lambda trajectory: {},
         effects=(),
-        kinks=(kink,),
+        switching_surfaces=(surface,),
     )
 
 
 EVENT = "half turn"
 
 
-@pytest.mark.parametrize("kink", [Kink(lambda q, v: sin(q), event=EVENT), Kink(None, pi, EVENT)])
+@pytest.mark.parametrize(
+    "surface",
+    [SwitchingSurface(lambda q, v: sin(q), event=EVENT), SwitchingSurface(None, pi, EVENT)],
+)
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, kink: Kink) -> None:
-    recording = Recording(SampleTimes(DURATION, DURATION))
-    settings = Solver(backend=backend, duration=DURATION)
-    solution_of(backend)(wheel(friction, kink), settings, recording).run(lambda t: None)
+def test_steps_end_on_the_kinks_of_a_mechanism(
+    backend: str, friction: float, surface: SwitchingSurface
+) -> None:
+    buffer = SampleBuffer(SampleTimes(DURATION, DURATION))
+    settings = SolverSettings(backend=backend, duration=DURATION)
+    solver_factory(backend)(wheel(friction, surface), settings, buffer).run(lambda t: None)
     # From rest with 2 N m to pi, then with 3 N m to 2 pi, then with 2 N m to the end.
     t, v = 0.0, 0.0
     expected = []
@@ -64,7 +69,7 @@ def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, ki
         faster = (v * v + 2.0 * (torque - friction) * pi) ** 0.5
         t, v = t + (faster - v) / (torque - friction), faster
         expected.append((t, k * pi))
-    found = [(e.time, e.position) for e in recording.transitions if e.contact == EVENT]
+    found = [(e.time, e.position) for e in buffer.transitions if e.contact == EVENT]
     # Before and after the jump the motion is a parabola, which the method gives exactly; the last
     # stage of the step that ends on it may see what is beyond, which the tolerance covers.
     assert np.array(found[:2]) == pytest.approx(np.array(expected), abs=1e-8)
@@ -72,7 +77,7 @@ def test_steps_end_on_the_kinks_of_a_mechanism(backend: str, friction: float, ki
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_has_what_the_registry_says(kind: str) -> None:
-    module = module_of(kind)
+    module = mechanism_module(kind)
     assert set(module.SCENARIO.BACKENDS) <= methods.BACKENDS.keys()
     assert set(module.PANELS) <= module.SCENARIO.CHANNELS.keys()
     assert callable(module.simulation)

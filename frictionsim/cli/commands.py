@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from frictionsim import __version__
-from frictionsim.cli.messages import complain, print_json, warn
+from frictionsim.cli.messages import print_error, print_json, warn
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
@@ -58,25 +58,25 @@ def run_command_line(arguments: list[str]) -> int:
     try:
         code = app(arguments, standalone_mode=False, prog_name="frictionsim")
     except FrictionsimError as error:
-        complain(str(error))
+        print_error(str(error))
         return error.exit_code
     except typer.TyperException as error:
-        complain(f"{error.format_message().rstrip('.')}; see --help")
+        print_error(f"{error.format_message().rstrip('.')}; see --help")
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
     except SystemExit as leave:  # the reader of a pipe has left
         return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
     except MemoryError:
-        complain("out of memory; ask for fewer samples with a larger output.interval")
+        print_error("out of memory; ask for fewer samples with a larger output.interval")
         return EXIT_SOLVER_FAILED
     except OSError as error:
-        complain(f"cannot print the output: {error.strerror}")
+        print_error(f"cannot print the output: {error.strerror}")
         return EXIT_NOT_WRITTEN
     except Exception as error:
         if "--debug" in arguments:
             raise
-        complain(
+        print_error(
             f"a defect of this program: {type(error).__name__}: {error}\n"
             "please report it with the scenario; --debug before the command shows where it is"
         )
@@ -164,10 +164,10 @@ def resume(
     from frictionsim.cli.job import Job, simulate
     from frictionsim.io import hdf5
     from frictionsim.io.destination import Destination, whole_name
-    from frictionsim.scenario.loading import revive
+    from frictionsim.scenario.loading import scenario_from_result
 
     checkpoint = hdf5.read_checkpoint(result)
-    loaded = revive(result, checkpoint.scenario)
+    loaded = scenario_from_result(result, checkpoint.scenario)
     job = Job(
         loaded,
         str(result),
@@ -206,7 +206,7 @@ def check(
         try:
             loaded = load(path, overrides)
         except ScenarioError as error:
-            complain(str(error))
+            print_error(str(error))
             code = error.exit_code
         else:
             effects = ", ".join(loaded.effect_names) or "none"
@@ -218,11 +218,11 @@ def check(
 @app.command()
 def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
     """Solve for impending motion: what lifts, what holds."""
-    from frictionsim.scenario.kinds import module_of
+    from frictionsim.scenario.kinds import mechanism_module
     from frictionsim.scenario.loading import load
 
     loaded = load(scenario, overrides)
-    quantities = module_of(loaded.kind).statics(loaded)
+    quantities = mechanism_module(loaded.kind).statics(loaded)
     if as_json:
         from frictionsim.results import quantities_json
 
@@ -300,7 +300,7 @@ def cost(
         print_study(found)
     cost_study.write_files(found, options)
     if found.status != "done":
-        complain(f"study {found.status} {found.reason} of a run; what was measured is shown")
+        print_error(f"study {found.status} {found.reason} of a run; what was measured is shown")
     return found.exit_code
 
 
@@ -335,4 +335,4 @@ def plot(
     for picture in pictures:
         print(picture)
     for reason in reasons:
-        complain(f"left out: {reason}")
+        print_error(f"left out: {reason}")

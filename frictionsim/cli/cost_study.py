@@ -5,10 +5,10 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.cli.monitor import watch
+from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import InputError, OutputError, unknown
-from frictionsim.io.atomic_write import check_target, refuse_to_clobber
-from frictionsim.scenario.kinds import module_of
+from frictionsim.io.atomic_write import check_no_clobber, check_writable
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.variants import TOLERANCES, Setting
 from frictionsim.work_precision import settings as ladder
 from frictionsim.work_precision.report import write_csv
@@ -46,22 +46,22 @@ def study_scenario(scenario: "Scenario", options: Options) -> Study:
     tolerances = _tolerances(options.tolerances)
     names = _backends(options.backends, scenario)
     _check_targets(options)
-    kind = module_of(scenario.kind)
-    measures = _measures(kind, scenario)
+    kind = mechanism_module(scenario.kind)
+    metrics = _metrics(kind, scenario)
     settings = [s for s in _ladders(kind, scenario, tolerances) if s.backend in names]
     rtol = min(tolerances) * ladder.TIGHTER
     with (
-        watch(scenario.solver.duration, with_progress=False, max_wall=None) as poll,
+        monitor_run(scenario.solver.duration, with_progress=False, max_wall=None) as on_step,
         _StatusLine() as show,
     ):
         return study(
             scenario,
             settings,
             _references(kind, scenario, rtol),
-            measures,
+            metrics,
             options.max_wall,
             options.repeats,
-            poll,
+            on_step,
             show,
         )
 
@@ -100,10 +100,10 @@ def _references(kind: Any, scenario: "Scenario", rtol: float) -> tuple[Setting, 
     return ladder.references(kind.build(scenario), rtol)
 
 
-def _measures(kind: Any, scenario: "Scenario") -> Any:
-    if not hasattr(kind, "MEASURES"):
+def _metrics(kind: Any, scenario: "Scenario") -> Any:
+    if not hasattr(kind, "METRICS"):
         raise InputError(f"cost: the kind '{scenario.kind}' does not say what it is judged by")
-    return kind.MEASURES
+    return kind.METRICS
 
 
 def _tolerances(text: str | None) -> tuple[float, ...]:
@@ -139,9 +139,9 @@ def _check_targets(options: Options) -> None:
     if options.no_clobber:
         for target in (options.output, options.csv, options.plot):
             if target is not None:
-                refuse_to_clobber(target)
+                check_no_clobber(target)
     if options.output is not None:
-        check_target(options.output)
+        check_writable(options.output)
     if options.plot is not None and options.plot.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise InputError(f"{options.plot}: pictures are written as .png, .pdf, .svg; name one")
     for target in (options.csv, options.plot):

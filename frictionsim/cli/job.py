@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.cli.messages import complain, print_json, warn
-from frictionsim.cli.monitor import watch
+from frictionsim.cli.messages import print_error, print_json, warn
+from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, InputError, OutputError
 from frictionsim.io.destination import Destination
 from frictionsim.results import failures
@@ -13,7 +13,7 @@ from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import Run
+    from frictionsim.simulation.simulate import RunResult
 
 
 class Job(NamedTuple):
@@ -48,8 +48,10 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
     destination.check(job.no_clobber)
     known = job.scenario.warnings()
     warn(known)  # before the time to compute is spent
-    with watch(job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet) as poll:
-        result = run(job.scenario, poll, _keeper(destination), job.checkpoint)
+    with monitor_run(
+        job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet
+    ) as on_step:
+        result = run(job.scenario, on_step, _checkpoint_writer(destination), job.checkpoint)
         failed = failures(result.checks)
         if result.status == "done" and failed:
             result = result._replace(reason=f"self-audit failed: {failed}")
@@ -59,7 +61,7 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
         if job.estimate_error and result.status == "done":
             from frictionsim.work_precision.error_estimate import estimate
 
-            errors = estimate(result, poll)
+            errors = estimate(result, on_step)
     warn(warning for warning in result.warnings if warning not in known)
     output = None if place is None else str(place)
     if as_json:
@@ -71,39 +73,39 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
 
         print_run(result, output, errors)
     if errors is not None and not errors.errors:
-        complain(f"warning: {errors.method}")
-    return _verdict(result, place, destination) or (errors.exit_code if errors else EXIT_DONE)
+        print_error(f"warning: {errors.method}")
+    return _exit_code(result, place, destination) or (errors.exit_code if errors else EXIT_DONE)
 
 
-def _keeper(destination: Destination) -> "Callable[[Run], None]":
+def _checkpoint_writer(destination: Destination) -> "Callable[[RunResult], None]":
     """Return what writes a checkpoint; where that is not possible, the run is worth more."""
     said: set[str] = set()
 
-    def keep(part: "Run") -> None:
+    def keep(part: "RunResult") -> None:
         try:
             destination.write(part)
         except OutputError as error:
             if str(error) not in said:
-                complain(f"warning: no checkpoint: {error}")
+                print_error(f"warning: no checkpoint: {error}")
             said.add(str(error))
 
     return keep
 
 
-def _verdict(result: "Run", place: Path | None, destination: Destination) -> int:
+def _exit_code(result: "RunResult", place: Path | None, destination: Destination) -> int:
     """Say what went wrong, and return the exit code of a run."""
     if result.status == "done":
         if not result.reason:
             return EXIT_DONE
-        complain(f"{result.reason}; do not trust {place}")
+        print_error(f"{result.reason}; do not trust {place}")
         return EXIT_AUDIT_FAILED
-    complain(f"run {result.status}: {result.reason}")
+    print_error(f"run {result.status}: {result.reason}")
     whole = destination.whole
     if place is None:
-        complain(f"nothing was computed, and nothing written: {whole} is as it was")
+        print_error(f"nothing was computed, and nothing written: {whole} is as it was")
         return result.exit_code
     stays = f"; {whole} is as it was" if place != whole and whole.exists() else ""
-    complain(f"the samples up to there are in {place}, marked '{result.status}'{stays}")
+    print_error(f"the samples up to there are in {place}, marked '{result.status}'{stays}")
     if result.checkpoint is not None:
-        complain(f"'frictionsim resume {place}' goes on from there")
+        print_error(f"'frictionsim resume {place}' goes on from there")
     return result.exit_code

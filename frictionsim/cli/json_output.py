@@ -6,12 +6,12 @@ from frictionsim.results import finite, quantities_json
 
 if TYPE_CHECKING:
     from frictionsim.results import Transition
-    from frictionsim.simulation.simulate import Run
+    from frictionsim.simulation.simulate import RunResult
     from frictionsim.work_precision.error_estimate import Estimate
 
 
 def run_json(
-    run: "Run", source: str, output: str | None, estimate: "Estimate | None" = None
+    run: "RunResult", source: str, output: str | None, estimate: "Estimate | None" = None
 ) -> dict[str, Any]:
     """Return the JSON object of a run.
 
@@ -31,7 +31,7 @@ def run_json(
     return found
 
 
-def _run_json(run: "Run", source: str, output: str | None) -> dict[str, Any]:
+def _run_json(run: "RunResult", source: str, output: str | None) -> dict[str, Any]:
     return {
         "scenario": source,
         "kind": run.scenario.kind,
@@ -41,7 +41,7 @@ def _run_json(run: "Run", source: str, output: str | None) -> dict[str, Any]:
         "failure": run.failure,
         "quantities": quantities_json(run.quantities),
         "events": [_event_json(e) for e in run.transitions],
-        "solver": run.counts._asdict(),
+        "solver": run.statistics._asdict(),
         "effects": list(run.effects),
         "audit": {
             name: {"value": finite(check.value), "limit": check.limit, "ok": check.ok}

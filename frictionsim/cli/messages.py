@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 
-def complain(message: str) -> None:
+def print_error(message: str) -> None:
     """Say something on stderr, with the name of the program."""
     print(f"frictionsim: {message}", file=sys.stderr)
 
@@ -13,7 +13,7 @@ def complain(message: str) -> None:
 def warn(warnings: Iterable[str], source: str = "") -> None:
     """Say each warning on stderr; `source` is what it is of, as "file: "."""
     for warning in warnings:
-        complain(f"warning: {source}{warning}")
+        print_error(f"warning: {source}{warning}")
 
 
 def print_json(data: dict[str, Any]) -> None:

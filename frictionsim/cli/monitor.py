@@ -10,7 +10,7 @@ from time import monotonic
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from frictionsim.errors import EXIT_SIGNAL, BudgetSpent, Interrupted
+from frictionsim.errors import EXIT_SIGNAL, BudgetExceeded, Interrupted
 
 if TYPE_CHECKING:
     from frictionsim.cli.tables import ProgressBar
@@ -24,7 +24,7 @@ SECONDS_WITHOUT_BAR = 1.0
 SECONDS_FOR_ONE_SIGNAL = 0.2
 
 
-class Watch:
+class RunMonitor:
     """Called with the time of the simulation after every step of it."""
 
     def __init__(
@@ -50,13 +50,13 @@ class Watch:
         ------
         Interrupted
             If a signal has asked for its end.
-        BudgetSpent
+        BudgetExceeded
             If the run has had its time.
         """
         if self._signal:
             raise Interrupted(self._signal, t)
         if self._max_wall is not None and monotonic() - self._started >= self._max_wall:
-            raise BudgetSpent(
+            raise BudgetExceeded(
                 f"{self._max_wall:g} s of --max-wall are spent at t = {t:.9g} s of"
                 f" {self._duration:.9g} s; resume the run, give it more time, or looser tolerances"
             )
@@ -92,7 +92,7 @@ class Watch:
         guard = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         guard.start()
         if self._signal:  # it came before there was a pipe
-            self._leave(self._signal)
+            self._exit_now(self._signal)
         try:
             yield
         finally:
@@ -105,9 +105,9 @@ class Watch:
     def _wait_for_signal(self, reader: int) -> None:
         while (byte := os.read(reader, 1)) != NO_SIGNAL:
             if byte[0] in STOPS:
-                self._leave(byte[0])
+                self._exit_now(byte[0])
 
-    def _leave(self, number: int) -> None:
+    def _exit_now(self, number: int) -> None:
         """End the process in the middle of a compilation; there is no run to keep."""
         kept = "what was written before stays" if self._calls else "nothing was computed or written"
         name = signal.Signals(number).name
@@ -132,7 +132,7 @@ class Watch:
         done = t - self._first
         self._bar.show(t, (monotonic() - self._begun) / done if done > 0.0 else None)
 
-    def _note_signal(self, number: int, frame: FrameType | None) -> None:
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self._signal:
             if monotonic() - self._signalled > SECONDS_FOR_ONE_SIGNAL:
                 os._exit(EXIT_SIGNAL + number)  # asked twice: at once
@@ -147,9 +147,9 @@ class Watch:
 
 
 @contextmanager
-def watch(
+def monitor_run(
     duration: float, with_progress: bool, max_wall: float | None = None, quiet: bool = False
-) -> Iterator[Watch]:
+) -> Iterator[RunMonitor]:
     """Watch a run: SIGINT and SIGTERM end it after its step, a second one ends the process.
 
     While kernels are compiled, the first one does.
@@ -164,8 +164,8 @@ def watch(
     quiet : bool
         Do not say that kernels are compiled, either.
     """
-    watcher = Watch(duration, with_progress, max_wall, quiet)
-    before = [signal.signal(number, watcher._note_signal) for number in STOPS]
+    watcher = RunMonitor(duration, with_progress, max_wall, quiet)
+    before = [signal.signal(number, watcher._on_signal) for number in STOPS]
     try:
         yield watcher
     finally:

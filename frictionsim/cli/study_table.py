@@ -16,7 +16,7 @@ def print_study(study: "Study") -> None:
         f"{scenario.title or scenario.kind}: what accuracy costs ({study.status})",
         *_reference_lines(study),
     )
-    names = [measure.name for measure in study.measures]
+    names = [metric.name for metric in study.metrics]
     headings = [
         *("backend", "setting", ">error", *(f">{name}" for name in names)),
         *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),

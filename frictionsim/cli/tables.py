@@ -11,17 +11,17 @@ from rich.table import Table
 if TYPE_CHECKING:
     from frictionsim.io.comparison import Comparison
     from frictionsim.results import Check, Quantities, Transition
-    from frictionsim.simulation.simulate import Run
+    from frictionsim.simulation.simulate import RunResult
     from frictionsim.work_precision.error_estimate import Estimate
 
 DIGITS = 10
 WIDTH = 1000
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
 # A table of events longer than this shows its two ends.
-MOST_EVENTS = 20
+MAX_EVENTS = 20
 
 
-def print_run(run: "Run", output: str | None, estimate: "Estimate | None" = None) -> None:
+def print_run(run: "RunResult", output: str | None, estimate: "Estimate | None" = None) -> None:
     """Print the summary of a run on stdout, with the errors of its quantities if they are known."""
     console = _console()
     title = run.scenario.title or run.scenario.kind
@@ -37,13 +37,14 @@ def print_run(run: "Run", output: str | None, estimate: "Estimate | None" = None
     if run.transitions:
         _print_table(_transitions_table(run.transitions))
     _print_table(_audit_table(run.checks))
-    counts = run.counts
-    compiled = counts.compile_seconds
-    solved = f"solved in {counts.wall_seconds:.3g} s"
+    statistics = run.statistics
+    compiled = statistics.compile_seconds
+    solved = f"solved in {statistics.wall_seconds:.3g} s"
     solved += f", after {compiled:.3g} s of compilation" if compiled else ""
     console.print(
-        f"{counts.states} states, {counts.steps} steps and {counts.rejected} rejected, {solved};"
-        f" {counts.rhs_evaluations} right-hand sides with those of {run.time.size} samples"
+        f"{statistics.states} states, {statistics.steps} steps and {statistics.rejected} rejected,"
+        f" {solved}; {statistics.rhs_evaluations} right-hand sides with those of"
+        f" {run.time.size} samples"
     )
     console.print(f"result: {output or 'none'}")
 
@@ -162,8 +163,8 @@ def _transitions_table(transitions: list["Transition"]) -> Table:
     angle = (">angle / rad",) if placed else ()
     table = _table(">event", ">time / s", "contact", "from", "to", *angle)
     numbered = list(enumerate(transitions, start=1))
-    if len(numbered) > MOST_EVENTS:
-        shown, last = numbered[: MOST_EVENTS - 2], numbered[-1]
+    if len(numbered) > MAX_EVENTS:
+        shown, last = numbered[: MAX_EVENTS - 2], numbered[-1]
     else:
         shown, last = numbered, None
     for number, e in shown:

@@ -10,7 +10,7 @@ SUFFIXES = (".h5", ".hdf5", ".nc")
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
-def check_target(path: Path) -> None:
+def check_writable(path: Path) -> None:
     """See that a result can be put at a path, before the time to compute it is spent.
 
     Raises
@@ -18,14 +18,14 @@ def check_target(path: Path) -> None:
     OutputError
     """
     try:
-        reason = _why_no_target(path)
+        reason = _target_problem(path)
     except OSError as error:  # a name that is too long, a folder that may not be entered
         reason = error.strerror or str(error)
     if reason:
         raise _not_written(path, reason)
 
 
-def refuse_to_clobber(path: Path) -> None:
+def check_no_clobber(path: Path) -> None:
     """See that there is no file yet.
 
     Raises
@@ -38,7 +38,7 @@ def refuse_to_clobber(path: Path) -> None:
         )
 
 
-def _why_no_target(path: Path) -> str:
+def _target_problem(path: Path) -> str:
     """Return why a result must not be put at a path; empty if it may."""
     folder = path.parent
     if path.is_dir():
@@ -64,7 +64,7 @@ def _not_written(path: Path, reason: str) -> OutputError:
     return OutputError(f"{path}: cannot write the result: {reason}")
 
 
-def put(image: bytes, path: Path) -> None:
+def write_atomically(image: bytes, path: Path) -> None:
     """Have a file consist of these bytes, or be what it was.
 
     They are written beside the target, flushed to the disk and renamed: at no time is there half
@@ -74,7 +74,7 @@ def put(image: bytes, path: Path) -> None:
     ------
     OutputError
     """
-    check_target(path)
+    check_writable(path)
     target = Path(os.path.realpath(path))
     # The number of a process that was killed may come again: its part must not be in the way.
     part = target.with_name(f".{target.name}.{os.getpid()}.{os.urandom(4).hex()}.part")

@@ -14,12 +14,12 @@ LENGTH = len(MARK) + len(b"01234567\n")
 BLOCK = 1 << 20
 
 
-def seal(image: bytes) -> bytes:
+def checksum_trailer(image: bytes) -> bytes:
     """Return the bytes to put behind an image."""
     return MARK + b"%08x\n" % crc32(image)
 
 
-def is_broken(path: Path) -> bool:
+def checksum_mismatch(path: Path) -> bool:
     """Return whether a file has a seal that does not fit."""
     with path.open("rb") as file:
         left = file.seek(0, os.SEEK_END) - LENGTH

@@ -90,7 +90,7 @@ def compare(
         raise InputError(
             f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
         )
-    _see_patterns(ignore, {*result.channels, *golden.channels, "events"})
+    _check_patterns(ignore, {*result.channels, *golden.channels, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
     pairs = _pairs(result, golden)
@@ -111,11 +111,11 @@ def compare(
         comparison.rows.append(events)
         if events.ok:  # the same events have sides to compare
             comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
-    comparison.rows.sort(key=_badness, reverse=True)
+    comparison.rows.sort(key=_tolerance_ratio, reverse=True)
     return comparison
 
 
-def _see_patterns(ignore: list[str], names: set[str]) -> None:
+def _check_patterns(ignore: list[str], names: set[str]) -> None:
     """Refuse a pattern that leaves nothing out, and patterns that leave nothing to compare."""
     names = names - {"time"}
     for pattern in ignore:
@@ -125,7 +125,7 @@ def _see_patterns(ignore: list[str], names: set[str]) -> None:
         raise InputError("--ignore: nothing is left to compare")
 
 
-def _badness(row: Row) -> tuple[bool, float]:
+def _tolerance_ratio(row: Row) -> tuple[bool, float]:
     if row.difference is None or not row.allowed:
         return not row.ok, 0.0
     return not row.ok, row.difference / row.allowed
@@ -208,7 +208,7 @@ def _compare_channel(
         return Row(name, None, None, None, False, "of another axis, or of other members of it")
     found, expected = result.channels[name][pairs.result], golden.channels[name][pairs.golden]
     time = golden.channels["time"][pairs.golden]
-    away = _away_from(golden.events["time"], time, time_atol)
+    away = _outside_event_windows(golden.events["time"], time, time_atol)
     found, expected, time = found[away], expected[away], time[away]
     if not found.size:
         return Row(name, 0.0, atol, None, True)
@@ -240,7 +240,7 @@ def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
     return axis, result.members[axis] if axis else ()
 
 
-def _away_from(events: Any, time: Any, time_atol: float) -> Any:
+def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
     """Return which samples are further than time_atol from every event."""
     away = np.ones(time.shape, dtype=bool)
     for event in events:
@@ -300,7 +300,7 @@ def _compare_sides(
             allowed = atol + rtol * np.abs(expected) + rate * time_atol
             for found, most, at in zip(difference, allowed, golden.events["time"], strict=True):
                 row = Row(worst.name, float(found), float(most), float(at), bool(found <= most))
-                worst = max(worst, row, key=_badness)
+                worst = max(worst, row, key=_tolerance_ratio)
         yield worst
 
 

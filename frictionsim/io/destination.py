@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.io import hdf5
-from frictionsim.io.atomic_write import check_target, refuse_to_clobber
+from frictionsim.io.atomic_write import check_no_clobber, check_writable
 
 if TYPE_CHECKING:
-    from frictionsim.simulation.simulate import Run
+    from frictionsim.simulation.simulate import RunResult
 
 PARTIAL = ".partial"
 
@@ -62,13 +62,13 @@ class Destination:
         OutputError
         """
         if no_clobber and self.whole != self._resumed:
-            refuse_to_clobber(self.whole)
-        check_target(self.whole)
+            check_no_clobber(self.whole)
+        check_writable(self.whole)
         part = self._place_of_part()
         if part != self.whole:
-            check_target(part)
+            check_writable(part)
 
-    def write(self, run: "Run") -> Path | None:
+    def write(self, run: "RunResult") -> Path | None:
         """Write a result; return where it is, None if there was nothing worth another's place.
 
         Raises

@@ -49,8 +49,8 @@ import numpy as np
 
 from frictionsim import __version__
 from frictionsim.errors import InputError
-from frictionsim.io.atomic_write import put
-from frictionsim.io.checksum import is_broken, seal
+from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.checksum import checksum_mismatch, checksum_trailer
 from frictionsim.scenario.loading import resolved_toml
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Column
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import Run
+    from frictionsim.simulation.simulate import RunResult
 
 FORMAT_VERSION = 1
 ATTRIBUTES = (
@@ -73,12 +73,12 @@ ATTRIBUTES = (
 GROUPS = ("events", "checkpoint")
 CHUNK_BYTES = 128 * 1024
 # The method of gzip does not compress better: a dataset that claims more is not all there.
-MOST_COMPRESSED = 1032
+MAX_GZIP_RATIO = 1032
 COMPRESSION = {"compression": "gzip", "compression_opts": 4}
 MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
 
 
-def write(run: "Run", path: Path) -> None:
+def write(run: "RunResult", path: Path) -> None:
     """Write a result file, whole or not at all; whatever goes wrong, an older one stays.
 
     Raises
@@ -86,7 +86,7 @@ def write(run: "Run", path: Path) -> None:
     OutputError
     """
     image = _image(run)
-    put(image + seal(image), path)
+    write_atomically(image + checksum_trailer(image), path)
 
 
 def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
@@ -103,7 +103,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     OutputError
     """
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _describe(file, scenario, status)
+        _write_attributes(file, scenario, status)
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
             if number == 0:
@@ -116,14 +116,14 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
             texts.dims[0].attach_scale(scale)
         file.flush()
         image = bytes(file.id.get_file_image())
-    put(image + seal(image), path)
+    write_atomically(image + checksum_trailer(image), path)
 
 
-def _image(run: "Run") -> bytes:
+def _image(run: "RunResult") -> bytes:
     """Return the bytes of the result file of a run."""
     # A core file without backing store never touches the disk; its name is only a label.
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _describe(file, run.scenario, run.status, run.reason, run.failure)
+        _write_attributes(file, run.scenario, run.status, run.reason, run.failure)
         file.attrs["warnings"] = "\n".join(run.warnings)
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
@@ -142,7 +142,7 @@ def _image(run: "Run") -> bytes:
         return bytes(file.id.get_file_image())
 
 
-def _describe(
+def _write_attributes(
     file: Any, scenario: "Scenario", status: str, reason: str = "", failure: str = ""
 ) -> None:
     """Set the root attributes."""
@@ -157,7 +157,7 @@ def _describe(
     file.attrs["failure"] = failure
 
 
-def _add_transitions(events: Any, run: "Run") -> None:
+def _add_transitions(events: Any, run: "RunResult") -> None:
     transitions = run.transitions
     names = sorted({transition.contact for transition in transitions})
     scale = _add_scale(events, [e.time for e in transitions], "time", "s", "time of the transition")
@@ -293,7 +293,7 @@ def may_be_done(path: Path) -> bool:
     except OSError:  # nothing can be there
         return False
     try:
-        if empty or is_broken(path):
+        if empty or checksum_mismatch(path):
             return not empty
         with h5py.File(path, "r") as file:
             return _text(file.attrs["status"]) not in ("interrupted", "failed")
@@ -318,16 +318,16 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """
     with _opened(path) as file:
         attributes = _attributes(file)
-        reason = _why_not_to_go_on(file, attributes)
+        reason = _resume_obstacle(file, attributes)
         if reason:
             raise InputError(f"{path}: cannot resume this run: {reason}")
-        state = {name: _bounded(item)[...] for name, item in file["checkpoint"].items()}
+        state = {name: _check_size(item)[...] for name, item in file["checkpoint"].items()}
         if file["checkpoint"].attrs["digest"] != _digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
     return Checkpoint(attributes["scenario"], state)
 
 
-def _why_not_to_go_on(file: Any, attributes: dict[str, str]) -> str:
+def _resume_obstacle(file: Any, attributes: dict[str, str]) -> str:
     if attributes["status"] == "done":
         return "it is done"
     if attributes["frictionsim_version"] != __version__:
@@ -344,7 +344,7 @@ def _why_not_to_go_on(file: Any, attributes: dict[str, str]) -> str:
 def _opened(path: Path) -> Iterator[Any]:
     """Open a result file of this format; what is wrong with it in here is said of the file."""
     try:
-        if is_broken(path):
+        if checksum_mismatch(path):
             raise InputError(f"{path}: cannot read this result: it is damaged")
         with h5py.File(path, "r") as file:
             version = file.attrs["format_version"]
@@ -380,10 +380,10 @@ def _attributes(file: Any) -> dict[str, str]:
 
 def _read(file: Any) -> Result:
     attributes = _attributes(file)
-    found = {name: _bounded(item) for name, item in file.items() if name not in GROUPS}
+    found = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
     scales = {name for name, item in found.items() if item.is_scale and name != "time"}
     datasets = {name: item for name, item in found.items() if name not in scales}
-    events = {name: _values(_bounded(item)) for name, item in file["events"].items()}
+    events = {name: _values(_check_size(item)) for name, item in file["events"].items()}
     contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
         attributes=attributes,
@@ -395,7 +395,7 @@ def _read(file: Any) -> Result:
         events=events,
         contacts=contacts,
     )
-    _see_shapes(result)
+    _check_shapes(result)
     return result
 
 
@@ -417,7 +417,7 @@ def _members(scale: Any) -> tuple[str, ...]:
     return members
 
 
-def _see_shapes(result: Result) -> None:
+def _check_shapes(result: Result) -> None:
     """See that all channels are over one time, and events name contacts that there are."""
     for channels, axes in ((result.channels, result.axes), (result.events, {})):
         n = channels["time"].size
@@ -430,10 +430,10 @@ def _see_shapes(result: Result) -> None:
         raise ValueError("an event is of a contact without a name")
 
 
-def _bounded(dataset: Any) -> Any:
+def _check_size(dataset: Any) -> Any:
     """Return a dataset, unless it claims more than its file can hold."""
     size = dataset.file.id.get_filesize()
-    if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MOST_COMPRESSED * size:
+    if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MAX_GZIP_RATIO * size:
         raise ValueError(f"{dataset.name} is no channel")
     return dataset
 

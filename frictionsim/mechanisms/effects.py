@@ -1,15 +1,15 @@
 """Effects that several kinds of mechanism can have, dry friction apart."""
 
-from frictionsim.scenario.schema import Params, quantity
+from frictionsim.scenario.schema import Params, unit_field
 
 
 class Gravity(Params):
     """Weight of all that has a mass."""
 
-    g: float = quantity("m/s^2", 9.81, ge=0)
+    g: float = unit_field("m/s^2", 9.81, ge=0)
 
 
 class AirDrag(Params):
     """Viscous resistance of the air: a torque -b w."""
 
-    coefficient: float = quantity("N m s", ge=0)
+    coefficient: float = unit_field("N m s", ge=0)

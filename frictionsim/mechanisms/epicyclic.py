@@ -35,13 +35,25 @@ from pydantic import model_validator
 
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.mechanisms.tracer_point import TracerPoint, cusps, longest_dwell, pace, place
-from frictionsim.results import OF_ONE_COORDINATE, Channel, Measure, Quantities, Quantity
+from frictionsim.mechanisms.tracer_point import (
+    TracerPoint,
+    count_cusps,
+    longest_dwell,
+    pace,
+    tracer_position,
+)
+from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
 from frictionsim.scenario.methods import SINGLE_DOF
-from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
-from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
+from frictionsim.solvers.mechanism import (
+    DryFriction,
+    Mechanism,
+    SwitchingSurface,
+    Trajectory,
+    Value,
+)
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
@@ -68,24 +80,26 @@ CHANNELS = {
 PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity", "angle")
 
 # What the cost of accuracy is judged by.
-MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
+METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class EpicyclicParameters(Params):
     """`[mechanism]`."""
 
-    sun_radius: float = quantity("m", gt=0)
-    planet_radius: float = quantity("m", gt=0)
-    crank_mass: float = quantity("kg", ge=0)
-    planet_mass: float = quantity("kg", ge=0)
-    initial_angle_deg: float = quantity("deg", 0.0)
-    initial_angular_velocity: float = quantity("rad/s", 0.0)
+    sun_radius: float = unit_field("m", gt=0)
+    planet_radius: float = unit_field("m", gt=0)
+    crank_mass: float = unit_field("kg", ge=0)
+    planet_mass: float = unit_field("kg", ge=0)
+    initial_angle_deg: float = unit_field("deg", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", 0.0)
     formulation: Literal["consistent", "published"] = "consistent"
 
     @model_validator(mode="after")
     def _something_is_heavy(self) -> Self:
         if self.crank_mass + self.planet_mass <= 0.0:
-            raise misfit(("crank_mass",), "crank and planet have no mass at all; give one of them")
+            raise inconsistent(
+                ("crank_mass",), "crank and planet have no mass at all; give one of them"
+            )
         return self
 
     @property
@@ -94,7 +108,7 @@ class EpicyclicParameters(Params):
         return self.sun_radius + self.planet_radius
 
     @property
-    def turns(self) -> float:
+    def planet_speed_ratio(self) -> float:
         """lambda: turns of the planet for each of the crank."""
         return self.length / self.planet_radius
 
@@ -107,26 +121,26 @@ class EpicyclicParameters(Params):
 class EpicyclicDrive(Params):
     """`[drive]`: a torque on the crank, or the speed that it is turned with."""
 
-    torque: TimeSignal | None = quantity("N m", None)
-    speed: TimeSignal | None = quantity("rad/s", None)
+    torque: TimeSignal | None = unit_field("N m", None)
+    speed: TimeSignal | None = unit_field("rad/s", None)
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
         if (self.torque is None) == (self.speed is None):
-            raise misfit((), "give one of torque and speed")
+            raise inconsistent((), "give one of torque and speed")
         return self
 
 
 class HingeFriction(Params):
     """Dry couple between planet and crank."""
 
-    torque_static: float = quantity("N m", ge=0)
-    torque_kinetic: float = quantity("N m", ge=0)
+    torque_static: float = unit_field("N m", ge=0)
+    torque_kinetic: float = unit_field("N m", ge=0)
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
         if self.torque_kinetic > self.torque_static:
-            raise misfit(
+            raise inconsistent(
                 ("torque_kinetic",),
                 f"{self.torque_kinetic} N m is above torque_static = {self.torque_static} N m",
             )
@@ -136,7 +150,7 @@ class HingeFriction(Params):
 class RollingFriction(Params):
     """Rolling friction of the planet on the sun."""
 
-    arm: float = quantity("m", ge=0)
+    arm: float = unit_field("m", ge=0)
     normal_load: Literal["weight", "radial"] = "weight"
 
 
@@ -165,13 +179,13 @@ class EpicyclicScenario(Scenario):
         rolling = self.effects.rolling_friction
         published = self.mechanism.formulation == "published"
         if published and rolling is not None and rolling.normal_load == "radial":
-            raise misfit(
+            raise inconsistent(
                 ("effects", "rolling_friction", "normal_load"),
                 "eq 26 as published knows the weight alone; take 'weight', or formulation"
                 " 'consistent'",
             )
         if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
-            raise misfit(
+            raise inconsistent(
                 ("mechanism", "initial_angular_velocity"),
                 "the speed of the drive gives it; leave it out",
             )
@@ -183,8 +197,8 @@ class _Terms:
 
     def __init__(self, scenario: EpicyclicScenario) -> None:
         geometry, effects = scenario.mechanism, scenario.effects
-        self.length, self.turns = geometry.length, geometry.turns
-        self.gearing = geometry.sun_radius / geometry.planet_radius
+        self.length, self.planet_speed_ratio = geometry.length, geometry.planet_speed_ratio
+        self.sun_planet_ratio = geometry.sun_radius / geometry.planet_radius
         g = effects.gravity.g if effects.gravity else 0.0
         self.planet_mass, self.planet_weight = geometry.planet_mass, geometry.planet_mass * g
         self.gravity_moment = (0.5 * geometry.crank_mass * g + self.planet_weight) * self.length
@@ -214,89 +228,110 @@ SCENARIO = EpicyclicScenario
 def simulation(scenario: EpicyclicScenario) -> "Simulation":
     """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
-        OneCoordinate,  # numpy, which `check` does without
+        SingleDofSimulation,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scenario, build(scenario))
+    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Compose the equation of the crank from the effects that the scenario names."""
     terms, geometry = _Terms(scenario), scenario.mechanism
     published = geometry.formulation == "published"
-    moment, stored = (
+    applied_torque, stored = (
         _published_equation(terms, scenario) if published else _equation(terms, scenario)
     )
     contact = None if published else _contact(terms)
-    powers: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
-    rubs = terms.hinge is not None or terms.rolls
-    if published and rubs:
+    power_flows: dict[str, Any] = {
+        "energy_input": lambda torque, angle, velocity: torque * velocity
+    }
+    has_friction = terms.hinge is not None or terms.rolls
+    if published and has_friction:
         resistance = _published_resistance(terms)
-        powers["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
+        power_flows["energy_friction"] = lambda torque, angle, velocity: (
+            resistance(angle) * velocity
+        )
     inertia = geometry.inertia
-    stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
+    stored_energies = {
+        "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity
+    }
     if scenario.effects.gravity is not None:
-        stores["energy_potential"] = lambda angle, velocity: stored * sin(angle)
+        stored_energies["energy_potential"] = lambda angle, velocity: stored * sin(angle)
     prescribed = scenario.drive.speed is not None
     drive = signal_from(scenario.drive.speed if prescribed else scenario.drive.torque)  # type: ignore[arg-type]
 
     def uniform_torque(angle: Value, velocity: Value) -> Value:
         opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
-        return opposed - moment(0.0, angle, velocity)
+        return opposed - applied_torque(0.0, angle, velocity)
 
-    def channels(series: Series) -> dict[str, Value]:
-        angle, velocity = series.position, series.velocity
+    def channels(trajectory: Trajectory) -> dict[str, Value]:
+        angle, velocity = trajectory.position, trajectory.velocity
         found = {
             "angle": angle,
             "angular_velocity": velocity,
-            "angular_acceleration": series.acceleration,
-            "drive_torque": series.drive,
+            "angular_acceleration": trajectory.acceleration,
+            "drive_torque": trajectory.drive,
             "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
             found["normal_load"] = terms.mesh_load(angle, velocity)
         if contact is not None:
-            found["friction_torque"], found["mode"] = series.friction, series.mode
-        elif rubs:
+            found["friction_torque"], found["mode"] = trajectory.friction, trajectory.mode
+        elif has_friction:
             found["friction_torque"] = -resistance(angle)
         if scenario.effects.tracer_point is not None:
-            found["tracer_x"], found["tracer_y"] = place(
-                terms.length, terms.turns, scenario.effects.tracer_point, angle
+            found["tracer_x"], found["tracer_y"] = tracer_position(
+                terms.length, terms.planet_speed_ratio, scenario.effects.tracer_point, angle
             )
         return found
 
-    def quantities(series: Series) -> Quantities:
+    def quantities(trajectory: Trajectory) -> Quantities:
         found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
-        if terms.radial and series.velocity.size:
-            torque = uniform_torque_mean(scenario, float(series.velocity[-1]))
+        if terms.radial and trajectory.velocity.size:
+            torque = uniform_torque_mean(scenario, float(trajectory.velocity[-1]))
             found["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
         if scenario.effects.tracer_point is not None:
             point = scenario.effects.tracer_point
-            x, y = place(terms.length, terms.turns, point, series.position)
-            paces = pace(terms.length, terms.turns, point, series.position, series.velocity)
+            x, y = tracer_position(
+                terms.length, terms.planet_speed_ratio, point, trajectory.position
+            )
+            paces = pace(
+                terms.length,
+                terms.planet_speed_ratio,
+                point,
+                trajectory.position,
+                trajectory.velocity,
+            )
             found["tracer_cusps"] = Quantity(
-                cusps(geometry.sun_radius, geometry.planet_radius, point, series.position), "1"
+                count_cusps(
+                    geometry.sun_radius, geometry.planet_radius, point, trajectory.position
+                ),
+                "1",
             )
             found["tracer_dwell_time"] = Quantity(
-                longest_dwell(series.time, paces, x, y, point.dwell_distance), "s"
+                longest_dwell(trajectory.time, paces, x, y, point.dwell_distance), "s"
             )
         return found
 
-    def run_warnings(series: Series) -> list[str]:
+    def run_warnings(trajectory: Trajectory) -> list[str]:
         from frictionsim.simulation.run_warnings import (
             against_drive,  # numpy, which `check` does without
         )
 
-        back = "" if prescribed else against_drive(series.time, series.drive, series.position)
+        back = (
+            ""
+            if prescribed
+            else against_drive(trajectory.time, trajectory.drive, trajectory.position)
+        )
         return [f"the crank {back}: its weight or its start was stronger"] if back else []
 
     return Mechanism(
         drive=drive,
         inertia=inertia,
-        moment=moment,
+        applied_torque=applied_torque,
         contact=contact,
-        powers=powers,
-        stores=stores,
+        power_flows=power_flows,
+        stored_energies=stored_energies,
         channels=channels,
         channel_info=CHANNELS,
         quantities=quantities,
@@ -304,7 +339,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         effects=scenario.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,
-        kinks=() if published else _kinks(terms),
+        switching_surfaces=() if published else _kinks(terms),
         prescribed=prescribed,
     )
 
@@ -330,8 +365,8 @@ def _published_equation(terms: _Terms, scenario: EpicyclicScenario) -> tuple[Any
 
 def _published_resistance(terms: _Terms) -> Any:
     """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
-    couple = terms.kinetic_couple * terms.turns
-    rolling = terms.arm * terms.planet_weight * terms.turns
+    couple = terms.kinetic_couple * terms.planet_speed_ratio
+    rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
     if not terms.rolls:
         return lambda angle: couple
     if terms.hinge is None:
@@ -339,51 +374,51 @@ def _published_resistance(terms: _Terms) -> Any:
     return lambda angle: couple + rolling * sin(angle)
 
 
-def _contact(terms: _Terms) -> Contact | None:
+def _contact(terms: _Terms) -> DryFriction | None:
     """Return the friction of hinge and mesh, of those that the scenario names."""
-    static_hinge = terms.static_couple * terms.gearing
-    kinetic_hinge = terms.kinetic_couple * terms.gearing
-    lever, weight = terms.arm * terms.turns, terms.planet_weight
+    static_hinge = terms.static_couple * terms.sun_planet_ratio
+    kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
+    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
     scale = terms.gravity_moment + static_hinge + lever * weight
 
-    def rounding(torque: Value, angle: Value) -> Value:
+    def roundoff(torque: Value, angle: Value) -> Value:
         return ROUNDING * (abs(torque) + scale)
 
     if not terms.rolls:
         if terms.hinge is None:
             return None
-        return Contact(
+        return DryFriction(
             "hinge",
             static_limit=lambda torque, angle: static_hinge,
             kinetic_limit=lambda torque, angle, velocity, direction: kinetic_hinge,
-            rounding=rounding,
+            roundoff=roundoff,
         )
     if terms.hinge is None:
-        return Contact(
+        return DryFriction(
             "mesh",
             static_limit=lambda torque, angle: lever * abs(weight * sin(angle)),
             kinetic_limit=lambda torque, angle, velocity, direction: (
                 lever * terms.mesh_load(angle, velocity)
             ),
-            rounding=rounding,
+            roundoff=roundoff,
         )
-    return Contact(
+    return DryFriction(
         "hinge+mesh",
         static_limit=lambda torque, angle: static_hinge + lever * abs(weight * sin(angle)),
         kinetic_limit=lambda torque, angle, velocity, direction: (
             kinetic_hinge + lever * terms.mesh_load(angle, velocity)
         ),
-        rounding=rounding,
+        roundoff=roundoff,
     )
 
 
-def _kinks(terms: _Terms) -> tuple[Kink, ...]:
+def _kinks(terms: _Terms) -> tuple[SwitchingSurface, ...]:
     """Return where the load of the rolling friction changes its sign under its absolute value."""
     if not terms.rolls:
         return ()
     if terms.radial:
-        return (Kink(terms.radial_balance),)
-    return (Kink(every=pi),)
+        return (SwitchingSurface(terms.radial_balance),)
+    return (SwitchingSurface(every=pi),)
 
 
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
@@ -401,19 +436,21 @@ def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """
     terms = _Terms(scenario)
     if scenario.mechanism.formulation == "published":
-        return terms.kinetic_couple * terms.turns
+        return terms.kinetic_couple * terms.planet_speed_ratio
     a, b = terms.planet_weight, 0.0
     if terms.radial:
         b = terms.planet_mass * terms.length * speed * speed
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    return terms.kinetic_couple * terms.gearing + terms.arm * load * terms.turns
+    return (
+        terms.kinetic_couple * terms.sun_planet_ratio + terms.arm * load * terms.planet_speed_ratio
+    )
 
 
 def statics(scenario: EpicyclicScenario) -> Quantities:
     """Return the torques that just start the crank where it is, and those of uniform turning."""
     terms, mechanism = _Terms(scenario), build(scenario)
     angle = mechanism.position
-    balance = -mechanism.moment(0.0, angle, 0.0)
+    balance = -mechanism.applied_torque(0.0, angle, 0.0)
     limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0
     other = "published" if scenario.mechanism.formulation == "consistent" else "consistent"
     changed = scenario.model_copy(

@@ -5,7 +5,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:
@@ -38,14 +38,14 @@ class ShaftFriction(Params):
     the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft.
     """
 
-    shaft_radius: float = quantity("m", gt=0)
-    mu_s: float = quantity("1", ge=0)
-    mu_k: float = quantity("1", ge=0)
+    shaft_radius: float = unit_field("m", gt=0)
+    mu_s: float = unit_field("1", ge=0)
+    mu_k: float = unit_field("1", ge=0)
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
         if self.mu_k > self.mu_s:
-            raise misfit(
+            raise inconsistent(
                 ("mu_k",),
                 f"{self.mu_k} is above mu_s = {self.mu_s}; sliding friction does not exceed the"
                 " static limit, so give 0 <= mu_k <= mu_s",

@@ -35,14 +35,20 @@ from pydantic import model_validator
 from frictionsim.mechanisms.effects import AirDrag, Gravity
 from frictionsim.mechanisms.journal_friction import ShaftFriction
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.results import OF_ONE_COORDINATE, STICK, Channel, Measure, Quantities, Quantity
+from frictionsim.results import SINGLE_DOF_METRICS, STICK, Channel, Metric, Quantities, Quantity
 from frictionsim.scenario.methods import SINGLE_DOF
-from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.scenario.signals import Constant, Signal
-from frictionsim.solvers.mechanism import Contact, Kink, Mechanism, Series, Value
+from frictionsim.solvers.mechanism import (
+    DryFriction,
+    Mechanism,
+    SwitchingSurface,
+    Trajectory,
+    Value,
+)
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
@@ -70,28 +76,28 @@ CHANNELS = {
 PANELS = ("motor_torque", "load_torque", "friction_torque", "angular_velocity", "angle")
 
 # What the cost of accuracy is judged by.
-MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
+METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class MarbleMachineParameters(Params):
     """`[mechanism]`."""
 
-    pinion_radius: float = quantity("m", gt=0)
-    pressure_angle_deg: float = quantity("deg", ge=0, lt=90)
-    gear_ratio: float = quantity("1", gt=0)
-    mesh_azimuth_deg: float = quantity("deg")
-    slots: int = quantity("1", gt=0)
-    marble_mass: float = quantity("kg", ge=0)
-    marble_circle_radius: float = quantity("m", gt=0)
-    gear_mass: float = quantity("kg", ge=0)
-    gear_inertia: float = quantity("kg m^2", gt=0)
-    initial_angle_deg: float = quantity("deg", 0.0)
-    initial_angular_velocity: float = quantity("rad/s", 0.0)
+    pinion_radius: float = unit_field("m", gt=0)
+    pressure_angle_deg: float = unit_field("deg", ge=0, lt=90)
+    gear_ratio: float = unit_field("1", gt=0)
+    mesh_azimuth_deg: float = unit_field("deg")
+    slots: int = unit_field("1", gt=0)
+    marble_mass: float = unit_field("kg", ge=0)
+    marble_circle_radius: float = unit_field("m", gt=0)
+    gear_mass: float = unit_field("kg", ge=0)
+    gear_inertia: float = unit_field("kg m^2", gt=0)
+    initial_angle_deg: float = unit_field("deg", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", 0.0)
 
     @model_validator(mode="after")
     def _one_leaves_as_one_comes(self) -> Self:
         if self.slots % 2:
-            raise misfit(
+            raise inconsistent(
                 ("slots",),
                 f"expected an even number, so that one marble leaves the gear as the next comes,"
                 f" got {self.slots}",
@@ -112,28 +118,28 @@ class MarbleMachineParameters(Params):
 class Motor(Params):
     """A gear motor: T_p = stall_torque (1 - w/no_load_speed) at the speed w of the pinion."""
 
-    stall_torque: float = quantity("N m", gt=0)
-    no_load_speed: float = quantity("rad/s", gt=0)
+    stall_torque: float = unit_field("N m", gt=0)
+    no_load_speed: float = unit_field("rad/s", gt=0)
     name: str = ""
 
 
 class MarbleMachineDrive(Params):
     """`[drive]`: a torque on the pinion, or a motor on it."""
 
-    torque: TimeSignal | None = quantity("N m", None)
+    torque: TimeSignal | None = unit_field("N m", None)
     motor: Motor | None = None
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
         if (self.torque is None) == (self.motor is None):
-            raise misfit((), "give one of torque and motor")
+            raise inconsistent((), "give one of torque and motor")
         return self
 
 
 class MotorInertia(Params):
     """Inertia of motor and pinion, about the pinion's axis."""
 
-    inertia: float = quantity("kg m^2", ge=0)
+    inertia: float = unit_field("kg m^2", ge=0)
 
 
 class MarbleMachineEffects(Params):
@@ -169,7 +175,10 @@ class MarbleMachineScenario(Scenario):
         found = super().warnings()
         if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
             return found
-        largest, worst = self.largest_torque, torques_of_rest(self)["torque_to_lift_worst"].value
+        largest, worst = (
+            self.largest_torque,
+            impending_motion_torques(self)["torque_to_lift_worst"].value,
+        )
         what = "the stall torque of the motor" if self.drive.motor else "the torque of the drive"
         if worst is None:
             found.append("no torque on the pinion lifts the marbles: the friction grows with it")
@@ -207,10 +216,10 @@ SCENARIO = MarbleMachineScenario
 def simulation(scenario: MarbleMachineScenario) -> "Simulation":
     """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
-        OneCoordinate,  # numpy, which `check` does without
+        SingleDofSimulation,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scenario, build(scenario))
+    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: MarbleMachineScenario) -> Mechanism:
@@ -236,20 +245,24 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         return lift * lifted
 
     drive, pinion_torque = _pinion_torque(scenario)
-    moment = _moment(scenario, pinion_torque, load)
-    powers = {"energy_input": lambda u, angle, velocity: k * pinion_torque(u, velocity) * velocity}
-    stores = {"energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity}
+    applied_torque = _applied_torque(scenario, pinion_torque, load)
+    power_flows = {
+        "energy_input": lambda u, angle, velocity: k * pinion_torque(u, velocity) * velocity
+    }
+    stored_energies = {
+        "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity
+    }
     if effects.gravity is not None:
-        stores["energy_potential"] = potential
+        stored_energies["energy_potential"] = potential
     if effects.air_drag is not None:
         b = effects.air_drag.coefficient
-        powers["energy_damping"] = lambda u, angle, velocity: b * velocity * velocity
+        power_flows["energy_damping"] = lambda u, angle, velocity: b * velocity * velocity
 
     contact = None
     if effects.shaft_friction is not None:
         r_s = effects.shaft_friction.static_radius
         scale = lift / sine(0.5 * p)
-        contact = Contact(
+        contact = DryFriction(
             name="shaft",
             static_limit=lambda u, angle: r_s * mesh.reaction(pinion_torque(u, 0.0), weight),
             kinetic_limit=_kinetic_limit(
@@ -257,52 +270,54 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
                 mesh,
                 weight,
                 pinion_torque,
-                moment,
+                applied_torque,
                 motor_inertia * k / inertia,
             ),
-            rounding=lambda u, angle: ROUNDING * (k * abs(u) + scale),
+            roundoff=lambda u, angle: ROUNDING * (k * abs(u) + scale),
         )
 
-    def channels(series: Series) -> dict[str, Value]:
-        torque = pinion_torque(series.drive, series.velocity)
-        through_mesh = torque - motor_inertia * k * series.acceleration
+    def channels(trajectory: Trajectory) -> dict[str, Value]:
+        torque = pinion_torque(trajectory.drive, trajectory.velocity)
+        through_mesh = torque - motor_inertia * k * trajectory.acceleration
         found = {
-            "angle": series.position,
-            "angular_velocity": series.velocity,
-            "angular_acceleration": series.acceleration,
+            "angle": trajectory.position,
+            "angular_velocity": trajectory.velocity,
+            "angular_acceleration": trajectory.acceleration,
             "motor_torque": torque,
             "shaft_reaction": mesh.reaction(through_mesh, weight),
             "carried_marbles": n,
         }
         if effects.gravity is not None:
-            found["load_torque"] = load(series.position)
+            found["load_torque"] = load(trajectory.position)
         if contact is not None:
-            found["friction_torque"], found["mode"] = series.friction, series.mode
+            found["friction_torque"], found["mode"] = trajectory.friction, trajectory.mode
         return found
 
-    def quantities(series: Series) -> Quantities:
-        found = torques_of_rest(scenario)
-        if series.time.size:
-            cell = series.position // p
+    def quantities(trajectory: Trajectory) -> Quantities:
+        found = impending_motion_torques(scenario)
+        if trajectory.time.size:
+            cell = trajectory.position // p
             found["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
-            torque = pinion_torque(series.drive, series.velocity)
+            torque = pinion_torque(trajectory.drive, trajectory.velocity)
             found["motor_torque_peak"] = Quantity(float(abs(torque).max()), "N m")
-            span = float(series.time[-1])
+            span = float(trajectory.time[-1])
             if span > 0.0:
-                work = float(series.ledger["energy_input"][-1])
+                work = float(trajectory.energy_integrals["energy_input"][-1])
                 found["motor_power_mean"] = Quantity(work / span, "W")
         return found
 
-    def run_warnings(series: Series) -> list[str]:
-        return _run_warnings(scenario, series, pinion_torque(series.drive, series.velocity))
+    def run_warnings(trajectory: Trajectory) -> list[str]:
+        return _run_warnings(
+            scenario, trajectory, pinion_torque(trajectory.drive, trajectory.velocity)
+        )
 
     return Mechanism(
         drive=drive,
         inertia=inertia,
-        moment=moment,
+        applied_torque=applied_torque,
         contact=contact,
-        powers=powers,
-        stores=stores,
+        power_flows=power_flows,
+        stored_energies=stored_energies,
         channels=channels,
         channel_info=CHANNELS,
         quantities=quantities,
@@ -310,23 +325,30 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         effects=scenario.effect_names,
         position=radians(geometry.initial_angle_deg),
         velocity=geometry.initial_angular_velocity,
-        kinks=(Kink(every=p, event="transfer"),),
+        switching_surfaces=(SwitchingSurface(every=p, event="transfer"),),
     )
 
 
-def _run_warnings(scenario: MarbleMachineScenario, series: Series, torque: Any) -> list[str]:
+def _run_warnings(
+    scenario: MarbleMachineScenario, trajectory: Trajectory, torque: Any
+) -> list[str]:
     """Return that the gear went the wrong way, or stands still under a torque that drives."""
     from frictionsim.simulation.run_warnings import (
         against_drive,  # numpy, which `check` does without
     )
 
     found = []
-    back = against_drive(series.time, torque, series.position)
-    cell = series.position // scenario.mechanism.pitch
-    if back and series.position[-1] < series.position[0]:
+    back = against_drive(trajectory.time, torque, trajectory.position)
+    cell = trajectory.position // scenario.mechanism.pitch
+    if back and trajectory.position[-1] < trajectory.position[0]:
         found.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
-    rests = [e.time for e in series.transitions if e.mode_to == STICK != e.mode_from]
-    if scenario.effects.shaft_friction and rests and series.mode[-1] == STICK and torque[-1] > 0.0:
+    rests = [e.time for e in trajectory.transitions if e.mode_to == STICK != e.mode_from]
+    if (
+        scenario.effects.shaft_friction
+        and rests
+        and trajectory.mode[-1] == STICK
+        and torque[-1] > 0.0
+    ):
         found.append(
             f"the gear stands still from {rests[-1]:.6g} s on, under {torque[-1]:.6g} N m on the"
             " pinion at the end"
@@ -344,7 +366,7 @@ def _pinion_torque(scenario: MarbleMachineScenario) -> tuple[Signal, Any]:
     return Constant(motor.stall_torque), lambda u, velocity: u * (1.0 - slope * velocity)
 
 
-def _moment(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
+def _applied_torque(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
     """Return k T_p - M_L - b theta', of the terms that the scenario has."""
     k, effects = scenario.mechanism.gear_ratio, scenario.effects
     if effects.air_drag is None:
@@ -358,7 +380,7 @@ def _moment(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> A
 
 
 def _kinetic_limit(
-    r_k: float, mesh: _Mesh, weight: float, pinion_torque: Any, moment: Any, share: float
+    r_k: float, mesh: _Mesh, weight: float, pinion_torque: Any, applied_torque: Any, share: float
 ) -> Any:
     """Return the kinetic limit F = r_k R_shaft(T_m), a function of u, angle, velocity, direction.
 
@@ -378,7 +400,7 @@ def _kinetic_limit(
     a = 1.0 - r_k * r_k * c_2 * share * share
 
     def limit(u: Value, angle: Value, velocity: Value, direction: Value) -> Value:
-        t_0 = pinion_torque(u, velocity) - share * moment(u, angle, velocity)
+        t_0 = pinion_torque(u, velocity) - share * applied_torque(u, angle, velocity)
         b = r_k * r_k * share * direction * (c_2 * t_0 + weight * mesh.c_y)
         c = (r_k * mesh.reaction(t_0, weight)) ** 2
         return (b + (b * b + a * c) ** 0.5) / a
@@ -393,7 +415,9 @@ class Limits(NamedTuple):
     hold: float
 
 
-def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: float) -> Limits:
+def limit_torques(
+    k: float, radius: float, mesh: _Mesh, applied_torque: float, weight: float
+) -> Limits:
     """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
@@ -421,14 +445,14 @@ def limit_torques(k: float, radius: float, mesh: _Mesh, moment: float, weight: f
     a = k * k - radius**2 * c_2
     if a <= 0.0:
         return Limits(None, 0.0)
-    b = k * moment + radius**2 * weight * mesh.c_y
-    inner = c_2 * moment**2 + 2.0 * k * moment * weight * mesh.c_y
+    b = k * applied_torque + radius**2 * weight * mesh.c_y
+    inner = c_2 * applied_torque**2 + 2.0 * k * applied_torque * weight * mesh.c_y
     inner += (k * weight) ** 2 - (radius * weight * mesh.c_z) ** 2
     root = radius * sqrt(max(inner, 0.0))
     return Limits((b + root) / a, (b - root) / a)
 
 
-def torques_of_rest(scenario: MarbleMachineScenario) -> Quantities:
+def impending_motion_torques(scenario: MarbleMachineScenario) -> Quantities:
     """Return the torques to lift and to hold: at a transfer, as in the paper, and at the worst.
 
     At the transfer n + 1 marbles are on the gear, the first and the last without a moment. In
@@ -445,8 +469,8 @@ def torques_of_rest(scenario: MarbleMachineScenario) -> Quantities:
     ]
     moments = [lift * cosine(half) / sine(half), lift / sine(half)]
     at_transfer, between = (
-        limit_torques(geometry.gear_ratio, radius, mesh, moment, weight)
-        for moment, weight in zip(moments, weights, strict=True)
+        limit_torques(geometry.gear_ratio, radius, mesh, applied_torque, weight)
+        for applied_torque, weight in zip(moments, weights, strict=True)
     )
     worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
     held = max(at_transfer.hold, between.hold)
@@ -475,7 +499,7 @@ def statics(scenario: MarbleMachineScenario) -> Quantities:
     mesh, g = mesh_of(geometry), scenario.effects.gravity.g if scenario.effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    found = torques_of_rest(scenario)
+    found = impending_motion_torques(scenario)
     found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
     found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
     found["angle_of_the_worst"] = Quantity(half, "rad")

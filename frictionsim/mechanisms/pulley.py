@@ -20,13 +20,13 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from frictionsim.mechanisms.effects import AirDrag
 from frictionsim.mechanisms.journal_friction import ShaftFriction
-from frictionsim.results import OF_ONE_COORDINATE, Channel, Measure, Quantities, Quantity
+from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
 from frictionsim.scenario.methods import SINGLE_DOF
-from frictionsim.scenario.schema import Params, quantity
+from frictionsim.scenario.schema import Params, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
-from frictionsim.solvers.mechanism import Contact, Mechanism, Series, Value
+from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Value
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
@@ -56,23 +56,23 @@ CHANNELS = {
 PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
 
 # What the cost of accuracy is judged by.
-MEASURES = (*OF_ONE_COORDINATE, Measure("friction_heat", "quantity", "energy_friction", "J"))
+METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class PulleyParameters(Params):
     """`[mechanism]`."""
 
-    cord_radius: float = quantity("m", gt=0)
-    inertia: float = quantity("kg m^2", gt=0)
-    load: float = quantity("N", ge=0)
-    initial_angle_deg: float = quantity("deg", 0.0)
-    initial_angular_velocity: float = quantity("rad/s", 0.0)
+    cord_radius: float = unit_field("m", gt=0)
+    inertia: float = unit_field("kg m^2", gt=0)
+    load: float = unit_field("N", ge=0)
+    initial_angle_deg: float = unit_field("deg", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", 0.0)
 
 
 class PulleyDrive(Params):
     """`[drive]`."""
 
-    force: TimeSignal = quantity("N")
+    force: TimeSignal = unit_field("N")
     direction: Literal["vertical", "horizontal"] = "vertical"
 
 
@@ -113,10 +113,10 @@ SCENARIO = PulleyScenario
 def simulation(scenario: PulleyScenario) -> "Simulation":
     """Return what simulates a scenario."""
     from frictionsim.simulation.single_dof import (
-        OneCoordinate,  # numpy, which `check` does without
+        SingleDofSimulation,  # numpy, which `check` does without
     )
 
-    return OneCoordinate(scenario, build(scenario))
+    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: PulleyScenario) -> Mechanism:
@@ -128,7 +128,7 @@ def build(scenario: PulleyScenario) -> Mechanism:
     )
     journal, air = scenario.effects.shaft_friction, scenario.effects.air_drag
 
-    def drive_moment(force: Value, angle: Value, velocity: Value) -> Value:
+    def drive_torque(force: Value, angle: Value, velocity: Value) -> Value:
         return (force - load) * arm
 
     def vertical_reaction(force: Value) -> Value:
@@ -140,50 +140,50 @@ def build(scenario: PulleyScenario) -> Mechanism:
     vertical = scenario.drive.direction == "vertical"
     reaction = vertical_reaction if vertical else horizontal_reaction
 
-    moment = drive_moment
-    powers = {"energy_input": lambda force, angle, velocity: force * arm * velocity}
+    applied_torque = drive_torque
+    power_flows = {"energy_input": lambda force, angle, velocity: force * arm * velocity}
     if air is not None:
         b = air.coefficient
 
-        def moment(force: Value, angle: Value, velocity: Value) -> Value:
+        def applied_torque(force: Value, angle: Value, velocity: Value) -> Value:
             return (force - load) * arm - b * velocity
 
-        powers["energy_damping"] = lambda force, angle, velocity: b * velocity * velocity
+        power_flows["energy_damping"] = lambda force, angle, velocity: b * velocity * velocity
 
     contact = None
     if journal is not None:
         r_s, r_k = journal.static_radius, journal.kinetic_radius
-        contact = Contact(
+        contact = DryFriction(
             name=CONTACT_NAME,
             static_limit=lambda force, angle: r_s * reaction(force),
             kinetic_limit=lambda force, angle, velocity, direction: r_k * reaction(force),
-            rounding=lambda force, angle: ROUNDING * arm * (abs(force) + load),
-            critical_inputs=_critical_forces(arm, r_s, load, vertical),
+            roundoff=lambda force, angle: ROUNDING * arm * (abs(force) + load),
+            monotonicity_breaks=_critical_forces(arm, r_s, load, vertical),
         )
 
-    def channels(series: Series) -> dict[str, Value]:
+    def channels(trajectory: Trajectory) -> dict[str, Value]:
         found = {
-            "angle": series.position,
-            "angular_velocity": series.velocity,
-            "angular_acceleration": series.acceleration,
-            "drive_force": series.drive,
-            "shaft_reaction": reaction(series.drive),
+            "angle": trajectory.position,
+            "angular_velocity": trajectory.velocity,
+            "angular_acceleration": trajectory.acceleration,
+            "drive_force": trajectory.drive,
+            "shaft_reaction": reaction(trajectory.drive),
         }
         if contact is not None:
-            found["friction_torque"] = series.friction
-            found["mode"] = series.mode
+            found["friction_torque"] = trajectory.friction
+            found["mode"] = trajectory.mode
         return found
 
-    def quantities(series: Series) -> Quantities:
-        return limits_of_rest(scenario)
+    def quantities(trajectory: Trajectory) -> Quantities:
+        return impending_motion_forces(scenario)
 
     return Mechanism(
         drive=signal_from(scenario.drive.force),
         inertia=inertia,
-        moment=moment,
+        applied_torque=applied_torque,
         contact=contact,
-        powers=powers,
-        stores={
+        power_flows=power_flows,
+        stored_energies={
             "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity,
             "energy_potential": lambda angle, velocity: load * arm * angle,
         },
@@ -244,7 +244,7 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
     return LimitForces(load * (1.0 + root) / (1.0 - q), load * (1.0 - q) / (1.0 + root))
 
 
-def limits_of_rest(scenario: PulleyScenario) -> Quantities:
+def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
     """Return the forces that just lift and just hold, in the direction of the scenario."""
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
@@ -262,7 +262,7 @@ def statics(scenario: PulleyScenario) -> Quantities:
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0
     arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
-    found = limits_of_rest(scenario)
+    found = impending_motion_forces(scenario)
     steady = limit_forces(arm, r_k, load, scenario.drive.direction == "vertical")
     found["force_to_keep_lifting"] = Quantity(steady.lift, "N")
     found["force_to_keep_lowering"] = Quantity(steady.hold, "N")

@@ -4,7 +4,7 @@ from math import pi, radians
 from typing import Any
 
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.scenario.schema import Params, quantity
+from frictionsim.scenario.schema import Params, unit_field
 
 
 class TracerPoint(Params):
@@ -13,12 +13,12 @@ class TracerPoint(Params):
     `dwell_distance` is how far it may be from a place to be said to dwell there.
     """
 
-    radius: float = quantity("m", ge=0)
-    angle_deg: float = quantity("deg", 180.0)
-    dwell_distance: float = quantity("m", 1e-3, gt=0)
+    radius: float = unit_field("m", ge=0)
+    angle_deg: float = unit_field("deg", 180.0)
+    dwell_distance: float = unit_field("m", 1e-3, gt=0)
 
 
-def place(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:
+def tracer_position(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:
     """Return the place of a point of the planet, an epicycloid for radius = r2, m and m.
 
     x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
@@ -29,17 +29,19 @@ def place(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[
     return x, y
 
 
-def cusps(sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any) -> float | None:
+def count_cusps(
+    sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any
+) -> float | None:
     """Count the cusps in the path of a point of the rim: it touches the sun and stands still.
 
     There psi_0 + lambda phi - phi = pi + 2 pi k. Points within the rim have none: None.
     """
     if point.radius != planet_radius or not angle.size:
         return None
-    gearing = sun_radius / planet_radius
+    sun_planet_ratio = sun_radius / planet_radius
     # A start or an end on a cusp counts, whatever the rounding of its angle.
     slack = 1e-9
-    seen = (radians(point.angle_deg) - pi + gearing * angle) / (2.0 * pi)
+    seen = (radians(point.angle_deg) - pi + sun_planet_ratio * angle) / (2.0 * pi)
     lowest, highest = float(seen.min()), float(seen.max())
     return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
 
@@ -90,12 +92,12 @@ def _dwell(time: Any, far: Any, i: int, distance: float) -> float:
 
     outside = far > distance
     before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
-    start = _passing(time, far, before[-1], distance) if before.size else time[0]
-    stop = _passing(time, far, i + after[0] - 1, distance) if after.size else time[-1]
+    start = _crossing_time(time, far, before[-1], distance) if before.size else time[0]
+    stop = _crossing_time(time, far, i + after[0] - 1, distance) if after.size else time[-1]
     return float(stop - start)
 
 
-def _passing(time: Any, far: Any, i: int, distance: float) -> float:
+def _crossing_time(time: Any, far: Any, i: int, distance: float) -> float:
     """Return when a distance is passed between the samples i and i + 1."""
     share = (distance - far[i]) / (far[i + 1] - far[i])
     return float(time[i] + share * (time[i + 1] - time[i]))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
-from frictionsim.plots.style import refuse_format, save
+from frictionsim.plots.style import check_format, save
 from frictionsim.plots.time_history import response
 from frictionsim.scenario.kinds import KINDS
 
@@ -72,7 +72,7 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
     OutputError
         If the picture cannot be written.
     """
-    refuse_format(path)
+    check_format(path)
     kind = result.attributes["kind"]
     views = views_of(kind)
     view = view or next(iter(views))
@@ -103,7 +103,7 @@ def plot_all(result: "Result", path: Path, body: int | None = None) -> tuple[lis
         If no view can be drawn.
     OutputError
     """
-    refuse_format(path)
+    check_format(path)
     written, reasons = [], []
     for view in views_of(result.attributes["kind"]):
         picture = path.with_name(f"{path.stem}-{view}{path.suffix}")

@@ -61,7 +61,7 @@ def runs(values: "Array") -> Iterator[tuple[float, int, int]]:
         yield float(values[first]), int(first), int(stop)
 
 
-def first_off(touched: "Array") -> int:
+def first_free_body(touched: "Array") -> int:
     """Return the first body that has left the first pulley; 0 if none touches it.
 
     Bodies may lift off between others that touch: what counts is the longest way without touch.
@@ -75,7 +75,7 @@ def first_off(touched: "Array") -> int:
 
 def middle_of_first_span(touched: "Array") -> int:
     """Return the body in the middle between the first pulley and the next that is touched."""
-    start = first_off(touched)
+    start = first_free_body(touched)
     ahead = np.roll(touched, -start)
     stops = np.flatnonzero(ahead >= 0)
     return int(start + (stops[0] if stops.size else 0) // 2) % len(touched)
@@ -100,7 +100,7 @@ class BeltLine:
 
     def __init__(self, result: "Result", sample: int) -> None:
         joints = joints_at(result, sample)
-        start = first_off(result.channels["pulley_index"][sample])
+        start = first_free_body(result.channels["pulley_index"][sample])
         self.order = np.roll(np.arange(len(joints)), -start)
         self._points = joints[self.order]
         self._legs = np.roll(self._points, -1, axis=0) - self._points
@@ -111,7 +111,7 @@ class BeltLine:
         """The length of the line, m."""
         return float(self.place[-1])
 
-    def places_of(self, points: "Array") -> "Array":
+    def project(self, points: "Array") -> "Array":
         """Return the distances along the line, m, of the places on it nearest to points (m, 2)."""
         from scipy.spatial import KDTree  # which the other pictures do without
 
@@ -129,7 +129,7 @@ class BeltLine:
         """Return the mean tension at `place` over samples, in space: the belt runs through it."""
         total = np.zeros_like(self.place)
         for sample in samples:
-            places = self.places_of(joints_at(result, sample))
+            places = self.project(joints_at(result, sample))
             tension = result.channels["tension"][sample]
             total += np.interp(self.place, places, tension, period=self.length)
         return total / len(samples)

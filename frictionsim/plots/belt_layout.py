@@ -20,10 +20,10 @@ from frictionsim.plots.style import (
     VERMILION,
     WIDTH,
     Style,
+    add_legend,
     blank,
+    escape_mathtext,
     need,
-    put_key,
-    verbatim,
 )
 
 if TYPE_CHECKING:
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"
 TENSIONS = "cividis"  # for all eyes, and from dark to light in grey print
-MOST_IN_A_ROW, MOST_DETAILS = 4, 8
-MOST_SIDE = 3.0  # inches, of a detail
-LEAST_HEIGHT, HIGH, MOST_HEIGHT = 0.8, 2.0, 4.0  # inches, of the drive as a whole
+MAX_IN_A_ROW, MAX_DETAILS = 4, 8
+MAX_SIDE = 3.0  # inches, of a detail
+MIN_HEIGHT, HIGH, MAX_HEIGHT = 0.8, 2.0, 4.0  # inches, of the drive as a whole
 MARGIN = 0.8  # inches, for the title and the colours
 TITLE = 0.5  # inches, of a detail
 WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
-LONGEST_BAR = 0.6  # radii
+MAX_BAR = 0.6  # radii
 GAP = 0.11  # radii, between the belt and the bars
 POINTS = 72.0  # of an inch
 ROOM = 5.0  # points from body to body, from which on bars have their full width
@@ -54,7 +54,7 @@ SLIP: Style = STICK | {"color": "white"}
 HALO = [withStroke(linewidth=2.0, foreground="white")]
 
 
-class _Touch(NamedTuple):
+class _ContactArc(NamedTuple):
     """Bodies on one pulley at the last sample.
 
     `place` and `normal` are (n, 2), the normal from the centre of the pulley outwards; `halves`
@@ -85,14 +85,14 @@ def drive(result: "Result") -> "Figure":
     The belt is coloured by its tension. Bars outwards are the normal forces on its bodies, bars
     inwards the friction forces. A strip on the belt is black where it sticks, white where it slips.
     """
-    rubs = has_friction(result)
-    need(result, "drive", (*NEEDED, *(("friction_force", "sticking") if rubs else ())))
+    shows_friction = has_friction(result)
+    need(result, "drive", (*NEEDED, *(("friction_force", "sticking") if shows_friction else ())))
     pulleys, belt = pulleys_of(result), _belt(result)
-    touches = [_touch(result, i, pulley, belt, rubs) for i, pulley in enumerate(pulleys)]
-    shown = pulleys[:MOST_DETAILS]
-    columns = min(len(shown), MOST_IN_A_ROW)
+    touches = [_touch(result, i, pulley, belt, shows_friction) for i, pulley in enumerate(pulleys)]
+    shown = pulleys[:MAX_DETAILS]
+    columns = min(len(shown), MAX_IN_A_ROW)
     rows = -(-len(shown) // columns)
-    side = min(WIDTH / columns, MOST_SIDE)
+    side = min(WIDTH / columns, MAX_SIDE)
     height = _height_of_whole(belt)
     heights = [MARGIN + height, *[side + TITLE] * rows]
     figure = blank(result, sum(heights), *_notes(result, pulleys))
@@ -112,15 +112,15 @@ def drive(result: "Result") -> "Figure":
         panel.set_title(_caption(result, i, pulley), fontsize="small")
         _draw_detail(panel, pulleys, i, belt)
         _draw_forces(panel, pulley, touches[i], force, room)
-    put_key(figure, _handles(rubs), columns=3)
+    add_legend(figure, _handles(shows_friction), columns=3)
     return figure
 
 
 def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
     """Return what the title says besides: the time, and that pulleys are left out below."""
     notes = [f"at {result.channels['time'][-1]:.6g} s"]
-    if len(pulleys) > MOST_DETAILS:
-        notes.append(f"forces on the first {MOST_DETAILS} of {len(pulleys)} pulleys")
+    if len(pulleys) > MAX_DETAILS:
+        notes.append(f"forces on the first {MAX_DETAILS} of {len(pulleys)} pulleys")
     return notes
 
 
@@ -133,7 +133,9 @@ def _belt(result: "Result") -> _Belt:
     return _Belt(pieces, pitch, tension, ScalarMappable(scale, TENSIONS))
 
 
-def _touch(result: "Result", number: int, pulley: Pulley, belt: _Belt, rubs: bool) -> _Touch:
+def _touch(
+    result: "Result", number: int, pulley: Pulley, belt: _Belt, has_friction: bool
+) -> _ContactArc:
     channels = result.channels
     on = channels["pulley_index"][-1] == number
     joints, bodies = belt.pieces.mean(axis=1), belt.pieces[:, 1]
@@ -141,23 +143,23 @@ def _touch(result: "Result", number: int, pulley: Pulley, belt: _Belt, rubs: boo
     place = bodies[on]
     away = place - (pulley.x, pulley.y)
     none = np.zeros(len(place))
-    return _Touch(
+    return _ContactArc(
         place,
         halves[on],
         away / np.maximum(np.hypot(*away.T), np.finfo(float).tiny)[:, None],
         channels["normal_force"][-1][on],
-        channels["friction_force"][-1][on] if rubs else none,
-        (channels["sticking"][-1][on] if rubs else none) > 0,
+        channels["friction_force"][-1][on] if has_friction else none,
+        (channels["sticking"][-1][on] if has_friction else none) > 0,
     )
 
 
 def _height_of_whole(belt: _Belt) -> float:
     """Return the inches that the drive is high when it is as wide as the picture."""
     wide, high = np.ptp(belt.pieces.reshape(-1, 2), axis=0)
-    return float(np.clip(WIDTH * high / max(wide, 1e-9 * high), LEAST_HEIGHT, MOST_HEIGHT))
+    return float(np.clip(WIDTH * high / max(wide, 1e-9 * high), MIN_HEIGHT, MAX_HEIGHT))
 
 
-def _largest_force(touches: Sequence[_Touch]) -> float:
+def _largest_force(touches: Sequence[_ContactArc]) -> float:
     forces = [np.abs([touch.normal_force, touch.friction]) for touch in touches]
     return max((float(force.max()) for force in forces if force.size), default=0.0)
 
@@ -166,12 +168,12 @@ def _draw_whole(
     panel: Any,
     pulleys: Sequence[Pulley],
     belt: _Belt,
-    touches: Sequence[_Touch],
+    touches: Sequence[_ContactArc],
 ) -> None:
     for pulley in pulleys:
         panel.add_patch(_disc(pulley))
         panel.annotate(
-            verbatim(pulley.name),
+            escape_mathtext(pulley.name),
             (pulley.x, pulley.y),
             ha="center",
             va="center",
@@ -204,7 +206,7 @@ def _draw_belt(panel: Any, belt: _Belt, width: float) -> None:
     panel.add_collection(lines)
 
 
-def _mark_modes(panel: Any, touch: _Touch, width: float) -> None:
+def _mark_modes(panel: Any, touch: _ContactArc, width: float) -> None:
     """Draw a strip on the bodies: black where they stick, white with a black edge elsewhere."""
     edge = LineCollection(touch.halves, colors=BLACK, linewidths=width + 1.0, zorder=5)
     strip = LineCollection(touch.halves[~touch.sticks], colors="white", linewidths=width, zorder=5)
@@ -223,15 +225,17 @@ def _draw_detail(panel: Any, pulleys: Sequence[Pulley], number: int, belt: _Belt
     panel.set_aspect("equal")
 
 
-def _draw_forces(panel: Any, pulley: Pulley, touch: _Touch, force: float, room: float) -> None:
+def _draw_forces(panel: Any, pulley: Pulley, touch: _ContactArc, force: float, room: float) -> None:
     """Draw forces and modes of the bodies on a pulley, that stand `room` points apart."""
     if force > 0.0:
-        _draw_bars(panel, touch, pulley.radius, LONGEST_BAR * pulley.radius / force, room)
-        _draw_ruler(panel, pulley, force)
+        _draw_bars(panel, touch, pulley.radius, MAX_BAR * pulley.radius / force, room)
+        _draw_scale_bar(panel, pulley, force)
     _mark_modes(panel, touch, width=2.2)
 
 
-def _draw_bars(panel: Any, touch: _Touch, radius: float, per_force: float, room: float) -> None:
+def _draw_bars(
+    panel: Any, touch: _ContactArc, radius: float, per_force: float, room: float
+) -> None:
     """Draw the normal forces outwards from the belt and the friction forces inwards."""
     forward = touch.friction > 0.0
     for style, which, lengths in (
@@ -246,10 +250,10 @@ def _draw_bars(panel: Any, touch: _Touch, radius: float, per_force: float, room:
         panel.add_collection(LineCollection(bars, colors=style["color"], linewidths=width))
 
 
-def _draw_ruler(panel: Any, pulley: Pulley, force: float) -> None:
+def _draw_scale_bar(panel: Any, pulley: Pulley, force: float) -> None:
     """Draw the length of a round force about the centre, where no bar comes."""
     value = _round_below(force)
-    half = 0.5 * LONGEST_BAR * pulley.radius * value / force
+    half = 0.5 * MAX_BAR * pulley.radius * value / force
     ends = [pulley.x - half, pulley.x + half]
     panel.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
     panel.annotate(
@@ -277,12 +281,12 @@ def _caption(result: "Result", number: int, pulley: Pulley) -> str:
         if name in result.channels
     ]
     numbers = ", ".join(known).replace("-", "\N{MINUS SIGN}")
-    return "\n".join(text for text in (verbatim(pulley.name), numbers) if text)
+    return "\n".join(text for text in (escape_mathtext(pulley.name), numbers) if text)
 
 
-def _handles(rubs: bool) -> list[Any]:
+def _handles(has_friction: bool) -> list[Any]:
     handles = [Line2D([], [], **NORMAL, label="normal force")]
-    if not rubs:
+    if not has_friction:
         return [*handles, Line2D([], [], **SLIP, label="touching")]
     for style, words in ((FORWARD, "counter-clockwise"), (BACKWARD, "clockwise")):
         handles.append(Line2D([], [], **style, label=f"friction on the belt, {words}"))

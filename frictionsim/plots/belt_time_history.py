@@ -21,15 +21,15 @@ from frictionsim.plots.style import (
     BLUE,
     VERMILION,
     Style,
+    add_legend,
     blank,
+    escape_mathtext,
     grid,
     label,
     line,
     need,
-    put_key,
-    verbatim,
 )
-from frictionsim.plots.time_history import LEAST_GAP, rows_for, stack, write_above
+from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stack
 from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from frictionsim.io.hdf5 import Result
 
 TENSION_HEIGHT = 4.0  # inches
-MOST_SAMPLES = 200  # in that mean
+MAX_SAMPLES = 200  # in that mean
 TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of pulleys, by turns
 NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
 
@@ -50,7 +50,7 @@ def speeds(result: "Result") -> "Figure":
     figure, panels = stack(result, names)
     for name, panel in panels.items():
         handles = _draw_pulleys(panel, result, name)
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
@@ -59,7 +59,7 @@ def _draw_pulleys(panel: Any, result: "Result", name: str) -> list[Any]:
     time, columns = result.channels["time"], result.channels[name].T
     members = result.members[result.axes[name]]
     return [
-        panel.plot(time, column, **line(i), label=verbatim(members[i]))[0]
+        panel.plot(time, column, **line(i), label=escape_mathtext(members[i]))[0]
         for i, column in enumerate(columns)
     ]
 
@@ -87,16 +87,16 @@ def tension(result: "Result") -> "Figure":
     handles += _draw_spans(panel, result, belt)
     handles += _shade_arcs(panel, result, belt)
     panel.set_ylabel("tension, N")
-    name = verbatim(pulleys_of(result)[0].name)
+    name = escape_mathtext(pulleys_of(result)[0].name)
     panel.set_xlabel(f"place along the belt, from where it leaves {name}, m")
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
 def _last(result: "Result") -> Any:
     """Return the samples of the last fifth, or some of them spread over it."""
     samples = np.flatnonzero(last_part(result.channels["time"]))
-    return samples[:: -(-len(samples) // MOST_SAMPLES)]
+    return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
 def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
@@ -139,9 +139,9 @@ def _shade_arcs(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
         if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
             longest[number] = arc
     names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
-    rows = rows_for([at for at, _ in names], NAME_GAP * belt.length, most=3)
+    rows = label_rows([at for at, _ in names], NAME_GAP * belt.length, most=3)
     for (at, name), row in zip(names, rows, strict=False):
-        write_above(panel, at, verbatim(name), row)
+        annotate_above(panel, at, escape_mathtext(name), row)
     return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
 
 
@@ -171,7 +171,7 @@ def body(result: "Result", number: int | None = None) -> "Figure":
     handles += _shade_touch(list(panels.values()), result, number)
     if "slip_velocity" in panels:
         handles += _mark_sticking(panels["slip_velocity"], result, number)
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
@@ -200,9 +200,11 @@ def _shade_touch(panels: Sequence[Any], result: "Result", number: int) -> list[A
         span = time[first], time[min(stop, len(time) - 1)]
         for panel in panels:
             panel.axvspan(*span, color=colour, linewidth=0)
-        if np.ptp(span) > LEAST_GAP * np.ptp(time):
-            write_above(panels[0], float(np.mean(span)), verbatim(names[pulley]), row=0)
-        handles[pulley] = Patch(color=colour, label=verbatim(f"body {number} on {names[pulley]}"))
+        if np.ptp(span) > MIN_GAP * np.ptp(time):
+            annotate_above(panels[0], float(np.mean(span)), escape_mathtext(names[pulley]), row=0)
+        handles[pulley] = Patch(
+            color=colour, label=escape_mathtext(f"body {number} on {names[pulley]}")
+        )
     return [handles[pulley] for pulley in sorted(handles)]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.tracer_point import TracerPoint, place
+from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -15,12 +15,12 @@ from frictionsim.plots.style import (
     ORANGE,
     SKY,
     VERMILION,
+    add_legend,
     blank,
     given,
     grid,
     line,
     need,
-    put_key,
 )
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def torque(result: "Result") -> "Figure":
     panel.set_xlabel("angle of the crank, rad")
     turns = panel.secondary_xaxis("top", functions=(_turns, _radians))
     turns.set_xlabel("turns from the horizontal")
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
@@ -99,7 +99,7 @@ def path(result: "Result") -> "Figure":
     plane.set_axisbelow(True)
     plane.set_xlabel("x, m")
     plane.set_ylabel("y, m")
-    put_key(figure, handles, columns=3)
+    add_legend(figure, handles, columns=3)
     return figure
 
 
@@ -111,7 +111,7 @@ def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]
     count = int(min(2 + (high - low) / STEP, MOST_POINTS))
     point = TracerPoint.model_validate(given(result, "effects", "tracer_point"))
     length = sun_radius + radius
-    return place(length, length / radius, point, np.linspace(low, high, count))
+    return tracer_position(length, length / radius, point, np.linspace(low, high, count))
 
 
 def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]:

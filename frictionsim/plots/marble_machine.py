@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from frictionsim.plots.style import blank, given, grid, label, line, need, put_key
+from frictionsim.plots.style import add_legend, blank, given, grid, label, line, need
 from frictionsim.plots.time_history import OTHER_EVENT
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 HEIGHT = 5.5  # inches
 ROOM = 0.25  # of the range of load and friction, above and below it
 TRANSFER = "transfer"
-MOST_TRANSFERS = 60  # more would hide the channels
+MAX_TRANSFERS = 60  # more would hide the channels
 
 
 def torque(result: "Result") -> "Figure":
@@ -40,7 +40,7 @@ def torque(result: "Result") -> "Figure":
     panels[-1].set_ylabel(label(result, "motor_torque", "at the scale of the load"))
     panels[-1].set_xlabel("angle of the gear, rad")
     figure.align_ylabels(panels)
-    put_key(figure, [*handles, *_mark_transfers(result, panels)], columns=3)
+    add_legend(figure, [*handles, *_mark_transfers(result, panels)], columns=3)
     return figure
 
 
@@ -78,7 +78,7 @@ def _mark_transfers(result: "Result", panels: Any) -> list[Any]:
         return []
     which = result.events["contact"] == result.contacts.index(TRANSFER)
     angles = result.events["angle"][which]
-    if not 0 < angles.size <= MOST_TRANSFERS:
+    if not 0 < angles.size <= MAX_TRANSFERS:
         return []
     for panel in panels:
         for angle in angles:

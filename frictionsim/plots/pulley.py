@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.plots import time_history
-from frictionsim.plots.style import BLACK, Style, put_key, scenario_of
-from frictionsim.scenario.kinds import module_of
-from frictionsim.scenario.loading import ScenarioFaults, validate
+from frictionsim.plots.style import BLACK, Style, add_legend, scenario_of
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import ValidationFailure, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +36,7 @@ def response(result: "Result") -> "Figure":
             _draw_limit_forces(panels["drive_force"], result, limits)
         if limits and "friction_torque" in panels and "shaft_reaction" in result.channels:
             handles.append(_draw_static_limit(panels["friction_torque"], result, limits))
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
@@ -44,9 +44,9 @@ def _limits(result: "Result") -> "Quantities":
     """Return the figures of impending motion; none of a scenario of another version's keys."""
     try:
         scenario = validate(scenario_of(result), Path())
-    except ScenarioFaults:
+    except ValidationFailure:
         return {}
-    return module_of(scenario.kind).statics(scenario)
+    return mechanism_module(scenario.kind).statics(scenario)
 
 
 def _draw_limit_forces(panel: Any, result: "Result", limits: "Quantities") -> None:

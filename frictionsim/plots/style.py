@@ -22,7 +22,7 @@ BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
 VERMILION, GREY, YELLOW = "#D55E00", "#777777", "#F0E442"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # told apart in grey
-MOST_LINES = len(COLOURS)  # in one panel, where each has its own colour
+MAX_LINES = len(COLOURS)  # in one panel, where each has its own colour
 
 Style = dict[str, Any]
 """How something is drawn, in the words of matplotlib."""
@@ -34,7 +34,7 @@ DOTS_PER_INCH = 100  # keeps also a picture full of events below 200 KB
 FORMATS = (".png", ".pdf", ".svg")
 
 
-def refuse_format(path: Path) -> None:
+def check_format(path: Path) -> None:
     """See that a picture can be written in the format that its name asks for.
 
     Raises
@@ -108,7 +108,7 @@ def blank(result: "Result", height: float, *notes: str) -> Figure:
 
 def _title(result: "Result", notes: Sequence[str]) -> str:
     attributes = result.attributes
-    title = verbatim(attributes["title"] or attributes["kind"])
+    title = escape_mathtext(attributes["title"] or attributes["kind"])
     told = [f"backend {attributes['backend']}"]
     if attributes["status"] != "done":
         told.append(attributes["status"])
@@ -117,7 +117,7 @@ def _title(result: "Result", notes: Sequence[str]) -> str:
     return f"{title} ({'; '.join([*told, *notes])})"
 
 
-def verbatim(text: str) -> str:
+def escape_mathtext(text: str) -> str:
     """Return a text of the user's so that it is not read as a formula."""
     return text.replace("$", r"\$")
 
@@ -147,7 +147,7 @@ def grid(axes: Any) -> None:
     axes.grid(linewidth=0.3)
 
 
-def put_key(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None:
+def add_legend(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None:
     """Put the key below the picture, which grows by as much."""
     if not handles:
         return

@@ -12,18 +12,18 @@ from frictionsim.plots.style import (
     BLUE,
     GREEN,
     GREY,
-    MOST_LINES,
+    MAX_LINES,
     STICK_COLOUR,
     VERMILION,
     Style,
+    add_legend,
     blank,
+    escape_mathtext,
     grid,
     label,
     line,
-    put_key,
-    verbatim,
 )
-from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from frictionsim.io.hdf5 import Result
 
 PANEL_HEIGHT = 1.7  # inches
-MOST_MARKS = 60  # events; more would hide the channels
-LEAST_STICK, LEAST_GAP = 0.033, 0.08  # of the width, for the word `stick`, for a time
+MAX_MARKS = 60  # events; more would hide the channels
+MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08  # of the width, for the word `stick`, for a time
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 EVENT_LINES: dict[str, Style] = {
@@ -46,7 +46,7 @@ OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.
 def response(result: "Result") -> "Figure":
     """Draw the channels that the kind wants drawn, or any if the file has none of them."""
     figure, _, handles = draw_channels(result)
-    put_key(figure, handles)
+    add_legend(figure, handles)
     return figure
 
 
@@ -63,9 +63,9 @@ def _names(result: "Result") -> list[str]:
     drawable = [
         name
         for name, axis in result.axes.items()
-        if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MOST_LINES)
+        if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MAX_LINES)
     ]
-    wanted = module_of(result.attributes["kind"]).PANELS
+    wanted = mechanism_module(result.attributes["kind"]).PANELS
     names = [name for name in wanted if name in drawable] or drawable
     if not names:
         raise InputError("cannot draw this result: it has no channel that can be drawn as a line")
@@ -75,7 +75,7 @@ def _names(result: "Result") -> list[str]:
 def stack(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
     """Return a picture with an empty panel over time for each channel, and the panels by name."""
     count = len(result.events["time"])
-    notes = [f"{count} events, not marked"] if count > MOST_MARKS else []
+    notes = [f"{count} events, not marked"] if count > MAX_MARKS else []
     figure = blank(result, 0.8 + PANEL_HEIGHT * len(names), *notes)
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for panel, name in zip(panels, names, strict=True):
@@ -94,7 +94,9 @@ def _draw_channel(panel: Any, result: "Result", name: str) -> list[Any]:
         panel.plot(time, values, color=BLUE, linewidth=1.5)
         return []
     return [
-        panel.plot(time, column, **line(i), label=verbatim(f"{axis} {result.members[axis][i]}"))[0]
+        panel.plot(
+            time, column, **line(i), label=escape_mathtext(f"{axis} {result.members[axis][i]}")
+        )[0]
         for i, column in enumerate(values.T)
     ]
 
@@ -124,8 +126,8 @@ def mark_modes(result: "Result", panels: Sequence[Any]) -> list[Any]:
     for start, stop in sticks:
         for panel in panels:
             panel.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
-        if stop - start > LEAST_STICK * np.ptp(result.channels["time"]):
-            write_above(panels[0], 0.5 * (start + stop), "stick", row=0)
+        if stop - start > MIN_STICK_WIDTH * np.ptp(result.channels["time"]):
+            annotate_above(panels[0], 0.5 * (start + stop), "stick", row=0)
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
 
@@ -148,22 +150,22 @@ def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
 def _mark_events(result: "Result", panels: Sequence[Any], row: int) -> list[Any]:
     """Mark the events, with their times from this row above the panels upwards."""
     times = result.events["time"]
-    if len(times) > MOST_MARKS:
+    if len(times) > MAX_MARKS:
         return []
     names = _event_names(result)
     handles = {}
     for at, name in zip(times, names, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
-        handles[name] = Line2D([], [], label=verbatim(name), **style)
+        handles[name] = Line2D([], [], label=escape_mathtext(name), **style)
         for panel in panels:
             panel.axvline(at, **style)
-    least = LEAST_GAP * np.ptp(result.channels["time"])
-    for i, rows in enumerate(rows_for(times, least, most=2)):
-        write_above(panels[0], times[i], f"{times[i]:.4g} s", row + rows)
+    least = MIN_GAP * np.ptp(result.channels["time"])
+    for i, rows in enumerate(label_rows(times, least, most=2)):
+        annotate_above(panels[0], times[i], f"{times[i]:.4g} s", row + rows)
     return list(handles.values())
 
 
-def rows_for(places: Any, least: float, most: int) -> list[int]:
+def label_rows(places: Any, least: float, most: int) -> list[int]:
     """Return rows for texts at rising places that are so far apart in a row; none if too close."""
     for rows in range(1, most + 1):
         if all(b - a > least for a, b in zip(places, places[rows:], strict=False)):
@@ -188,7 +190,7 @@ def _event_name(contact: str, before: float, after: float) -> str:
     return BREAKAWAY if before == 0 else REVERSAL
 
 
-def write_above(panel: Any, at: float, text: str, row: int) -> None:
+def annotate_above(panel: Any, at: float, text: str, row: int) -> None:
     """Write a small text above a panel, in the first row over it or in a higher one."""
     panel.annotate(
         text,

@@ -11,6 +11,6 @@ KINDS = {
 }
 
 
-def module_of(kind: str) -> ModuleType:
+def mechanism_module(kind: str) -> ModuleType:
     """Import the module of a kind; the others stay unloaded."""
     return import_module(KINDS[kind])

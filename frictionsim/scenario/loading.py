@@ -8,16 +8,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError, unknown
-from frictionsim.scenario.kinds import KINDS, module_of
+from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
 # A scenario is written by hand; long signals belong into a CSV file.
-LARGEST_FILE = 16 * 1024 * 1024
+MAX_FILE_SIZE = 16 * 1024 * 1024
 # Products of a few of these, and their squares, are still numbers.
-LARGEST_NUMBER = 1e50
-LONGEST_KEY = 60  # characters of a key that a message shows
+MAX_NUMBER = 1e50
+MAX_KEY_LENGTH = 60  # characters of a key that a message shows
 
 
 def load(path: Path, overrides: list[str] | None = None, backend: str | None = None) -> Scenario:
@@ -49,11 +49,11 @@ def load(path: Path, overrides: list[str] | None = None, backend: str | None = N
         overridden["solver", "backend"] = "--backend"
     try:
         return validate(data, path.parent)
-    except ScenarioFaults as found:
-        raise ScenarioError(_placed(found.faults, path, text, overridden)) from None
+    except ValidationFailure as found:
+        raise ScenarioError(_with_positions(found.faults, path, text, overridden)) from None
 
 
-class ScenarioFaults(Exception):
+class ValidationFailure(Exception):
     """What is wrong with the data of a scenario, before it is known where that stands."""
 
     def __init__(self, faults: list[tuple[KeyPath, str]]) -> None:
@@ -76,25 +76,25 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
     """
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        raise ScenarioFaults([(("kind",), _kind_fault(data))])
-    model: type[Scenario] = module_of(kind).SCENARIO
+        raise ValidationFailure([(("kind",), _kind_fault(data))])
+    model: type[Scenario] = mechanism_module(kind).SCENARIO
     try:
         scenario = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
-        from frictionsim.scenario.messages import fault_text
+        from frictionsim.scenario.messages import error_message
 
-        raise ScenarioFaults([fault_text(e, model) for e in _own_faults(error)]) from None
+        raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
     beyond = [
-        (path, f"{value:.3g} is beyond any use; numbers go up to {LARGEST_NUMBER:g}")
+        (path, f"{value:.3g} is beyond any use; numbers go up to {MAX_NUMBER:g}")
         for path, value in _numbers(scenario.model_dump(by_alias=True))
-        if abs(value) > LARGEST_NUMBER
+        if abs(value) > MAX_NUMBER
     ]
     if beyond:
-        raise ScenarioFaults(beyond)
+        raise ValidationFailure(beyond)
     return scenario
 
 
-def revive(path: Path, text: str) -> Scenario:
+def scenario_from_result(path: Path, text: str) -> Scenario:
     """Return the scenario that a result file has recorded.
 
     Raises
@@ -104,12 +104,12 @@ def revive(path: Path, text: str) -> Scenario:
     """
     try:
         return validate(_parse(path, text), path.parent)
-    except ScenarioFaults as found:
+    except ValidationFailure as found:
         faults = "; ".join(f"{'.'.join(map(_key_text, key))}: {said}" for key, said in found.faults)
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
 
 
-def _own_faults(error: ValidationError) -> list[Any]:
+def _root_errors(error: ValidationError) -> list[Any]:
     """Return the errors without those of lists that are short only for what is wrong in them."""
     errors = error.errors()
     places = [e["loc"] for e in errors]
@@ -208,14 +208,14 @@ def _override_value(override: str, text: str) -> Any:
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+            content = file.read(MAX_FILE_SIZE + 1)
     except OSError as error:
         raise ScenarioError([f"{path}: cannot read this scenario: {error.strerror}"]) from None
     except ValueError as error:  # a NUL in the name
         raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
-    if len(content) > LARGEST_FILE:
+    if len(content) > MAX_FILE_SIZE:
         raise ScenarioError(
-            [f"{path}: larger than {LARGEST_FILE >> 20} MiB; put long signals into CSV files"]
+            [f"{path}: larger than {MAX_FILE_SIZE >> 20} MiB; put long signals into CSV files"]
         )
     try:
         return content.decode("utf-8-sig")
@@ -234,7 +234,7 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise ScenarioError([f"{path}: not a usable TOML value: {error}"]) from None
 
 
-def _placed(
+def _with_positions(
     faults: list[tuple[KeyPath, str]], path: Path, text: str, overridden: dict[KeyPath, str]
 ) -> list[str]:
     """Return faults with the place that each key has, in the file or on the command line."""
@@ -257,7 +257,7 @@ def _syntax_fault(text: str, error: str) -> str:
     if not message or not number.isdecimal():
         return f": not valid TOML: {error}"
     line = text.split("\n")[int(number) - 1].strip()
-    return f":{number}: not valid TOML: {message}, in '{line[:LONGEST_KEY]}'"
+    return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'"
 
 
 def _option_of(
@@ -276,7 +276,7 @@ def _key_text(part: str | int) -> str:
     text = str(part)
     if not text.replace("-", "_").isidentifier() and not text.isdecimal():
         text = repr(text)
-    return text if len(text) <= LONGEST_KEY else text[:LONGEST_KEY] + "..."
+    return text if len(text) <= MAX_KEY_LENGTH else text[:MAX_KEY_LENGTH] + "..."
 
 
 def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:

@@ -9,7 +9,7 @@ from frictionsim.errors import unknown
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS
 from frictionsim.scenario.toml_positions import KeyPath
 
-LONGEST_VALUE = 40  # characters of a found value that a message shows
+MAX_VALUE_LENGTH = 40  # characters of a found value that a message shows
 
 
 class _Place(NamedTuple):
@@ -24,7 +24,7 @@ class _Place(NamedTuple):
     items: str
 
 
-def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
+def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     """Return the key that an error of pydantic is about, and a sentence on it.
 
     Parameters
@@ -41,7 +41,7 @@ def fault_text(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     """
     place = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
-    if kind == "misfit":
+    if kind == "inconsistent":
         return (*place.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
         return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
@@ -65,7 +65,7 @@ def toml_text(value: Any) -> str:
         text = f"a list of {len(value)}"
     else:
         text = str(value)
-    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+    return text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 3] + "..."
 
 
 def key_names(model: type[BaseModel] | None) -> list[str]:

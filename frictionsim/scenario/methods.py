@@ -4,7 +4,7 @@ Which of them can do a scenario is the matter of its kind (`BACKENDS` of
 its model). Those for mechanisms of
 one coordinate have solution(mechanism, settings, recording), which returns a `Solution`: its run
 steps the mechanism to settings.duration, fills the recording with samples and transitions, and
-polls along the way.
+calls on_step along the way.
 """
 
 from typing import TYPE_CHECKING, NamedTuple

@@ -18,7 +18,7 @@ class Params(BaseModel):
     )
 
 
-def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
+def unit_field(unit: str, default: Any = ..., **bounds: Any) -> Any:
     """Declare a field with its SI unit, from which messages and documents read it.
 
     Parameters
@@ -33,7 +33,7 @@ def quantity(unit: str, default: Any = ..., **bounds: Any) -> Any:
     return Field(default, json_schema_extra={"unit": unit}, **bounds)
 
 
-def misfit(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
+def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
     """Return the error of values that are each right but do not go together.
 
     Parameters
@@ -42,4 +42,4 @@ def misfit(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
         The key to report, relative to the table whose validator raises this.
     message : str
     """
-    return PydanticCustomError("misfit", "{message}", {"message": message, "where": where})
+    return PydanticCustomError("inconsistent", "{message}", {"message": message, "where": where})

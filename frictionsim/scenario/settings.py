@@ -8,34 +8,34 @@ from pydantic import Field, field_validator, model_validator
 from frictionsim.errors import unknown
 from frictionsim.results import Channel
 from frictionsim.scenario import methods
-from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
 # More than this does not fit in the memory of an ordinary machine with all its channels.
-MOST_SAMPLES = 10_000_000
+MAX_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
 
 
-class Solver(Params):
+class SolverSettings(Params):
     """`[solver]`: who integrates, how long and how exactly.
 
     A step is accepted when the estimated error of every state y is at most atol + rtol |y|.
     """
 
     backend: str = "events"
-    duration: float = quantity("s", 10.0, gt=0)
+    duration: float = unit_field("s", 10.0, gt=0)
     # Below 1e-14 the rounding of double precision is all that an error estimate sees.
-    rtol: float = quantity("1", 1e-10, ge=1e-14, lt=1)
-    atol: float = quantity("1", 1e-12, gt=0)
-    max_step: float | None = quantity("s", None, gt=0)
-    step: float | None = quantity("s", None, gt=0)
-    max_steps: int = quantity("1", 10_000_000, gt=0)
-    transition_speed: float | None = quantity("rad/s", None, gt=0)
+    rtol: float = unit_field("1", 1e-10, ge=1e-14, lt=1)
+    atol: float = unit_field("1", 1e-12, gt=0)
+    max_step: float | None = unit_field("s", None, gt=0)
+    step: float | None = unit_field("s", None, gt=0)
+    max_steps: int = unit_field("1", 10_000_000, gt=0)
+    transition_speed: float | None = unit_field("rad/s", None, gt=0)
 
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
         if backend not in methods.BACKENDS:
-            raise misfit((), unknown("backend", backend, list(methods.BACKENDS)))
+            raise inconsistent((), unknown("backend", backend, list(methods.BACKENDS)))
         return backend
 
 
@@ -46,9 +46,9 @@ class Output(Params):
     `at_events` has each event sampled, too.
     """
 
-    interval: float | None = quantity("s", None, gt=0)
+    interval: float | None = unit_field("s", None, gt=0)
     at_events: bool = True
-    checkpoint: float | None = quantity("s", None, gt=0)
+    checkpoint: float | None = unit_field("s", None, gt=0)
     # All where it is left out. The quantities and the audit of a run do not depend on it.
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None
 
@@ -69,7 +69,7 @@ class Scenario(Params):
 
     kind: str
     title: str = ""
-    solver: Solver = Solver()
+    solver: SolverSettings = SolverSettings()
     output: Output = Output()
 
     @property
@@ -102,7 +102,7 @@ class Scenario(Params):
         return [
             f"output.interval = {interval:g} s is longer than a tenth of the period of {name},"
             f" {period:.6g} s: the samples do not show it;"
-            f" {shorter(period, duration, MOST_SAMPLES)}"
+            f" {shorter(period, duration, MAX_SAMPLES)}"
             for name, period in periods.items()
             if period is not None and too_long(interval, period)
         ]
@@ -111,7 +111,7 @@ class Scenario(Params):
     @classmethod
     def _title_is_printable(cls, title: str) -> str:
         if any(character < " " or character == "\x7f" for character in title):
-            raise misfit((), "expected one line of text, without control characters")
+            raise inconsistent((), "expected one line of text, without control characters")
         return title
 
     @model_validator(mode="after")
@@ -119,21 +119,21 @@ class Scenario(Params):
         backend, able = self.solver.backend, self.BACKENDS
         if backend not in able:
             article = "an" if self.kind[0] in "aeiou" else "a"
-            raise misfit(
+            raise inconsistent(
                 ("solver", "backend"),
                 f"'{backend}' cannot do {article} {self.kind.replace('_', ' ')}; these can:"
                 f" {', '.join(able)}",
             )
         if self.solver.step is not None and not methods.BACKENDS[backend].fixed_step:
             fixed = [name for name in able if methods.BACKENDS[name].fixed_step]
-            raise misfit(
+            raise inconsistent(
                 ("solver", "step"),
                 f"'{backend}' chooses its steps by the tolerances; leave step out, give"
                 f" max_step, or take a backend with fixed steps: {', '.join(fixed) or 'none here'}",
             )
         if self.solver.transition_speed is not None and not methods.BACKENDS[backend].regularised:
             smooth = [name for name in able if methods.BACKENDS[name].regularised]
-            raise misfit(
+            raise inconsistent(
                 ("solver", "transition_speed"),
                 f"'{backend}' does not smooth friction; leave transition_speed out, or take a"
                 f" backend that does: {', '.join(smooth) or 'none here'}",
@@ -144,19 +144,23 @@ class Scenario(Params):
     def _channels_exist(self) -> Self:
         for name in self.output.channels or ():
             if name not in self.CHANNELS:
-                raise misfit(("output", "channels"), unknown("channel", name, list(self.CHANNELS)))
+                raise inconsistent(
+                    ("output", "channels"), unknown("channel", name, list(self.CHANNELS))
+                )
         return self
 
     @model_validator(mode="after")
     def _samples_fit_in_memory(self) -> Self:
         if self.interval <= 0.0:  # the duration is of the order of the smallest number
-            raise misfit(("solver", "duration"), f"{self.solver.duration} s is too short to sample")
+            raise inconsistent(
+                ("solver", "duration"), f"{self.solver.duration} s is too short to sample"
+            )
         samples = self.solver.duration / self.interval
-        if samples > MOST_SAMPLES:
-            raise misfit(
+        if samples > MAX_SAMPLES:
+            raise inconsistent(
                 ("output", "interval"),
                 f"{self.interval} s over {self.solver.duration} s makes {samples:.3g} samples; at"
-                f" most {MOST_SAMPLES} are kept, so give an interval of at least"
-                f" {self.solver.duration / MOST_SAMPLES:.3g} s",
+                f" most {MAX_SAMPLES} are kept, so give an interval of at least"
+                f" {self.solver.duration / MAX_SAMPLES:.3g} s",
             )
         return self

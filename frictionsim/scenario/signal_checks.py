@@ -4,7 +4,7 @@ from itertools import pairwise
 from math import floor, log10
 from typing import Any, NamedTuple
 
-from frictionsim.scenario.signal_tables import PointsTable, SineTable, signal_from
+from frictionsim.scenario.signal_tables import PiecewiseLinearTable, SineTable, signal_from
 
 # So many samples show a period.
 SAMPLES_OF_A_PERIOD = 10
@@ -19,7 +19,7 @@ def period_of(signal: Any, end: float) -> float | None:
     """
     if isinstance(signal, SineTable):
         return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
-    if not isinstance(signal, PointsTable):
+    if not isinstance(signal, PiecewiseLinearTable):
         return None
     turns = [turn for turn in _turns(signal) if 0.0 < turn.time < end]
     periods = [turn.pulse for turn in turns]
@@ -34,7 +34,7 @@ class _Turn(NamedTuple):
     pulse: float
 
 
-def _turns(table: PointsTable) -> list[_Turn]:
+def _turns(table: PiecewiseLinearTable) -> list[_Turn]:
     """Return where a table of points turns; where it stays for a while, the middle of that."""
     turns: list[_Turn] = []
     rising: bool | None = None
@@ -54,10 +54,10 @@ def extremes(signal: Any, end: float) -> tuple[float, float]:
         mean, amplitude = signal.sine.mean, abs(signal.sine.amplitude)
         return mean - amplitude, mean + amplitude
     value = signal_from(signal)
-    found, t = [value(0.0), value(end)], value.next_turn(0.0)
+    found, t = [value(0.0), value(end)], value.next_extremum(0.0)
     while t < end:
         found.append(value(t))
-        t = value.next_turn(t)
+        t = value.next_extremum(t)
     return min(found), max(found)
 
 

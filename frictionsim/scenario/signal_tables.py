@@ -20,19 +20,19 @@ from pydantic import (
     model_validator,
 )
 
-from frictionsim.scenario.schema import Params, misfit, quantity
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
 
-class PointsTable(Params):
+class PiecewiseLinearTable(Params):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
 
-    time: tuple[float, ...] = quantity("s", min_length=1, strict=False)
+    time: tuple[float, ...] = unit_field("s", min_length=1, strict=False)
     value: tuple[float, ...] = Field(min_length=1, strict=False)
 
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
-        _see_points("time", self.time, "s", self.value)
+        _check_points("time", self.time, "s", self.value)
         return self
 
     def signal(self) -> Signal:
@@ -44,41 +44,41 @@ class PointsTable(Params):
 class SpeedTable(Params):
     """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
 
-    speed: tuple[float, ...] = quantity("rad/s", min_length=1, strict=False)
+    speed: tuple[float, ...] = unit_field("rad/s", min_length=1, strict=False)
     value: tuple[float, ...] = Field(min_length=1, strict=False)
 
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
-        _see_points("speed", self.speed, "rad/s", self.value)
+        _check_points("speed", self.speed, "rad/s", self.value)
         return self
 
 
-def _see_points(name: str, places: Sequence[float], unit: str, values: Sequence[float]) -> None:
+def _check_points(name: str, places: Sequence[float], unit: str, values: Sequence[float]) -> None:
     """See that there is a value at each of the places, and that these increase."""
     if len(places) != len(values):
-        raise misfit(
+        raise inconsistent(
             ("value",), f"{len(values)} values for {len(places)} {name}s; give one for each"
         )
     for i, (earlier, later) in enumerate(pairwise(places)):
         if not later > earlier:
-            raise misfit(
+            raise inconsistent(
                 (name,),
                 f"{name}s must increase from point to point, but point {i + 2} at {later} {unit}"
                 f" follows one at {earlier} {unit}",
             )
 
 
-class SineShape(Params):
+class SineParameters(Params):
     mean: float = 0.0
     amplitude: float
-    frequency_hz: float = quantity("Hz", gt=0)
-    phase_deg: float = quantity("deg", 0.0)
+    frequency_hz: float = unit_field("Hz", gt=0)
+    phase_deg: float = unit_field("deg", 0.0)
 
 
 class SineTable(Params):
     """`{sine = {mean, amplitude, frequency_hz, phase_deg}}`."""
 
-    sine: SineShape
+    sine: SineParameters
 
     def signal(self) -> Signal:
         s = self.sine
@@ -87,23 +87,23 @@ class SineTable(Params):
         return Sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, radians(s.phase_deg))
 
 
-class SmoothStepShape(Params):
+class SmoothStepParameters(Params):
     before: float = Field(alias="from")
     after: float = Field(alias="to")
-    start: float = quantity("s")
-    stop: float = quantity("s")
+    start: float = unit_field("s")
+    stop: float = unit_field("s")
 
     @model_validator(mode="after")
     def _stop_after_start(self) -> Self:
         if not self.stop > self.start:
-            raise misfit(("stop",), f"{self.stop} s is not after start = {self.start} s")
+            raise inconsistent(("stop",), f"{self.stop} s is not after start = {self.start} s")
         return self
 
 
 class SmoothStepTable(Params):
     """`{smooth_step = {from, to, start, stop}}`."""
 
-    smooth_step: SmoothStepShape
+    smooth_step: SmoothStepParameters
 
     def signal(self) -> Signal:
         s = self.smooth_step
@@ -118,7 +118,7 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
         return table
     name = table["csv"]
     if not isinstance(name, str):
-        raise misfit(("csv",), "expected the name of a file, in quotes")
+        raise inconsistent(("csv",), "expected the name of a file, in quotes")
     folder: Path = (info.context or {}).get("folder", Path())
     path = folder / name
     try:
@@ -127,7 +127,7 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
         reason = getattr(error, "strerror", None) or (
             "it is not text in UTF-8" if isinstance(error, UnicodeError) else error
         )
-        raise misfit(
+        raise inconsistent(
             ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
         ) from None
     times: list[float] = []
@@ -141,14 +141,14 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
         except ValueError:
             if not times and not any(_is_number(cell) for cell in cells):
                 continue  # a line of column names above the numbers
-            raise misfit(
+            raise inconsistent(
                 ("csv",),
                 f"line {number} of '{path}' is not two numbers, a time and a value: '{line[:60]}'",
             ) from None
         times.append(time)
         values.append(value)
     if not times:
-        raise misfit(("csv",), f"'{path}' has no line with a time and a value")
+        raise inconsistent(("csv",), f"'{path}' has no line with a time and a value")
     return {"time": times, "value": values}
 
 
@@ -164,7 +164,7 @@ _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
 _FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
 # The tag names the form in a validation error's location; it is no key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
-    "<points>": PointsTable,
+    "<points>": PiecewiseLinearTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
     "<of speed>": SpeedTable,
@@ -204,7 +204,7 @@ def _discriminator(form: Any, number: str) -> Discriminator:
 
 TimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER)]
-    | Annotated[PointsTable, Tag("<points>")]
+    | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")],
     _discriminator(_signal_form, _NUMBER),
@@ -212,7 +212,7 @@ TimeSignal = Annotated[
 ]
 SpeedOrTimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
-    | Annotated[PointsTable, Tag("<points>")]
+    | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
     | Annotated[SpeedTable, Tag("<of speed>")],
@@ -221,6 +221,6 @@ SpeedOrTimeSignal = Annotated[
 ]
 
 
-def signal_from(table: float | PointsTable | SineTable | SmoothStepTable) -> Signal:
+def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
     """Return the function of time that a signal of the scenario describes."""
     return Constant(table) if isinstance(table, int | float) else table.signal()

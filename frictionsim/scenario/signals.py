@@ -17,13 +17,13 @@ class Signal(Protocol):
     def __call__(self, t: float) -> float:
         """Return the value at time t, s."""
 
-    def slope(self, t: float) -> float:
+    def derivative(self, t: float) -> float:
         """Return the derivative at time t, s; at a kink that of after it."""
 
-    def next_kink(self, t: float) -> float:
+    def next_discontinuity(self, t: float) -> float:
         """Return the first time after t, s, at which a derivative jumps; inf if none."""
 
-    def next_turn(self, t: float) -> float:
+    def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth."""
 
 
@@ -36,13 +36,13 @@ class Constant:
     def __call__(self, t: float) -> float:
         return self._value
 
-    def slope(self, t: float) -> float:
+    def derivative(self, t: float) -> float:
         return 0.0
 
-    def next_kink(self, t: float) -> float:
+    def next_discontinuity(self, t: float) -> float:
         return inf
 
-    def next_turn(self, t: float) -> float:
+    def next_extremum(self, t: float) -> float:
         return inf
 
 
@@ -64,14 +64,14 @@ class PiecewiseLinear:
         i = bisect_right(self._times, t)
         return self._from_value[i] + self._slope[i] * (t - self._from_time[i])
 
-    def slope(self, t: float) -> float:
+    def derivative(self, t: float) -> float:
         return self._slope[bisect_right(self._times, t)]
 
-    def next_kink(self, t: float) -> float:
+    def next_discontinuity(self, t: float) -> float:
         i = bisect_right(self._times, t)
         return self._times[i] if i < len(self._times) else inf
 
-    next_turn = next_kink
+    next_extremum = next_discontinuity
 
 
 class Sine:
@@ -88,14 +88,14 @@ class Sine:
     def __call__(self, t: float) -> float:
         return self._mean + self._amplitude * sin(self._angular_frequency * t + self._phase)
 
-    def slope(self, t: float) -> float:
+    def derivative(self, t: float) -> float:
         omega = self._angular_frequency
         return self._amplitude * omega * cos(omega * t + self._phase)
 
-    def next_kink(self, t: float) -> float:
+    def next_discontinuity(self, t: float) -> float:
         return inf
 
-    def next_turn(self, t: float) -> float:
+    def next_extremum(self, t: float) -> float:
         half_turns = (self._angular_frequency * t + self._phase - pi / 2) / pi
         k = ceil(half_turns)
         while True:
@@ -123,13 +123,13 @@ class SmoothStep:
         x = min(max((t - self._start) / self._duration, 0.0), 1.0)
         return self._before + self._rise * (x * x * (3.0 - 2.0 * x))
 
-    def slope(self, t: float) -> float:
+    def derivative(self, t: float) -> float:
         x = min(max((t - self._start) / self._duration, 0.0), 1.0)
         return self._rise * 6.0 * x * (1.0 - x) / self._duration
 
-    def next_kink(self, t: float) -> float:
+    def next_discontinuity(self, t: float) -> float:
         if t < self._start:
             return self._start
         return self._stop if t < self._stop else inf
 
-    next_turn = next_kink
+    next_extremum = next_discontinuity

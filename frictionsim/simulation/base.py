@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from frictionsim.results import Channel, Observed
+    from frictionsim.results import Channel, SimulationResult
 
 
 class Simulation(Protocol):
@@ -35,7 +35,7 @@ class Simulation(Protocol):
     @property
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
-    def prepare(self, poll: Callable[[float], Any]) -> float:
+    def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Make ready to step, before `solve` and after any `restore`; no step is taken here.
 
         Return the seconds that it took to compile, 0 if nothing was. A method `compiling` of poll,
@@ -46,16 +46,16 @@ class Simulation(Protocol):
         SolverError, ArithmeticError
         """
 
-    def solve(self, poll: Callable[[float], Any]) -> None:
+    def solve(self, on_step: Callable[[float], Any]) -> None:
         """Step to the end, from the start or from what was restored.
 
         Call poll with the time along the way, between steps only: it may ask for the state, the
-        counts and the samples, and it may raise BudgetSpent or Interrupted.
+        counts and the samples, and it may raise BudgetExceeded or Interrupted.
 
         Raises
         ------
         SolverError, ArithmeticError
-            What was sampled before can be observed. After BudgetSpent and Interrupted the state
+            What was sampled before can be observed. After BudgetExceeded and Interrupted the state
             is one to go on from.
         """
 
@@ -77,8 +77,8 @@ class Simulation(Protocol):
             If it is of another scenario.
         """
 
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
 
-    def observe(self) -> "Observed":
+    def observe(self) -> "SimulationResult":
         """Return what was sampled so far, also of a run that stopped short of its end."""

@@ -1,7 +1,7 @@
 """The state of objects that step through a run, as plain arrays: to a file, and back from it.
 
-A class names in SAVED the attributes that its continuation depends on: numbers, or sequences of
-numbers whose type has what it takes to be filled again.
+A class names in CHECKPOINT_FIELDS the attributes that its continuation depends on: numbers, or
+sequences of numbers whose type has what it takes to be filled again.
 """
 
 from array import array
@@ -15,29 +15,29 @@ from frictionsim.errors import InputError
 Arrays = dict[str, Any]
 
 
-def exported(owner: Any, name: str) -> Arrays:
-    """Return the SAVED attributes of an object as arrays of float64, under `name.attribute`."""
+def dump_part(owner: Any, name: str) -> Arrays:
+    """Return the CHECKPOINT_FIELDS of an object as arrays of float64, under `name.attribute`."""
     return {
         f"{name}.{attribute}": np.array(getattr(owner, attribute), dtype=np.float64)
-        for attribute in owner.SAVED
+        for attribute in owner.CHECKPOINT_FIELDS
     }
 
 
-def restore(owner: Any, name: str, state: Arrays) -> None:
-    """Give an object the attributes that `exported` has returned of one of its kind.
+def load_part(owner: Any, name: str, state: Arrays) -> None:
+    """Give an object the attributes that `dump_part` has returned of one of its kind.
 
     Raises
     ------
     InputError
         If they do not fit.
     """
-    for attribute in owner.SAVED:
+    for attribute in owner.CHECKPOINT_FIELDS:
         before = getattr(owner, attribute)
-        values = taken(state, f"{name}.{attribute}", np.float64, ndim=np.ndim(before))
-        setattr(owner, attribute, _like(before, values, f"{name}.{attribute}"))
+        values = require_array(state, f"{name}.{attribute}", np.float64, ndim=np.ndim(before))
+        setattr(owner, attribute, _cast_like(before, values, f"{name}.{attribute}"))
 
 
-def taken(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
+def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
     """Return an array of a state.
 
     Raises
@@ -47,16 +47,16 @@ def taken(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
     """
     values = state.get(name)
     if values is None or not np.issubdtype(values.dtype, dtype) or values.ndim != ndim:
-        raise unfit(name)
+        raise mismatch(name)
     return values
 
 
-def unfit(name: str) -> InputError:
+def mismatch(name: str) -> InputError:
     """Return the error of a state that belongs to something else."""
     return InputError(f"its checkpoint is not of this scenario: '{name}' does not fit")
 
 
-def _like(before: Any, values: Any, name: str) -> Any:
+def _cast_like(before: Any, values: Any, name: str) -> Any:
     """Return values as what stood there before: a number of its type, or a sequence of it."""
     if isinstance(before, deque):
         return deque(values.tolist(), maxlen=before.maxlen)
@@ -64,11 +64,11 @@ def _like(before: Any, values: Any, name: str) -> Any:
         return array("d", values.tobytes())
     if isinstance(before, list):
         if len(before) != len(values):
-            raise unfit(name)
+            raise mismatch(name)
         return values.tolist()
     number = float(values)
     if isinstance(before, float):
         return number
     if not number.is_integer():
-        raise unfit(name)
+        raise mismatch(name)
     return type(before)(number)

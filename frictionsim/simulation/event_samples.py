@@ -7,9 +7,9 @@ import numpy as np
 from frictionsim.results import STICK, Transition
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.common import Recording
+    from frictionsim.solvers.common import SampleBuffer
 
-TIME, VELOCITY, MODE = 0, 3, 6  # columns of a row of `Recording`
+TIME, VELOCITY, MODE = 0, 3, 6  # columns of a row of `SampleBuffer`
 
 
 class Samples(NamedTuple):
@@ -31,26 +31,26 @@ class Samples(NamedTuple):
     transitions: list[Transition]
     before: Any
     after: Any
-    unsound: bool
+    non_finite_tail: bool
 
 
-def samples_of(recording: "Recording", width: int, at_events: bool) -> Samples:
+def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
     """Return the regular samples, and with `at_events` one at each event, too."""
-    rows = np.array(recording.rows).reshape(-1, width)
-    sides = np.array(recording.sides).reshape(-1, 2, width)
+    rows = np.array(buffer.rows).reshape(-1, width)
+    sides = np.array(buffer.sides).reshape(-1, 2, width)
     order = np.argsort(sides[:, 1, TIME], kind="stable")  # a step notes its end before a rest in it
-    sides, transitions = sides[order], [recording.transitions[i] for i in order]
+    sides, transitions = sides[order], [buffer.transitions[i] for i in order]
     sound, events_sound = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
     ends = [values[~fine, TIME] for values, fine in ((rows, sound), (sides[:, 1], events_sound))]
     end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
-    unsound = not (sound.all() and events_sound.all())
+    non_finite_tail = not (sound.all() and events_sound.all())
     rows = rows[: np.argmin(sound)] if not sound.all() else rows
     kept = events_sound & (sides[:, 1, TIME] < end)
     sides, transitions = sides[kept], [e for e, keep in zip(transitions, kept, strict=True) if keep]
     before, after = sides[:, 0], sides[:, 1]
     if at_events:
         rows = _with_events(rows, before, after, transitions)
-    return Samples(rows, transitions, before, after, unsound)
+    return Samples(rows, transitions, before, after, non_finite_tail)
 
 
 def _with_events(rows: Any, before: Any, after: Any, transitions: list[Transition]) -> Any:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.scenario.settings import MOST_SAMPLES
+from frictionsim.scenario.settings import MAX_SAMPLES
 from frictionsim.scenario.signal_checks import shorter, too_long
 from frictionsim.simulation.averages import time_mean
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Array, Transition
     from frictionsim.scenario.signals import Signal
-    from frictionsim.solvers.mechanism import Mechanism, Series
+    from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
 # Two transitions that are no further apart are one: a search ends within two roundings.
 ROUNDINGS_OF_TIME = 4.0
 # A drive that turns more often repeats itself, or is a table as dense as the samples.
-MOST_TURNS = 100_000
+MAX_EXTREMA = 100_000
 
 
 def hidden_stick_slip(
@@ -35,21 +35,23 @@ def hidden_stick_slip(
     return [
         f"output.interval = {interval:g} s is longer than a tenth of the shortest time between"
         f" two changes of stick and slip, {shortest:.6g} s: the samples do not show what happens"
-        f" between them; {shorter(shortest, duration, MOST_SAMPLES)}"
+        f" between them; {shorter(shortest, duration, MAX_SAMPLES)}"
     ]
 
 
-def nothing_moves(mechanism: "Mechanism", series: "Series") -> list[str]:
+def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]:
     """Return that a mechanism has not moved at all, and how far from it it was."""
-    if mechanism.prescribed or np.any(series.velocity) or np.ptp(series.position) > 0.0:
+    if mechanism.prescribed or np.any(trajectory.velocity) or np.ptp(trajectory.position) > 0.0:
         return []
-    u = np.concatenate((series.drive, _at_turns(mechanism.drive, series.time[-1])))
-    q = np.full(u.shape, series.position[0])
-    moment = np.broadcast_to(np.abs(mechanism.moment(u, q, np.zeros_like(u))), q.shape)
-    if mechanism.contact is None or not np.any(moment):
+    u = np.concatenate((trajectory.drive, _at_turns(mechanism.drive, trajectory.time[-1])))
+    q = np.full(u.shape, trajectory.position[0])
+    applied_torque = np.broadcast_to(
+        np.abs(mechanism.applied_torque(u, q, np.zeros_like(u))), q.shape
+    )
+    if mechanism.contact is None or not np.any(applied_torque):
         return ["nothing moves: no moment is applied"]
     limit = np.broadcast_to(mechanism.contact.static_limit(u, q), q.shape)
-    share = np.max(moment[limit > 0.0] / limit[limit > 0.0], initial=0.0)
+    share = np.max(applied_torque[limit > 0.0] / limit[limit > 0.0], initial=0.0)
     return [f"nothing moves: the largest moment is {100.0 * share:.10g} % of the static limit"]
 
 
@@ -65,8 +67,8 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
 def _at_turns(drive: "Signal", end: float) -> list[float]:
     """Return the values of a drive where it turns, between which its samples may lie."""
     found: list[float] = []
-    t = drive.next_turn(0.0)
-    while t < end and len(found) < MOST_TURNS:
+    t = drive.next_extremum(0.0)
+    while t < end and len(found) < MAX_EXTREMA:
         found.append(drive(t))
-        t = drive.next_turn(t)
+        t = drive.next_extremum(t)
     return found

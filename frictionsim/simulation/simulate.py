@@ -5,15 +5,15 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import BudgetSpent, Interrupted, NotFinite, SolverError
+from frictionsim.errors import BudgetExceeded, Interrupted, NonFinite, SolverError
 from frictionsim.results import Channel, Check, Quantities, Transition
-from frictionsim.scenario.kinds import module_of
-from frictionsim.simulation.checkpoint import exported, restore
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.simulation.checkpoint import dump_part, load_part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionsim.results import Array, Observed
+    from frictionsim.results import Array, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
 
@@ -24,7 +24,7 @@ OUT_OF_RANGE = (
 )
 
 
-class Counts(NamedTuple):
+class SolverStatistics(NamedTuple):
     """What a run took, in all its parts if it was interrupted.
 
     `wall_seconds` is the solving alone; `compile_seconds` is 0 where all kernels were there.
@@ -38,7 +38,7 @@ class Counts(NamedTuple):
     compile_seconds: float = 0.0
 
 
-class Run(NamedTuple):
+class RunResult(NamedTuple):
     """A run with its outcome, as plain data.
 
     Attributes
@@ -82,7 +82,7 @@ class Run(NamedTuple):
     transitions: list[Transition]
     quantities: Quantities
     checks: dict[str, Check]
-    counts: Counts
+    statistics: SolverStatistics
     status: str
     reason: str
     exit_code: int
@@ -95,7 +95,7 @@ class Run(NamedTuple):
 class _Clock:
     """The seconds of solving and of compilation; of the parts before an interruption, too."""
 
-    SAVED = ("solving", "compiling")
+    CHECKPOINT_FIELDS = ("solving", "compiling")
 
     def __init__(self) -> None:
         self.solving = self.compiling = 0.0
@@ -108,28 +108,28 @@ class _Clock:
         self.solving += perf_counter() - self._since
 
 
-class _Outcome(NamedTuple):
+class _Termination(NamedTuple):
     """How a run ended."""
 
     status: str = "done"
     reason: str = ""
     exit_code: int = 0
     failure: str = ""
-    can_go_on: bool = False
+    resumable: bool = False
 
 
 def run(
     scenario: "Scenario",
-    poll: "Callable[[float], Any]",
-    keep: "Callable[[Run], Any] | None" = None,
+    on_step: "Callable[[float], Any]",
+    keep: "Callable[[RunResult], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
-) -> Run:
+) -> RunResult:
     """Simulate a scenario.
 
     Parameters
     ----------
     scenario : Scenario
-    poll : callable
+    on_step : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
     keep : callable, optional
         Called with the run so far every `output.checkpoint` seconds.
@@ -146,22 +146,22 @@ def run(
     InputError
         If the checkpoint is of another scenario.
     """
-    simulation: Simulation = module_of(scenario.kind).simulation(scenario)
+    simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     clock = _Clock()
     if checkpoint is not None:
         simulation.restore(checkpoint)
-        restore(clock, "clock", checkpoint)
-    watcher = poll
+        load_part(clock, "clock", checkpoint)
+    watcher = on_step
     if keep is not None and scenario.output.checkpoint is not None:
-        poll = _keeping(scenario, simulation, poll, keep, scenario.output.checkpoint, clock)
-    return _run_of(scenario, simulation, _solve(simulation, watcher, poll, clock), clock)
+        on_step = _keeping(scenario, simulation, on_step, keep, scenario.output.checkpoint, clock)
+    return _run_of(scenario, simulation, _solve(simulation, watcher, on_step, clock), clock)
 
 
 def _keeping(
     scenario: "Scenario",
     simulation: "Simulation",
-    poll: "Callable[[float], Any]",
-    keep: "Callable[[Run], Any]",
+    on_step: "Callable[[float], Any]",
+    keep: "Callable[[RunResult], Any]",
     seconds: float,
     clock: _Clock,
 ) -> "Callable[[float], Any]":
@@ -170,11 +170,11 @@ def _keeping(
 
     def poll_and_keep(t: float) -> None:
         nonlocal last
-        poll(t)
+        on_step(t)
         if perf_counter() - last >= seconds:
             clock.stop()  # to write is not to solve
             reason = f"checkpoint at t = {t:.9g} s"
-            outcome = _Outcome("interrupted", reason, can_go_on=True)
+            outcome = _Termination("interrupted", reason, resumable=True)
             keep(_run_of(scenario, simulation, outcome, clock))
             last = perf_counter()
             clock.start()
@@ -185,36 +185,36 @@ def _keeping(
 def _solve(
     simulation: "Simulation",
     watcher: "Callable[[float], Any]",
-    poll: "Callable[[float], Any]",
+    on_step: "Callable[[float], Any]",
     clock: _Clock,
-) -> _Outcome:
+) -> _Termination:
     try:
         clock.compiling += simulation.prepare(watcher)
         clock.start()
         try:
-            simulation.solve(poll)
+            simulation.solve(on_step)
         finally:
             clock.stop()
     except Interrupted as stop:
-        return _Outcome("interrupted", str(stop), stop.exit_code, can_go_on=True)
+        return _Termination("interrupted", str(stop), stop.exit_code, resumable=True)
     except SolverError as error:
-        can_go_on = isinstance(error, BudgetSpent)
-        return _Outcome("failed", str(error), error.exit_code, error.failure, can_go_on)
+        resumable = isinstance(error, BudgetExceeded)
+        return _Termination("failed", str(error), error.exit_code, error.failure, resumable)
     except ArithmeticError:
-        return _Outcome("failed", OUT_OF_RANGE, NotFinite.exit_code, NotFinite.failure)
-    return _Outcome()
+        return _Termination("failed", OUT_OF_RANGE, NonFinite.exit_code, NonFinite.failure)
+    return _Termination()
 
 
 def _run_of(
-    scenario: "Scenario", simulation: "Simulation", outcome: _Outcome, clock: _Clock
-) -> Run:
+    scenario: "Scenario", simulation: "Simulation", outcome: _Termination, clock: _Clock
+) -> RunResult:
     """Return a run with what its simulation shows."""
     seen = simulation.observe()
-    if seen.unsound and outcome.failure != NotFinite.failure:
+    if seen.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
-        outcome = _Outcome("failed", reason, NotFinite.exit_code, NotFinite.failure)
+        outcome = _Termination("failed", reason, NonFinite.exit_code, NonFinite.failure)
     wanted = scenario.output.channels
-    return Run(
+    return RunResult(
         scenario=scenario,
         effects=simulation.effects,
         channel_info=simulation.channel_info,
@@ -228,13 +228,15 @@ def _run_of(
         transitions=seen.transitions,
         quantities=seen.quantities,
         checks=seen.checks,
-        counts=Counts(*simulation.counts(), simulation.states, clock.solving, clock.compiling),
+        statistics=SolverStatistics(
+            *simulation.statistics(), simulation.states, clock.solving, clock.compiling
+        ),
         status=outcome.status,
         reason=outcome.reason,
         exit_code=outcome.exit_code,
         warnings=_warnings(scenario, simulation, seen),
         failure=outcome.failure,
-        checkpoint=_checkpoint(simulation, clock) if outcome.can_go_on else None,
+        checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
         sides={
             name: values
             for name, values in seen.sides.items()
@@ -246,10 +248,12 @@ def _run_of(
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":
     """Return what a run goes on from; None where it cannot."""
     state = simulation.state()
-    return None if state is None else {**state, **exported(clock, "clock")}
+    return None if state is None else {**state, **dump_part(clock, "clock")}
 
 
-def _warnings(scenario: "Scenario", simulation: "Simulation", seen: "Observed") -> tuple[str, ...]:
+def _warnings(
+    scenario: "Scenario", simulation: "Simulation", seen: "SimulationResult"
+) -> tuple[str, ...]:
     """Return what is odd about a scenario and its run, each once."""
     absent = [name for name in scenario.output.channels or () if name not in seen.channels]
     missing = (

@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.results import STICK, Observed, Quantities, Quantity, Transition
+from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
 from frictionsim.simulation.audit import audit
-from frictionsim.simulation.checkpoint import Arrays, exported, restore, taken
+from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
-from frictionsim.solvers import solution_of
-from frictionsim.solvers.common import Recording, SampleTimes
-from frictionsim.solvers.mechanism import Mechanism, Series
+from frictionsim.solvers import solver_factory
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 OF_EVENTS = ("angle", "mode")
 
 
-class OneCoordinate:
+class SingleDofSimulation:
     """The `Simulation` of a mechanism of one coordinate.
 
     Parameters
@@ -40,35 +40,35 @@ class OneCoordinate:
         backend = methods.BACKENDS[scenario.solver.backend]
         smoothed = backend.regularised and not mechanism.prescribed
         self._set_valued = None if smoothed else mechanism.contact
-        self._can_go_on = not backend.integrator
-        self._recording = Recording(SampleTimes(scenario.solver.duration, scenario.interval))
-        solution = solution_of(scenario.solver.backend, mechanism.prescribed)
-        self._solution = solution(mechanism, scenario.solver, self._recording)
-        self._width = Recording.COLUMNS + len(mechanism.ledger)
+        self._resumable = not backend.integrator
+        self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
+        make_solver = solver_factory(scenario.solver.backend, mechanism.prescribed)
+        self._solver = make_solver(mechanism, scenario.solver, self._recording)
+        self._width = SampleBuffer.COLUMNS + len(mechanism.energy_integrals)
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)
         self.channel_info = mechanism.channel_info
         self.axes: Mapping[str, tuple[str, ...]] = {}
 
-    def prepare(self, poll: Callable[[float], Any]) -> float:
+    def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Return 0 s: nothing has to be compiled."""
         return 0.0
 
-    def solve(self, poll: Callable[[float], Any]) -> None:
+    def solve(self, on_step: Callable[[float], Any]) -> None:
         """Have the backend of the scenario step to the end."""
-        self._solution.run(poll)
+        self._solver.run(on_step)
 
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
-        stepper = self._solution.stepper
-        return stepper.steps, stepper.rejected, stepper.evaluations
+        stepper = self._solver.stepper
+        return stepper.steps, stepper.rejected, stepper.nfev
 
     def state(self) -> Arrays | None:
         """Return all that the rest of the run depends on; None where SciPy keeps it to itself."""
-        if not self._can_go_on:
+        if not self._resumable:
             return None
-        parts = self._solution.saved_parts
-        state = {k: v for name, part in parts.items() for k, v in exported(part, name).items()}
+        parts = self._solver.checkpoint_parts
+        state = {k: v for name, part in parts.items() for k, v in dump_part(part, name).items()}
         transitions = self._recording.transitions
         state["transitions.contact"] = np.array([e.contact for e in transitions], dtype=np.bytes_)
         state["transitions"] = np.array(
@@ -84,33 +84,33 @@ class OneCoordinate:
         InputError
             If it is of another scenario.
         """
-        for name, part in self._solution.saved_parts.items():
-            restore(part, name, state)
-        contacts = taken(state, "transitions.contact", np.bytes_, ndim=1)
-        rows = taken(state, "transitions", np.float64, ndim=2)
+        for name, part in self._solver.checkpoint_parts.items():
+            load_part(part, name, state)
+        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1)
+        rows = require_array(state, "transitions", np.float64, ndim=2)
         self._recording.transitions[:] = [
             Transition(time, contact.decode(), int(mode_from), int(mode_to), position)
             for contact, (time, mode_from, mode_to, position) in zip(
                 contacts.tolist(), rows.tolist(), strict=True
             )
         ]
-        if self._solution.started:
-            self._solution.go_on()
+        if self._solver.started:
+            self._solver.resume()
 
-    def series(self) -> Series:
+    def trajectory(self) -> Trajectory:
         """Return the samples before the first that is not finite."""
         samples = self._samples()
-        return self._series_of(samples.rows, samples.transitions)
+        return self._trajectory_of(samples.rows, samples.transitions)
 
     def _samples(self) -> Samples:
         return samples_of(self._recording, self._width, self._at_events)
 
-    def _series_of(self, rows: Any, transitions: list[Transition]) -> Series:
+    def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
         """Return rows as the arrays that quantities and channels are made of."""
         mechanism, columns = self._mechanism, rows.T.copy()
-        time, drive, position, velocity, *others = columns[: Recording.COLUMNS]
+        time, drive, position, velocity, *others = columns[: SampleBuffer.COLUMNS]
         acceleration, friction, mode = others
-        return Series(
+        return Trajectory(
             time,
             drive,
             position,
@@ -118,28 +118,34 @@ class OneCoordinate:
             acceleration,
             friction,
             mode,
-            ledger=dict(zip(mechanism.ledger, columns[Recording.COLUMNS :], strict=True)),
-            stores={
+            energy_integrals=dict(
+                zip(mechanism.energy_integrals, columns[SampleBuffer.COLUMNS :], strict=True)
+            ),
+            stored_energies={
                 name: np.asarray(energy(position, velocity))
-                for name, energy in mechanism.stores.items()
+                for name, energy in mechanism.stored_energies.items()
             },
             transitions=transitions,
         )
 
-    def observe(self) -> Observed:
+    def observe(self) -> SimulationResult:
         """Return the samples that are finite, and what follows from them."""
         mechanism, settings, samples = self._mechanism, self._settings, self._samples()
-        series = self._series_of(samples.rows, samples.transitions)
-        return Observed(
-            time=series.time,
-            channels=_channels(mechanism, series),
-            transitions=series.transitions,
-            quantities=_quantities(mechanism, series),
+        trajectory = self._trajectory_of(samples.rows, samples.transitions)
+        return SimulationResult(
+            time=trajectory.time,
+            channels=_channels(mechanism, trajectory),
+            transitions=trajectory.transitions,
+            quantities=_quantities(mechanism, trajectory),
             checks=audit(
-                series, self._set_valued, settings.rtol, settings.atol, _size(mechanism, series)
+                trajectory,
+                self._set_valued,
+                settings.rtol,
+                settings.atol,
+                _size(mechanism, trajectory),
             ),
-            unsound=samples.unsound,
-            warnings=tuple(self._run_warnings(series)),
+            non_finite_tail=samples.non_finite_tail,
+            warnings=tuple(self._run_warnings(trajectory)),
             sides={
                 f"{name}_{side}": channel
                 for side, rows in (("before", samples.before), ("after", samples.after))
@@ -147,58 +153,69 @@ class OneCoordinate:
             },
         )
 
-    def _run_warnings(self, series: Series) -> list[str]:
+    def _run_warnings(self, trajectory: Trajectory) -> list[str]:
         """Return what is odd about the run; nothing of one that stopped short of its end."""
         mechanism, duration = self._mechanism, self._settings.duration
-        if series.time.size < 2 or series.time[-1] < duration:
+        if trajectory.time.size < 2 or trajectory.time[-1] < duration:
             return []
-        found = nothing_moves(mechanism, series) + mechanism.run_warnings(series)
+        found = nothing_moves(mechanism, trajectory) + mechanism.run_warnings(trajectory)
         if self._set_valued is not None:  # what is smoothed passes through stick at each reversal
-            found += hidden_stick_slip(series.transitions, self._interval, duration)
+            found += hidden_stick_slip(trajectory.transitions, self._interval, duration)
         return found
 
     def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
         """Return the channels that may jump, on one side of the events."""
-        series = self._series_of(rows, transitions)
-        channels = self._mechanism.channels(series)
+        trajectory = self._trajectory_of(rows, transitions)
+        channels = self._mechanism.channels(trajectory)
         return {
-            name: np.broadcast_to(values, series.time.shape)
+            name: np.broadcast_to(values, trajectory.time.shape)
             for name, values in channels.items()
             if name not in OF_EVENTS
         }
 
 
-def _size(mechanism: Mechanism, series: Series) -> float:
+def _size(mechanism: Mechanism, trajectory: Trajectory) -> float:
     """Return an energy of the size of the scenario, whatever the solver made of it, J."""
-    moment = mechanism.moment(series.drive, series.position, np.zeros_like(series.velocity))
-    at_start = mechanism.stores["energy_kinetic"](mechanism.position, mechanism.velocity)
-    return float(np.max(np.abs(moment), initial=0.0)) + float(at_start)
+    applied_torque = mechanism.applied_torque(
+        trajectory.drive, trajectory.position, np.zeros_like(trajectory.velocity)
+    )
+    at_start = mechanism.stored_energies["energy_kinetic"](mechanism.position, mechanism.velocity)
+    return float(np.max(np.abs(applied_torque), initial=0.0)) + float(at_start)
 
 
-def _channels(mechanism: Mechanism, series: Series) -> dict[str, Any]:
+def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
     """Return every channel by the name it has in the result file."""
-    found = {**mechanism.channels(series), **series.ledger, **series.stores}
+    found = {
+        **mechanism.channels(trajectory),
+        **trajectory.energy_integrals,
+        **trajectory.stored_energies,
+    }
     # A channel that is constant may be given as a number.
-    return {name: np.broadcast_to(values, series.time.shape) for name, values in found.items()}
+    return {name: np.broadcast_to(values, trajectory.time.shape) for name, values in found.items()}
 
 
-def _quantities(mechanism: Mechanism, series: Series) -> Quantities:
+def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
     """Return the summary's quantities: the mechanism's own, then those of any motion.
 
     breakaway_time is when a contact first goes over from stick to slip; None if it never does.
     A run that failed may have gone on after its last sample, of which no quantity speaks.
     """
-    found = mechanism.quantities(series)
+    found = mechanism.quantities(trajectory)
     if mechanism.contact is not None:
-        seen = [e for e in series.transitions if e.time <= np.max(series.time, initial=-np.inf)]
+        seen = [
+            e for e in trajectory.transitions if e.time <= np.max(trajectory.time, initial=-np.inf)
+        ]
         slips = (e.time for e in seen if e.mode_from == STICK)
         rests = [e.time for e in seen if e.mode_to == STICK]
         found["breakaway_time"] = Quantity(next(slips, None), "s")
         found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
-    if series.time.size:
-        found["final_time"] = Quantity(float(series.time[-1]), "s")
-        found["final_angle"] = Quantity(float(series.position[-1]), "rad")
-        found["final_angular_velocity"] = Quantity(float(series.velocity[-1]), "rad/s")
-        for name, energy in (*series.ledger.items(), *series.stores.items()):
+    if trajectory.time.size:
+        found["final_time"] = Quantity(float(trajectory.time[-1]), "s")
+        found["final_angle"] = Quantity(float(trajectory.position[-1]), "rad")
+        found["final_angular_velocity"] = Quantity(float(trajectory.velocity[-1]), "rad/s")
+        for name, energy in (
+            *trajectory.energy_integrals.items(),
+            *trajectory.stored_energies.items(),
+        ):
             found[name] = Quantity(float(energy[-1]), "J")
     return found

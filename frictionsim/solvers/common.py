@@ -6,15 +6,15 @@ from collections.abc import Callable
 from math import floor, inf, ulp
 from typing import TYPE_CHECKING, NamedTuple
 
-from frictionsim.errors import EventStorm
+from frictionsim.errors import Chattering
 from frictionsim.results import Transition
 from frictionsim.scenario.methods import BACKENDS
-from frictionsim.solvers.root_finding import sign_change
-from frictionsim.solvers.runge_kutta_fehlberg import Rates, RungeKuttaFehlberg45, State, Stepper
+from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State, Stepper
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Solver
-    from frictionsim.solvers.mechanism import Contact, Mechanism
+    from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 
 # The search for a root stops where its ends are two roundings apart.
@@ -24,7 +24,7 @@ ROUNDINGS_OF_TIME = 2.0
 class SampleTimes:
     """0, interval, 2 interval, ... and the duration, s."""
 
-    SAVED = ("_next", "next")
+    CHECKPOINT_FIELDS = ("_next", "next")
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval = interval
@@ -52,7 +52,7 @@ def row(t: float, drive: float, y: State, acceleration: float, friction: float, 
     return (t, drive, y[0], y[1], acceleration, friction, mode, *y[2:])
 
 
-class Recording:
+class SampleBuffer:
     """Samples and events of a run, filled by its backend.
 
     Attributes
@@ -65,7 +65,7 @@ class Recording:
     """
 
     COLUMNS = 7  # of a row, before its energies
-    SAVED = ("rows", "sides")
+    CHECKPOINT_FIELDS = ("rows", "sides")
 
     def __init__(self, times: SampleTimes) -> None:
         self.times = times
@@ -78,14 +78,14 @@ class Recording:
         self.rows.extend(sample)
         self.times.advance()
 
-    def event(self, transition: Transition, before: Row, after: Row) -> None:
+    def record_event(self, transition: Transition, before: Row, after: Row) -> None:
         """Add an event with both of its sides."""
         self.transitions.append(transition)
         self.sides.extend(before)
         self.sides.extend(after)
 
 
-class StormGuard:
+class ChatteringDetector:
     """Stops a run in which something happens without end: so many times within a window.
 
     Parameters
@@ -99,7 +99,7 @@ class StormGuard:
         The end of the message.
     """
 
-    SAVED = ("_times",)
+    CHECKPOINT_FIELDS = ("_times",)
 
     def __init__(self, window: float, most: int, what: str, advice: str) -> None:
         self._window = window
@@ -107,30 +107,30 @@ class StormGuard:
         self._advice = advice
         self._times: deque[float] = deque(maxlen=most)
 
-    def note(self, t: float) -> None:
+    def count(self, t: float) -> None:
         """Count one more at t.
 
         Raises
         ------
-        EventStorm
+        Chattering
             If it is one too many.
         """
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
-            raise EventStorm(
+            raise Chattering(
                 f"event storm at t = {t:.9g} s: {self._what} {len(times)} times within"
                 f" {t - times[0]:.2g} s; {self._advice}"
             )
         times.append(t)
 
 
-def motion_of(mechanism: "Mechanism") -> str:
+def subject_of(mechanism: "Mechanism") -> str:
     """Return what moves, for messages."""
     contact = mechanism.contact
     return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"
 
 
-def new_stepper(mechanism: "Mechanism", settings: "Solver") -> Stepper:
+def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
     """Return the integrator for a mechanism, with the settings of the scenario."""
     integrator = BACKENDS[settings.backend].integrator
     if integrator:
@@ -142,7 +142,7 @@ def new_stepper(mechanism: "Mechanism", settings: "Solver") -> Stepper:
             atol=settings.atol,
             max_step=settings.max_step or inf,
             max_steps=settings.max_steps,
-            what=motion_of(mechanism),
+            what=subject_of(mechanism),
         )
     return RungeKuttaFehlberg45(
         states=len(mechanism.initial_state),
@@ -151,25 +151,27 @@ def new_stepper(mechanism: "Mechanism", settings: "Solver") -> Stepper:
         max_step=settings.max_step or inf,
         max_steps=settings.max_steps,
         fixed_step=settings.step,
-        what=motion_of(mechanism),
+        what=subject_of(mechanism),
     )
 
 
-def end_of_piece(mechanism: "Mechanism", contact: "Contact", t: float, end: float) -> float:
+def monotone_segment_end(
+    mechanism: "Mechanism", contact: "DryFriction", t: float, end: float
+) -> float:
     """Return a time after t up to which drive and friction limits are smooth and monotone, s.
 
     It is the next turn of the drive, or where the drive passes a critical input before; `end`
     at the latest.
     """
     drive = mechanism.drive
-    b = min(end, drive.next_turn(t))
-    for critical in contact.critical_inputs:
+    b = min(end, drive.next_extremum(t))
+    for critical in contact.monotonicity_breaks:
         if (drive(t) - critical) * (drive(b) - critical) < 0.0:
-            _, b = sign_change(lambda x, c=critical: drive(x) - c, t, b)  # type: ignore[misc]
+            _, b = bracket_root(lambda x, c=critical: drive(x) - c, t, b)  # type: ignore[misc]
     return b
 
 
-def passing(
+def crossing_bracket(
     excess: Callable[[float], float], a: float, b: float, tie: float, end: float
 ) -> tuple[float, float]:
     """Return neighbours in [a, b], s, between which an excess becomes positive.
@@ -177,13 +179,13 @@ def passing(
     From a tie at a, where it is `tie` below zero at most, that is at a itself unless it takes
     longer than rounding of the time of a run up to `end`: both are a then.
     """
-    before, after = sign_change(excess, a, b)
+    before, after = bracket_root(excess, a, b)
     if after - a <= ROUNDINGS_OF_TIME * ulp(end) and excess(a) >= -tie:
         return a, a
     return before, after
 
 
-class Passed(NamedTuple):
+class Crossing(NamedTuple):
     """A kink on which a step has ended: the event that it is, and the state right before it."""
 
     event: str
@@ -195,64 +197,70 @@ def advance(
     mechanism: "Mechanism",
     limit: float,
     floor: float = 0.0,
-) -> Passed | None:
+) -> Crossing | None:
     """Take a step that ends on `limit` or the first kink of the mechanism at the latest.
 
     Return this kink if it is an event.
     """
     stepper.advance(limit, floor)
     found = None
-    for kink in mechanism.kinks:
-        y0, y = stepper.y0, stepper.y
-        passed = kink.passed(y0[0], y0[1], y[0], y[1])
-        if passed(y[0], y[1]) > 0.0:
-            before, after = _times_about(passed, stepper)
-            found = Passed(kink.event, list(stepper.state_at(before))) if kink.event else None
-            stepper.cut(after)
+    for surface in mechanism.switching_surfaces:
+        y_old, y = stepper.y_old, stepper.y
+        crossing = surface.crossing(y_old[0], y_old[1], y[0], y[1])
+        if crossing(y[0], y[1]) > 0.0:
+            before, after = _crossing_bracket_in_step(crossing, stepper)
+            found = (
+                Crossing(surface.event, list(stepper.interpolate(before)))
+                if surface.event
+                else None
+            )
+            stepper.truncate(after)
     return found
 
 
-def _times_about(passed: Callable[[float, float], float], stepper: Stepper) -> tuple[float, float]:
+def _crossing_bracket_in_step(
+    crossing: Callable[[float, float], float], stepper: Stepper
+) -> tuple[float, float]:
     """Return the neighbours between which a function of q and v becomes positive."""
 
     def inside(t: float) -> float:
-        y = stepper.state_at(t)
-        return passed(y[0], y[1])
+        y = stepper.interpolate(t)
+        return crossing(y[0], y[1])
 
-    return sign_change(inside, stepper.t0, stepper.t)
+    return bracket_root(inside, stepper.t_old, stepper.t)
 
 
-def rates_without_friction(mechanism: "Mechanism") -> Rates:
+def rhs_without_friction(mechanism: "Mechanism") -> Rhs:
     """Compose the rates of a mechanism that has no dry contact."""
-    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
-    powers = tuple(enumerate(mechanism.powers.values(), start=2))
+    drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
+    power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
 
-    def rates(t: float, y: State, dy: State) -> None:
+    def rhs(t: float, y: State, dy: State) -> None:
         u, q, v = drive(t), y[0], y[1]
         dy[0] = v
-        dy[1] = moment(u, q, v) / inertia
-        for i, power in powers:
+        dy[1] = applied_torque(u, q, v) / inertia
+        for i, power in power_flows:
             dy[i] = power(u, q, v)
 
-    return rates
+    return rhs
 
 
-def rates_with_friction(
+def rhs_with_friction(
     mechanism: "Mechanism", friction: Callable[[float, float, float, float], float]
-) -> Rates:
+) -> Rhs:
     """Compose the rates of a mechanism whose friction torque is friction(u, q, v, moment)."""
-    drive, moment, inertia = mechanism.drive, mechanism.moment, mechanism.inertia
-    powers = tuple(enumerate(mechanism.powers.values(), start=2))
-    heat = 2 + len(powers)
+    drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
+    power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
+    heat = 2 + len(power_flows)
 
-    def rates(t: float, y: State, dy: State) -> None:
+    def rhs(t: float, y: State, dy: State) -> None:
         u, q, v = drive(t), y[0], y[1]
-        applied = moment(u, q, v)
+        applied = applied_torque(u, q, v)
         torque = friction(u, q, v, applied)
         dy[0] = v
         dy[1] = (applied + torque) / inertia
-        for i, power in powers:
+        for i, power in power_flows:
             dy[i] = power(u, q, v)
         dy[heat] = -torque * v
 
-    return rates
+    return rhs

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Value = Any  # float while stepping, array of floats afterwards
 
 
-class Contact(NamedTuple):
+class DryFriction(NamedTuple):
     """Dry friction along the coordinate of a mechanism.
 
     Sticking, v = 0, the friction is what holds the mechanism, |T| <= static_limit(u, q).
@@ -44,11 +44,11 @@ class Contact(NamedTuple):
     name: str
     static_limit: Callable[[Value, Value], Value]
     kinetic_limit: Callable[[Value, Value, Value, Value], Value]
-    rounding: Callable[[Value, Value], Value]
-    critical_inputs: tuple[float, ...] = ()
+    roundoff: Callable[[Value, Value], Value]
+    monotonicity_breaks: tuple[float, ...] = ()
 
 
-class Kink(NamedTuple):
+class SwitchingSurface(NamedTuple):
     """States at which the equations of a mechanism have a kink; a step ends on them.
 
     Attributes
@@ -65,7 +65,7 @@ class Kink(NamedTuple):
     every: float = 0.0
     event: str = ""
 
-    def passed(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
+    def crossing(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
         """Return a function of q and v that is positive once the first kink is passed.
 
         On the way from (q0, v0) to (q, v); not positive at the end if none is.
@@ -80,7 +80,7 @@ class Kink(NamedTuple):
         return lambda q, v: lower - q
 
 
-class Series(NamedTuple):
+class Trajectory(NamedTuple):
     """The samples of a run as arrays over time, and its transitions.
 
     Attributes
@@ -106,8 +106,8 @@ class Series(NamedTuple):
     acceleration: "Array"
     friction: "Array"
     mode: "Array"
-    ledger: dict[str, "Array"]
-    stores: dict[str, "Array"]
+    energy_integrals: dict[str, "Array"]
+    stored_energies: dict[str, "Array"]
     transitions: list["Transition"]
 
 
@@ -152,27 +152,27 @@ class Mechanism(NamedTuple):
 
     drive: "Signal"
     inertia: float
-    moment: Callable[[Value, Value, Value], Value]
-    contact: Contact | None
-    powers: Mapping[str, Callable[[Value, Value, Value], Value]]
-    stores: Mapping[str, Callable[[Value, Value], Value]]
-    channels: Callable[[Series], dict[str, Any]]
+    applied_torque: Callable[[Value, Value, Value], Value]
+    contact: DryFriction | None
+    power_flows: Mapping[str, Callable[[Value, Value, Value], Value]]
+    stored_energies: Mapping[str, Callable[[Value, Value], Value]]
+    channels: Callable[[Trajectory], dict[str, Any]]
     channel_info: Mapping[str, "Channel"]
-    quantities: Callable[[Series], "Quantities"]
+    quantities: Callable[[Trajectory], "Quantities"]
     effects: tuple[str, ...]
-    run_warnings: Callable[[Series], list[str]] = lambda series: []
+    run_warnings: Callable[[Trajectory], list[str]] = lambda trajectory: []
     position: float = 0.0
     velocity: float = 0.0
-    kinks: tuple[Kink, ...] = ()
+    switching_surfaces: tuple[SwitchingSurface, ...] = ()
     prescribed: bool = False
 
     @property
-    def ledger(self) -> tuple[str, ...]:
+    def energy_integrals(self) -> tuple[str, ...]:
         """The energies that are integrated along, in the order of the state vector."""
         friction = () if self.contact is None else ("energy_friction",)
-        return (*self.powers, *friction)
+        return (*self.power_flows, *friction)
 
     @property
     def initial_state(self) -> list[float]:
         """The state vector at the start: position, velocity, and the energies of the ledger."""
-        return [self.position, self.velocity, *(0.0 for _ in self.ledger)]
+        return [self.position, self.velocity, *(0.0 for _ in self.energy_integrals)]

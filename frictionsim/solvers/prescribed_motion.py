@@ -13,48 +13,50 @@ from math import inf, nextafter
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
-from frictionsim.solvers.base import Solution
-from frictionsim.solvers.common import Recording, Row, advance, row
-from frictionsim.solvers.root_finding import sign_change
-from frictionsim.solvers.runge_kutta_fehlberg import Rates, State
+from frictionsim.solvers.base import Solver
+from frictionsim.solvers.common import Row, SampleBuffer, advance, row
+from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Solver
+    from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
 
-def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
     """Return what follows the prescribed velocity to settings.duration."""
-    return _Following(mechanism, settings, recording)
+    return PrescribedMotionSolver(mechanism, settings, buffer)
 
 
-class _Following(Solution):
+class PrescribedMotionSolver(Solver):
     """A run along pieces on which the velocity is smooth and of one direction, `mode`."""
 
-    SAVED = (*Solution.SAVED, "mode", "limit")
+    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
-    def __init__(self, mechanism: "Mechanism", settings: "Solver", recording: Recording) -> None:
-        super().__init__(mechanism, settings, recording)
-        self.mode, self.limit = STICK, 0.0
+    def __init__(
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
+    ) -> None:
+        super().__init__(mechanism, settings, buffer)
+        self.mode, self.segment_end = STICK, 0.0
 
     def start(self) -> None:
         self.mode = self.next_direction(0.0)
         self.begin_piece(0.0, self.mechanism.initial_state)
 
-    def go_on(self) -> None:
-        self.torques = _Torques(self.mechanism, self.mode, self.limit)
-        self.stepper.go_on(self.torques.rates())
+    def resume(self) -> None:
+        self.torques = _InverseDynamics(self.mechanism, self.mode, self.segment_end)
+        self.stepper.resume(self.torques.rhs())
 
     def next_direction(self, t: float) -> int:
         """Set the limit of the piece that starts at t, and return its direction."""
-        self.limit = _end_of_piece(self.mechanism, t, self.end)
-        return _sign(self.mechanism.drive(0.5 * (t + self.limit)))
+        self.segment_end = _end_of_piece(self.mechanism, t, self.end)
+        return _sign(self.mechanism.drive(0.5 * (t + self.segment_end)))
 
     def begin_piece(self, t: float, y: State) -> None:
-        self.torques = _Torques(self.mechanism, self.mode, self.limit)
-        self.stepper.begin(self.torques.rates(), t, y)
+        self.torques = _InverseDynamics(self.mechanism, self.mode, self.segment_end)
+        self.stepper.start(self.torques.rhs(), t, y)
 
-    def go_over(self, t: float, y: State) -> None:
+    def switch_mode(self, t: float, y: State) -> None:
         """Begin the next piece, and note the change of direction if it brings one."""
         before, ended = self.mode, self.row(t, y, self.mode)
         self.mode = self.next_direction(t)
@@ -64,27 +66,29 @@ class _Following(Solution):
             name = contact.name if contact else "drive"
             y = self.stepper.y
             begun = self.row(t, y, self.mode)
-            self.recording.event(Transition(t, name, before, self.mode, y[0]), ended, begun)
+            self.buffer.record_event(Transition(t, name, before, self.mode, y[0]), ended, begun)
 
     def step(self) -> None:
         stepper = self.stepper
-        if stepper.t >= self.limit:
-            self.go_over(stepper.t, stepper.y)
-        self.note(advance(stepper, self.mechanism, self.limit))  # what is given cannot blow up
+        if stepper.t >= self.segment_end:
+            self.switch_mode(stepper.t, stepper.y)
+        self.record_crossing(
+            advance(stepper, self.mechanism, self.segment_end)
+        )  # what is given cannot blow up
         self.t = stepper.t
 
-    def is_known(self, t: float) -> bool:
+    def covers(self, t: float) -> bool:
         return t < self.stepper.t or t <= self.stepper.t == self.end
 
     def sample(self, t: float) -> None:
-        self.recording.add(self.row(t, self.stepper.state_at(t), self.mode))
+        self.buffer.add(self.row(t, self.stepper.interpolate(t), self.mode))
 
     def row(self, t: float, y: State, mode: int) -> Row:
         u, velocity, friction, acceleration = self.torques.at(t, y[0])
         return row(t, u, [y[0], velocity, *y[2:]], acceleration, friction, mode)
 
 
-class _Torques:
+class _InverseDynamics:
     """Velocity, friction and drive torque on a piece along which the direction is one."""
 
     def __init__(self, mechanism: "Mechanism", direction: int, limit: float) -> None:
@@ -95,35 +99,35 @@ class _Torques:
     def at(self, t: float, q: float) -> tuple[float, float, float, float]:
         """Return drive torque, velocity, friction torque and acceleration."""
         mechanism, s = self._mechanism, self._direction
-        v, a = mechanism.drive(t), mechanism.drive.slope(min(t, self._last))
+        v, a = mechanism.drive(t), mechanism.drive.derivative(min(t, self._last))
         friction = 0.0
         if mechanism.contact is not None and s != STICK:
             friction = -s * mechanism.contact.kinetic_limit(0.0, q, v, s)
-        u = mechanism.inertia * a - mechanism.moment(0.0, q, v) - friction
+        u = mechanism.inertia * a - mechanism.applied_torque(0.0, q, v) - friction
         return u, v, friction, a
 
-    def rates(self) -> Rates:
-        powers = tuple(enumerate(self._mechanism.powers.values(), start=2))
-        heat = 2 + len(powers) if self._mechanism.contact is not None else 0
+    def rhs(self) -> Rhs:
+        power_flows = tuple(enumerate(self._mechanism.power_flows.values(), start=2))
+        heat = 2 + len(power_flows) if self._mechanism.contact is not None else 0
 
-        def rates(t: float, y: State, dy: State) -> None:
+        def rhs(t: float, y: State, dy: State) -> None:
             u, v, friction, a = self.at(t, y[0])
             dy[0], dy[1] = v, a
-            for i, power in powers:
+            for i, power in power_flows:
                 dy[i] = power(u, y[0], v)
             if heat:
                 dy[heat] = -friction * v
 
-        return rates
+        return rhs
 
 
 def _end_of_piece(mechanism: "Mechanism", t: float, end: float) -> float:
     """Return a time up to which the velocity is smooth and of one sign."""
     drive = mechanism.drive
-    b = min(end, drive.next_turn(t))
+    b = min(end, drive.next_extremum(t))
     direction = _sign(drive(b))  # a product of two small velocities may be zero
     if _sign(drive(t)) * direction < 0:
-        _, b = sign_change(lambda x: direction * drive(x), t, b)
+        _, b = bracket_root(lambda x: direction * drive(x), t, b)
     return b
 
 

@@ -16,26 +16,26 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import Solution, WithoutFriction
+from frictionsim.solvers.base import FrictionlessSolver, Solver
 from frictionsim.solvers.common import (
-    Recording,
+    ChatteringDetector,
     Row,
-    StormGuard,
-    end_of_piece,
-    rates_with_friction,
+    SampleBuffer,
+    monotone_segment_end,
+    rhs_with_friction,
     row,
 )
 from frictionsim.solvers.runge_kutta_fehlberg import State
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Solver
-    from frictionsim.solvers.mechanism import Contact, Mechanism
+    from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 # A hundred changes of direction within this share of the run are no motion, but chatter.
-STORM = 1e-4
+CHATTERING_WINDOW = 1e-4
 # Nor are a thousand steps within this share: stages of both signs then cancel in each of them,
 # and the velocity creeps without changing its own.
-CRAWL = 1e-6
+CREEP_WINDOW = 1e-6
 
 ADVICE = (
     "eq 30 chatters where it should stick; backend 'events' or 'rkf45' sticks, and a fixed"
@@ -48,67 +48,75 @@ def sign(x: float) -> int:
     return (x > 0.0) - (x < 0.0)
 
 
-def switch(moment: float, static_limit: float, velocity: float) -> int:
+def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
     """Return the factor of eq 30, 0 or 1; R x = r_s R - |M| has the sign of x and no division."""
-    x = static_limit - abs(moment)
+    x = static_limit - abs(applied_torque)
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 
 
-def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
     """Return what steps eq 30 to settings.duration, adaptively or with steps of settings.step."""
     if mechanism.contact is None:
-        return WithoutFriction(mechanism, settings, recording)
-    return _Eq30(mechanism, mechanism.contact, settings, recording)
+        return FrictionlessSolver(mechanism, settings, buffer)
+    return PublishedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
-class _Eq30(Solution):
+class PublishedSolver(Solver):
     """An integration of eq 30, which stops where adaptive steps chatter about rest without end."""
 
-    SAVED = (*Solution.SAVED, "mode", "limit")
+    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
     def __init__(
-        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
+        self,
+        mechanism: "Mechanism",
+        contact: "DryFriction",
+        settings: "SolverSettings",
+        buffer: SampleBuffer,
     ) -> None:
-        super().__init__(mechanism, settings, recording)
+        super().__init__(mechanism, settings, buffer)
         self.contact = contact
         changed = f"the contact '{contact.name}' changed its mode"
-        self.storm = StormGuard(STORM * settings.duration, 100, changed, ADVICE)
+        self.chattering = ChatteringDetector(
+            CHATTERING_WINDOW * settings.duration, 100, changed, ADVICE
+        )
         crept = f"the contact '{contact.name}' let the solver creep on"
-        self.crawl = StormGuard(CRAWL * settings.duration, 1000, crept, ADVICE)
+        self.creep = ChatteringDetector(CREEP_WINDOW * settings.duration, 1000, crept, ADVICE)
         self.adaptive = settings.step is None
-        self.rates = rates_with_friction(mechanism, self.friction)
-        self.mode, self.limit = sign(mechanism.velocity), 0.0
+        self.rhs = rhs_with_friction(mechanism, self.friction)
+        self.mode, self.segment_end = sign(mechanism.velocity), 0.0
 
     @property
-    def saved_parts(self) -> dict[str, object]:
-        return {**super().saved_parts, "storm": self.storm, "crawl": self.crawl}
+    def checkpoint_parts(self) -> dict[str, object]:
+        return {**super().checkpoint_parts, "chattering": self.chattering, "creep": self.creep}
 
-    def friction(self, u: float, q: float, v: float, moment: float) -> float:
+    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
         """Return the friction torque of eq 30, N m."""
-        if switch(moment, self.contact.static_limit(u, q), v) == 0:
-            return -moment
+        if switch(applied_torque, self.contact.static_limit(u, q), v) == 0:
+            return -applied_torque
         s = sign(v)
         return -s * self.contact.kinetic_limit(u, q, v, s)
 
     def start(self) -> None:
-        self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
+        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
 
-    def go_on(self) -> None:
-        self.stepper.go_on(self.rates)
+    def resume(self) -> None:
+        self.stepper.resume(self.rhs)
 
     def step(self) -> None:
         stepper = self.stepper
-        if stepper.t >= self.limit:
-            self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-        self.note(self.advance(self.limit))
+        if stepper.t >= self.segment_end:
+            self.segment_end = monotone_segment_end(
+                self.mechanism, self.contact, stepper.t, self.end
+            )
+        self.record_crossing(self.advance(self.segment_end))
         direction = sign(stepper.y[1])
         if direction != self.mode:
             self.turn(direction)
             self.mode = direction
             if self.adaptive:
-                self.storm.note(stepper.t)
+                self.chattering.count(stepper.t)
         if self.adaptive:
-            self.crawl.note(stepper.t)
+            self.creep.count(stepper.t)
 
     def turn(self, direction: int) -> None:
         """Record the change of direction that the last step has brought.
@@ -118,23 +126,23 @@ class _Eq30(Solution):
         """
         stepper, before = self.stepper, self.mode
         t, y = stepper.t, stepper.y
-        q, _, *energies = stepper.y0 if before == STICK else y
-        self.recording.event(
+        q, _, *energies = stepper.y_old if before == STICK else y
+        self.buffer.record_event(
             Transition(t, self.contact.name, before, direction, y[0]),
             self.row(t, [q, 0.0, *energies], before),
             self.row(t, y, direction),
         )
 
     def sample(self, t: float) -> None:
-        y = self.stepper.state_at(t)
-        self.recording.add(self.row(t, y, sign(y[1])))
+        y = self.stepper.interpolate(t)
+        self.buffer.add(self.row(t, y, sign(y[1])))
 
     def row(self, t: float, y: State, mode: int) -> Row:
         u, q, v = self.mechanism.drive(t), y[0], y[1]
-        moment = self.mechanism.moment(u, q, v)
+        applied_torque = self.mechanism.applied_torque(u, q, v)
         if mode == STICK:
-            torque = self.friction(u, q, v, moment)
+            torque = self.friction(u, q, v, applied_torque)
         else:
             torque = -mode * self.contact.kinetic_limit(u, q, v, mode)
-        acceleration = (moment + torque) / self.mechanism.inertia
+        acceleration = (applied_torque + torque) / self.mechanism.inertia
         return row(t, u, y, acceleration, torque, mode)

@@ -20,24 +20,24 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import Solution, WithoutFriction
-from frictionsim.solvers.common import Recording, Row, rates_with_friction, row
-from frictionsim.solvers.root_finding import sign_change
+from frictionsim.solvers.base import FrictionlessSolver, Solver
+from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
+from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import State
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Solver
-    from frictionsim.solvers.mechanism import Contact, Mechanism
+    from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 TRANSITION_SPEED = 1e-3  # rad/s, where the scenario does not give it
 KINETIC_FROM = 1.5  # times the transition speed
 
 
-def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
     """Return what steps the smoothed law to settings.duration."""
     if mechanism.contact is None:
-        return WithoutFriction(mechanism, settings, recording)
-    return _Creeping(mechanism, mechanism.contact, settings, recording)
+        return FrictionlessSolver(mechanism, settings, buffer)
+    return RegularisedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
 def smoothed_limit(x: float, static_limit: float, kinetic_limit: float) -> float:
@@ -56,21 +56,25 @@ def smoothed_limit(x: float, static_limit: float, kinetic_limit: float) -> float
     return static_limit + (kinetic_limit - static_limit) * d * d * (3.0 - 2.0 * d)
 
 
-class _Creeping(Solution):
+class RegularisedSolver(Solver):
     """An integration of the smoothed law, and what it takes for stick."""
 
-    SAVED = (*Solution.SAVED, "mode", "limit")
+    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
     def __init__(
-        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
+        self,
+        mechanism: "Mechanism",
+        contact: "DryFriction",
+        settings: "SolverSettings",
+        buffer: SampleBuffer,
     ) -> None:
-        super().__init__(mechanism, settings, recording)
+        super().__init__(mechanism, settings, buffer)
         self.contact = contact
         self.speed = settings.transition_speed or TRANSITION_SPEED
-        self.rates = rates_with_friction(mechanism, self.friction)
-        self.mode, self.limit = self.mode_at(mechanism.velocity), 0.0
+        self.rhs = rhs_with_friction(mechanism, self.friction)
+        self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
 
-    def friction(self, u: float, q: float, v: float, moment: float) -> float:
+    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
         """Return the friction torque, N m."""
         s = FORWARD if v > 0.0 else BACKWARD
         x = s * v / self.speed
@@ -85,22 +89,22 @@ class _Creeping(Solution):
         return FORWARD if v > 0.0 else BACKWARD
 
     def start(self) -> None:
-        self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
+        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
 
-    def go_on(self) -> None:
-        self.stepper.go_on(self.rates)
+    def resume(self) -> None:
+        self.stepper.resume(self.rhs)
 
     def step(self) -> None:
-        if self.t >= self.limit:
-            self.limit = min(self.end, self.mechanism.drive.next_kink(self.t))
-        passed = self.advance(self.limit)
-        self.note_mode()
-        self.note(passed)
+        if self.t >= self.segment_end:
+            self.segment_end = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
+        crossing = self.advance(self.segment_end)
+        self.record_mode_change()
+        self.record_crossing(crossing)
 
     def mode_in_motion(self, direction: int) -> int:
         return self.mode_at(self.stepper.y[1])  # it may creep
 
-    def note_mode(self) -> None:
+    def record_mode_change(self) -> None:
         """Note the transition of the last step, if there was one."""
         stepper, before = self.stepper, self.mode
         mode = self.mode_at(stepper.y[1])
@@ -108,23 +112,25 @@ class _Creeping(Solution):
             return
         # It passes the transition speed on the way to slip or to stick.
         threshold = (mode or before) * self.speed
-        direction = 1.0 if threshold > stepper.y0[1] else -1.0
+        direction = 1.0 if threshold > stepper.y_old[1] else -1.0
         t = stepper.t
-        if direction * (stepper.y0[1] - threshold) < 0.0:
-            t = sign_change(
-                lambda at: direction * (stepper.state_at(at)[1] - threshold), stepper.t0, stepper.t
+        if direction * (stepper.y_old[1] - threshold) < 0.0:
+            t = bracket_root(
+                lambda at: direction * (stepper.interpolate(at)[1] - threshold),
+                stepper.t_old,
+                stepper.t,
             )[1]
-        self.change_mode(t, before, mode, list(stepper.state_at(t)))
+        self.change_mode(t, before, mode, list(stepper.interpolate(t)))
         self.mode = mode
 
     def sample(self, t: float) -> None:
-        y = self.stepper.state_at(t)
-        self.recording.add(self.row(t, y, self.mode_at(y[1])))
+        y = self.stepper.interpolate(t)
+        self.buffer.add(self.row(t, y, self.mode_at(y[1])))
 
     def row(self, t: float, y: State, mode: int) -> Row:
         mechanism = self.mechanism
         u, q, v = mechanism.drive(t), y[0], y[1]
-        moment = mechanism.moment(u, q, v)
-        friction = self.friction(u, q, v, moment)
-        acceleration = (moment + friction) / mechanism.inertia
+        applied_torque = mechanism.applied_torque(u, q, v)
+        friction = self.friction(u, q, v, applied_torque)
+        acceleration = (applied_torque + friction) / mechanism.inertia
         return row(t, u, y, acceleration, friction, mode)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import ulp
 
 
-def sign_change(
+def bracket_root(
     f: Callable[[float], float], a: float, b: float, resolution: float = 0.0
 ) -> tuple[float, float]:
     """Return neighbours (lo, hi) in [a, b], lo on the side of f(a) and hi on that of f(b).

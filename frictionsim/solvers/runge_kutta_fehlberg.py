@@ -9,10 +9,10 @@ from collections.abc import Callable, MutableSequence, Sequence
 from math import isfinite, ulp
 from typing import Protocol
 
-from frictionsim.errors import BudgetSpent, NotFinite, StepUnderflow
+from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
 
 State = MutableSequence[float]
-Rates = Callable[[float, State, State], None]
+Rhs = Callable[[float, State, State], None]
 """rates(t, y, dy): write the time derivative of the state y at time t into dy."""
 
 # Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
@@ -26,33 +26,33 @@ B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
 E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
 
 SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
-SHRINK_MOST, GROW_MOST = 0.2, 5.0  # ibid.
-NEARLY_ALL = 1.0 - 1e-9  # a remainder below this share of a step is not worth a step
-SHORTEST_TRIAL = 1e-100  # s: of the step that a first one is estimated from
+MIN_FACTOR, MAX_FACTOR = 0.2, 5.0  # ibid.
+STEP_END_TOLERANCE = 1.0 - 1e-9  # a remainder below this share of a step is not worth a step
+MIN_TRIAL_STEP = 1e-100  # s: of the step that a first one is estimated from
 # PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
-PI_ERROR, PI_BEFORE = 0.7 / 5, 0.4 / 5
-LEAST_ERROR = 1e-10  # what the controller takes for an error of nothing
+PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
+MIN_ERROR_NORM = 1e-10  # what the controller takes for an error of nothing
 
 
-def to_second(h: float, y: State, k1: State, stage: State) -> None:
+def stage_2(h: float, y: State, k1: State, stage: State) -> None:
     """Write the state of the second stage, at t + C2 h; h is the length of the step, s."""
     for i in range(len(y)):
         stage[i] = y[i] + h * (A21 * k1[i])
 
 
-def to_third(h: float, y: State, k1: State, k2: State, stage: State) -> None:
+def stage_3(h: float, y: State, k1: State, k2: State, stage: State) -> None:
     """Write the state of the third stage, at t + C3 h."""
     for i in range(len(y)):
         stage[i] = y[i] + h * (A31 * k1[i] + A32 * k2[i])
 
 
-def to_fourth(h: float, y: State, k1: State, k2: State, k3: State, stage: State) -> None:
+def stage_4(h: float, y: State, k1: State, k2: State, k3: State, stage: State) -> None:
     """Write the state of the fourth stage, at t + C4 h."""
     for i in range(len(y)):
         stage[i] = y[i] + h * (A41 * k1[i] + A42 * k2[i] + A43 * k3[i])
 
 
-def to_fifth(h: float, y: State, k1: State, k2: State, k3: State, k4: State, stage: State) -> None:
+def stage_5(h: float, y: State, k1: State, k2: State, k3: State, k4: State, stage: State) -> None:
     """Write the state of the fifth stage, at t + h."""
     for i in range(len(y)):
         stage[i] = y[i] + h * (A51 * k1[i] + A52 * k2[i])
@@ -60,7 +60,7 @@ def to_fifth(h: float, y: State, k1: State, k2: State, k3: State, k4: State, sta
         stage[i] += h * (A53 * k3[i] + A54 * k4[i])
 
 
-def to_sixth(
+def stage_6(
     h: float, y: State, k1: State, k2: State, k3: State, k4: State, k5: State, stage: State
 ) -> None:
     """Write the state of the sixth stage, at t + C6 h."""
@@ -70,7 +70,7 @@ def to_sixth(
         stage[i] += h * (A64 * k4[i] + A65 * k5[i])
 
 
-def to_end(
+def solution_5(
     h: float, y: State, k1: State, k3: State, k4: State, k5: State, k6: State, y_new: State
 ) -> None:
     """Write the solution of order 5, at t + h."""
@@ -80,7 +80,9 @@ def to_end(
         y_new[i] += h * (B5 * k5[i] + B6 * k6[i])
 
 
-def to_error(h: float, k1: State, k3: State, k4: State, k5: State, k6: State, error: State) -> None:
+def error_estimate_5(
+    h: float, k1: State, k3: State, k4: State, k5: State, k6: State, error: State
+) -> None:
     """Write the difference of the solutions of order 5 and 4."""
     for i in range(len(k1)):
         error[i] = h * (E1 * k1[i] + E3 * k3[i] + E4 * k4[i])
@@ -89,7 +91,7 @@ def to_error(h: float, k1: State, k3: State, k4: State, k5: State, k6: State, er
 
 
 def stages(
-    rates: Rates,
+    rhs: Rhs,
     t: float,
     h: float,
     y: State,
@@ -115,29 +117,29 @@ def stages(
         Receives its difference from the solution of order 4.
     """
     k1, k2, k3, k4, k5, k6 = k
-    to_second(h, y, k1, stage)
-    rates(t + C2 * h, stage, k2)
-    to_third(h, y, k1, k2, stage)
-    rates(t + C3 * h, stage, k3)
-    to_fourth(h, y, k1, k2, k3, stage)
-    rates(t + C4 * h, stage, k4)
-    to_fifth(h, y, k1, k2, k3, k4, stage)
-    rates(t + h, stage, k5)
-    to_sixth(h, y, k1, k2, k3, k4, k5, stage)
-    rates(t + C6 * h, stage, k6)
-    to_end(h, y, k1, k3, k4, k5, k6, y_new)
-    to_error(h, k1, k3, k4, k5, k6, error)
+    stage_2(h, y, k1, stage)
+    rhs(t + C2 * h, stage, k2)
+    stage_3(h, y, k1, k2, stage)
+    rhs(t + C3 * h, stage, k3)
+    stage_4(h, y, k1, k2, k3, stage)
+    rhs(t + C4 * h, stage, k4)
+    stage_5(h, y, k1, k2, k3, k4, stage)
+    rhs(t + h, stage, k5)
+    stage_6(h, y, k1, k2, k3, k4, k5, stage)
+    rhs(t + C6 * h, stage, k6)
+    solution_5(h, y, k1, k3, k4, k5, k6, y_new)
+    error_estimate_5(h, k1, k3, k4, k5, k6, error)
 
 
-def shrunk(h: float, error: float) -> float:
+def reduced_step(h: float, error: float) -> float:
     """Return the length to try next after a step of length h whose error is above 1."""
-    return h * max(SHRINK_MOST, SAFETY * error**-0.2)
+    return h * max(MIN_FACTOR, SAFETY * error**-0.2)
 
 
-def grown(h: float, error: float, error_before: float, rejected_here: bool) -> float:
+def next_step_size(h: float, error: float, error_before: float, rejected_here: bool) -> float:
     """Return the length of the step after one of length h, from its error and the one before."""
-    growth = SAFETY * error**-PI_ERROR * error_before**PI_BEFORE
-    return h * min(max(growth, SHRINK_MOST), 1.0 if rejected_here else GROW_MOST)
+    growth = SAFETY * error**-PI_ALPHA * error_before**PI_BETA
+    return h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
 
 
 class Stepper(Protocol):
@@ -146,31 +148,31 @@ class Stepper(Protocol):
     See `RungeKuttaFehlberg45` for what its methods and attributes are.
     """
 
-    SAVED: tuple[str, ...]
-    t0: float
+    CHECKPOINT_FIELDS: tuple[str, ...]
+    t_old: float
     t: float
-    y0: State
+    y_old: State
     y: State
     steps: int
     rejected: int
-    evaluations: int
+    nfev: int
 
-    def begin(self, rates: Rates, t: float, y: State) -> None: ...
+    def start(self, rhs: Rhs, t: float, y: State) -> None: ...
 
-    def go_on(self, rates: Rates) -> None: ...
+    def resume(self, rhs: Rhs) -> None: ...
 
     def advance(self, limit: float, floor: float = 0.0) -> None: ...
 
-    def cut(self, t: float) -> None: ...
+    def truncate(self, t: float) -> None: ...
 
-    def state_at(self, t: float) -> State: ...
+    def interpolate(self, t: float) -> State: ...
 
 
 class RungeKuttaFehlberg45:
     """Error-controlled steps along one smooth piece after another.
 
-    `begin` sets the start of a piece, `advance` takes one accepted step from (t0, y0) to
-    (t, y), and `state_at` gives the state inside that step by a shorter step from its start,
+    `start` sets the start of a piece, `advance` takes one accepted step from (t0, y0) to
+    (t, y), and `interpolate` gives the state inside that step by a shorter step from its start,
     which is as exact as the step itself.
 
     Parameters
@@ -193,13 +195,13 @@ class RungeKuttaFehlberg45:
     y0, y, rates0, rates1 : (n,)
         The states and their rates there.
     steps, rejected, evaluations : int
-    SAVED : tuple of str
+    CHECKPOINT_FIELDS : tuple of str
         The attributes that the steps to come depend on.
     """
 
-    SAVED: tuple[str, ...] = (
-        *("t0", "t", "y0", "y", "rates0", "rates1", "_h", "_error_before"),
-        *("steps", "rejected", "evaluations", "_granted"),
+    CHECKPOINT_FIELDS: tuple[str, ...] = (
+        *("t_old", "t", "y_old", "y", "f_old", "f", "_h", "_error_before"),
+        *("steps", "rejected", "nfev", "_granted"),
     )
 
     def __init__(
@@ -217,12 +219,12 @@ class RungeKuttaFehlberg45:
         self._fixed_step = fixed_step
         self._what = what
         self._granted = 0  # steps that an earlier budget has paid for
-        self.steps = self.rejected = self.evaluations = 0
-        self.t0 = self.t = 0.0
-        self.y0: State = [0.0] * states
+        self.steps = self.rejected = self.nfev = 0
+        self.t_old = self.t = 0.0
+        self.y_old: State = [0.0] * states
         self.y: State = [0.0] * states
-        self.rates0: State = [0.0] * states
-        self.rates1: State = [0.0] * states
+        self.f_old: State = [0.0] * states
+        self.f: State = [0.0] * states
         self._k: list[State] = [[0.0] * states for _ in range(6)]  # the first is that of the step
         self._stage: State = [0.0] * states
         self._error: State = [0.0] * states
@@ -231,14 +233,14 @@ class RungeKuttaFehlberg45:
         self._h = 0.0
         self._error_before = 1.0
 
-    def begin(self, rates: Rates, t: float, y: State) -> None:
+    def start(self, rhs: Rhs, t: float, y: State) -> None:
         """Start a piece with these rates at (t, y); the length of the next step is chosen anew."""
-        self._rates = rates
-        self.t0 = self.t = t
-        self.y[:] = self.y0[:] = y
-        rates(t, self.y, self.rates1)
-        self.evaluations += 1
-        self._h = self._fixed_step or self._first_step()
+        self._rhs = rhs
+        self.t_old = self.t = t
+        self.y[:] = self.y_old[:] = y
+        rhs(t, self.y, self.f)
+        self.nfev += 1
+        self._h = self._fixed_step or self._select_initial_step()
         self._error_before = 1.0
 
     def advance(self, limit: float, floor: float = 0.0) -> None:
@@ -257,63 +259,63 @@ class RungeKuttaFehlberg45:
             If the state ceases to be finite, the step falls below the resolution of the time,
             or the budget of steps is spent; in the last case the same call can be made again.
         """
-        self._see_budget()
-        self.t0, self.y0, self.y = self.t, self.y, self.y0
-        self.rates0, self.rates1 = self.rates1, self.rates0
+        self._check_budget()
+        self.t_old, self.y_old, self.y = self.t, self.y, self.y_old
+        self.f_old, self.f = self.f, self.f_old
         rejected_here = False
         while True:
-            h = self._fitting(limit - self.t0)
-            self._take(h, self.y, self._error)
+            h = self._clip_step(limit - self.t_old)
+            self._rk_step(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
-                raise not_finite(self.t0, self._what)
+                raise not_finite(self.t_old, self._what)
             if self._fixed_step or error <= 1.0 or h <= floor:
                 break
             self.rejected += 1
             rejected_here = True
-            self._h = max(floor, shrunk(h, error))
+            self._h = max(floor, reduced_step(h, error))
             if self._h < 4.0 * ulp(limit):
-                raise step_too_short(self.t0, self._h, self._what)
-        self.t = limit if h == limit - self.t0 else self.t0 + h
-        self._rates(self.t, self.y, self.rates1)
-        self.evaluations += 1
+                raise step_too_short(self.t_old, self._h, self._what)
+        self.t = limit if h == limit - self.t_old else self.t_old + h
+        self._rhs(self.t, self.y, self.f)
+        self.nfev += 1
         self.steps += 1
         if not self._fixed_step:
-            self._choose_next(h, error, rejected_here)
+            self._update_step_size(h, error, rejected_here)
 
-    def _see_budget(self) -> None:
+    def _check_budget(self) -> None:
         spent = self.steps + self.rejected
         if spent - self._granted < self._max_steps:
             return
         self._granted = spent  # who goes on from here has as many again
-        raise BudgetSpent(
+        raise BudgetExceeded(
             f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; resume the"
             " run, give a larger solver.max_steps, or looser tolerances unless a short time"
             " constant of the scenario, as inertia over drag, is what keeps the steps short"
         )
 
-    def cut(self, t: float) -> None:
+    def truncate(self, t: float) -> None:
         """End the last step at a time inside it."""
-        self.y[:] = self.state_at(t)
+        self.y[:] = self.interpolate(t)
         self.t = t
-        self._rates(t, self.y, self.rates1)
-        self.evaluations += 1
+        self._rhs(t, self.y, self.f)
+        self.nfev += 1
 
-    def state_at(self, t: float) -> State:
+    def interpolate(self, t: float) -> State:
         """Return the state at a time inside the last step; the next call overwrites it."""
         if t >= self.t:
             return self.y
-        self._take(t - self.t0, self._inside, self._inside_error)
+        self._rk_step(t - self.t_old, self._inside, self._inside_error)
         return self._inside
 
-    def _take(self, h: float, y_new: State, error: State) -> None:
-        self._k[0] = self.rates0
-        stages(self._rates, self.t0, h, self.y0, self._k, self._stage, y_new, error)
-        self.evaluations += 5
+    def _rk_step(self, h: float, y_new: State, error: State) -> None:
+        self._k[0] = self.f_old
+        stages(self._rhs, self.t_old, h, self.y_old, self._k, self._stage, y_new, error)
+        self.nfev += 5
 
-    def _fitting(self, left: float) -> float:
+    def _clip_step(self, left: float) -> float:
         """Return the length of the next step, at most `left`, s."""
-        if self._h >= left * NEARLY_ALL:
+        if self._h >= left * STEP_END_TOLERANCE:
             return left
         if self._h > 0.5 * left and not self._fixed_step:
             return 0.5 * left  # two like steps rather than a long one and a sliver
@@ -322,38 +324,38 @@ class RungeKuttaFehlberg45:
     def _error_norm(self) -> float:
         rtol, atol = self._rtol, self._atol
         worst = 0.0
-        for error, y0, y in zip(self._error, self.y0, self.y, strict=True):
-            ratio = abs(error) / (atol + rtol * max(abs(y0), abs(y)))
+        for error, y_old, y in zip(self._error, self.y_old, self.y, strict=True):
+            ratio = abs(error) / (atol + rtol * max(abs(y_old), abs(y)))
             if not ratio <= worst:  # also where it is not a number
                 worst = ratio
         return worst
 
-    def _choose_next(self, h: float, error: float, rejected_here: bool) -> None:
+    def _update_step_size(self, h: float, error: float, rejected_here: bool) -> None:
         """Set the length of the next step from the error of this one and of the one before."""
-        error = max(error, LEAST_ERROR)
-        length = grown(h, error, self._error_before, rejected_here)
+        error = max(error, MIN_ERROR_NORM)
+        length = next_step_size(h, error, self._error_before, rejected_here)
         # A step that a limit cut short says little: keep the length that was due.
         due = self._h if not rejected_here else 0.0
         self._h = min(max(length, due if h < due else 0.0), self._max_step)
         self._error_before = error
 
-    def _first_step(self) -> float:
+    def _select_initial_step(self) -> float:
         """Estimate the length of a first step from the rates and their change [1]_.
 
         .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
         """
         size = self._norm(self.y)
-        rate = self._norm(self.rates1)
+        rate = self._norm(self.f)
         if not isfinite(rate):
             raise not_finite(self.t, self._what)
         h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
-        h0 = min(max(h0, SHORTEST_TRIAL), self._max_step)
-        for i, dy in enumerate(self.rates1):
+        h0 = min(max(h0, MIN_TRIAL_STEP), self._max_step)
+        for i, dy in enumerate(self.f):
             self._stage[i] = self.y[i] + h0 * dy
         change = self._k[1]
-        self._rates(self.t + h0, self._stage, change)
-        self.evaluations += 1
-        for i, dy in enumerate(self.rates1):
+        self._rhs(self.t + h0, self._stage, change)
+        self.nfev += 1
+        for i, dy in enumerate(self.f):
             change[i] = (change[i] - dy) / h0
         fastest = max(rate, self._norm(change))
         if not isfinite(fastest):
@@ -366,14 +368,14 @@ class RungeKuttaFehlberg45:
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
 
-    def go_on(self, rates: Rates) -> None:
-        """Take up a piece, with these rates, whose SAVED attributes are set."""
-        self._rates = rates
+    def resume(self, rhs: Rhs) -> None:
+        """Take up a piece, with these rates, whose CHECKPOINT_FIELDS attributes are set."""
+        self._rhs = rhs
 
 
-def not_finite(t: float, what: str) -> NotFinite:
+def not_finite(t: float, what: str) -> NonFinite:
     """Return the error of a state that is not finite after t; `what` moves."""
-    return NotFinite(
+    return NonFinite(
         f"the state is not finite after t = {t:.9g} s in {what}; is a force or a"
         " coefficient of the scenario too large?"
     )

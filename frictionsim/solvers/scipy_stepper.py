@@ -8,8 +8,8 @@ import numpy as np
 import scipy.integrate
 from numpy.linalg import LinAlgError
 
-from frictionsim.errors import BudgetSpent
-from frictionsim.solvers.runge_kutta_fehlberg import Rates, State, not_finite, step_too_short
+from frictionsim.errors import BudgetExceeded
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State, not_finite, step_too_short
 
 
 class ScipyStepper:
@@ -38,7 +38,7 @@ class ScipyStepper:
         `rejected` stays 0 for the implicit methods, which do not tell.
     """
 
-    SAVED: tuple[str, ...] = ()  # what a method remembers of its steps is its own
+    CHECKPOINT_FIELDS: tuple[str, ...] = ()  # what a method remembers of its steps is its own
 
     def __init__(
         self,
@@ -54,19 +54,19 @@ class ScipyStepper:
         self._stages = getattr(self._method, "n_stages", 0) if integrator != "Radau" else 0
         self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
         self._max_steps, self._what = max_steps, what
-        self.steps = self.rejected = self.evaluations = 0
-        self.t0 = self.t = 0.0
-        self.y0: State = []
+        self.steps = self.rejected = self.nfev = 0
+        self.t_old = self.t = 0.0
+        self.y_old: State = []
         self.y: State = []
         self._solver: Any = None
         self._dense: Any = None
 
-    def begin(self, rates: Rates, t: float, y: State) -> None:
+    def start(self, rhs: Rhs, t: float, y: State) -> None:
         """Start a piece with these rates at (t, y)."""
-        self._rates = rates
+        self._rhs = rhs
         self._dy: State = [0.0] * len(y)
-        self.t0 = self.t = t
-        self.y0, self.y = list(y), list(y)
+        self.t_old = self.t = t
+        self.y_old, self.y = list(y), list(y)
         self._solver = None
 
     def advance(self, limit: float, floor: float = 0.0) -> None:
@@ -79,35 +79,35 @@ class ScipyStepper:
             or the budget of steps is spent.
         """
         if self.steps + self.rejected >= self._max_steps:
-            raise BudgetSpent(
+            raise BudgetExceeded(
                 f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; give a"
                 " larger solver.max_steps, a larger solver.transition_speed, or looser tolerances"
             )
-        self.t0, self.y0 = self.t, self.y
+        self.t_old, self.y_old = self.t, self.y
         self._dense = None
         with catch_warnings():  # what they warn of is seen below
             simplefilter("ignore")
             try:
                 self._step(limit)
             except (ValueError, LinAlgError):  # a matrix that is not finite, or singular
-                raise not_finite(self.t0, self._what) from None
+                raise not_finite(self.t_old, self._what) from None
 
-    def go_on(self, rates: Rates) -> None:
+    def resume(self, rhs: Rhs) -> None:
         """Begin anew where it is: these runs are not resumed."""
-        self.begin(rates, self.t, self.y)
+        self.start(rhs, self.t, self.y)
 
-    def cut(self, t: float) -> None:
+    def truncate(self, t: float) -> None:
         """End the last step at a time inside it."""
-        self.y = self.state_at(t)
+        self.y = self.interpolate(t)
         self.t = t
         self._solver = None
 
-    def state_at(self, t: float) -> State:
+    def interpolate(self, t: float) -> State:
         """Return the state at a time inside the last step, by the method's own interpolation."""
         if t >= self.t:
             return self.y
-        if t <= self.t0:
-            return self.y0
+        if t <= self.t_old:
+            return self.y_old
         if self._dense is None:
             self._dense = self._solver.dense_output()
         state: State = self._dense(t).tolist()
@@ -116,20 +116,20 @@ class ScipyStepper:
     def _step(self, limit: float) -> None:
         if self._solver is None or self._solver.t_bound != limit:
             self._solver = self._method(self._rates_of, self.t, self.y, limit, **self._options)
-        before = self.evaluations
+        before = self.nfev
         self._solver.step()
         self.t, self.y = float(self._solver.t), self._solver.y.tolist()
         if not all(np.isfinite(self.y)):
-            raise not_finite(self.t0, self._what)
+            raise not_finite(self.t_old, self._what)
         if self._solver.status == "failed":
-            if not all(np.isfinite(self._rates_of(self.t0, np.array(self.y0)))):
-                raise not_finite(self.t0, self._what)
-            raise step_too_short(self.t0, 10.0 * ulp(self.t0), self._what)
+            if not all(np.isfinite(self._rates_of(self.t_old, np.array(self.y_old)))):
+                raise not_finite(self.t_old, self._what)
+            raise step_too_short(self.t_old, 10.0 * ulp(self.t_old), self._what)
         self.steps += 1
         if self._stages:
-            self.rejected += (self.evaluations - before) // self._stages - 1
+            self.rejected += (self.nfev - before) // self._stages - 1
 
     def _rates_of(self, t: float, y: Any) -> State:
-        self.evaluations += 1
-        self._rates(t, y.tolist(), self._dy)
+        self.nfev += 1
+        self._rhs(t, y.tolist(), self._dy)
         return self._dy

@@ -10,21 +10,21 @@ from math import copysign, inf, ulp
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import Solution, WithoutFriction
+from frictionsim.solvers.base import FrictionlessSolver, Solver
 from frictionsim.solvers.common import (
-    Recording,
     Row,
-    end_of_piece,
-    passing,
-    rates_with_friction,
+    SampleBuffer,
+    crossing_bracket,
+    monotone_segment_end,
+    rhs_with_friction,
     row,
 )
-from frictionsim.solvers.root_finding import sign_change
+from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import State
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Solver
-    from frictionsim.solvers.mechanism import Contact, Mechanism
+    from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 # Across a jump of the friction no step meets the tolerance: this many roundings of the time
 # are short enough for what is left of the error to be rounding, too.
@@ -32,37 +32,43 @@ JUMP_ROUNDINGS = 16.0
 NEVER = -1.0  # s
 
 
-def solution(mechanism: "Mechanism", settings: "Solver", recording: Recording) -> Solution:
+def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
     """Return what steps the mechanism to settings.duration."""
     if mechanism.contact is None:
-        return WithoutFriction(mechanism, settings, recording)
-    return _ExactStick(mechanism, mechanism.contact, settings, recording)
+        return FrictionlessSolver(mechanism, settings, buffer)
+    return SetValuedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
-class _ExactStick(Solution):
+class SetValuedSolver(Solver):
     """An integration with the memory of its contact: the direction of the last slip, or none."""
 
-    SAVED = (*Solution.SAVED, "mode", "limit", "is_new")
+    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
 
     def __init__(
-        self, mechanism: "Mechanism", contact: "Contact", settings: "Solver", recording: Recording
+        self,
+        mechanism: "Mechanism",
+        contact: "DryFriction",
+        settings: "SolverSettings",
+        buffer: SampleBuffer,
     ) -> None:
-        super().__init__(mechanism, settings, recording)
+        super().__init__(mechanism, settings, buffer)
         self.contact = contact
-        self.rates = rates_with_friction(mechanism, self.friction)
+        self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
-        self.limit = 0.0  # of the piece on which the drive is monotone
+        self.segment_end = 0.0  # of the piece on which the drive is monotone
         self.is_new = False  # the last step: what it did to the contact is not yet looked at
 
-    def friction(self, u: float, q: float, v: float, moment: float) -> float:
+    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
         """Return the friction torque, N m, with the applied moment given."""
-        return self.friction_in(self.mode_at(u, q, v, moment), u, q, v, moment)
+        return self.friction_in(self.mode_at(u, q, v, applied_torque), u, q, v, applied_torque)
 
-    def friction_in(self, mode: int, u: float, q: float, v: float, moment: float) -> float:
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
         """Return the friction torque of a mode, N m."""
-        return -moment if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
+        return (
+            -applied_torque if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
+        )
 
-    def mode_at(self, u: float, q: float, v: float, moment: float) -> int:
+    def mode_at(self, u: float, q: float, v: float, applied_torque: float) -> int:
         """Return whether the contact slides and where to.
 
         While it goes on as remembered it slides. Once it has come to rest, or has been at rest,
@@ -72,27 +78,29 @@ class _ExactStick(Solution):
         if direction * v > 0.0:
             return FORWARD if direction > 0.0 else BACKWARD
         contact = self.contact
-        if abs(moment) <= contact.static_limit(u, q) + contact.rounding(u, q):
+        if abs(applied_torque) <= contact.static_limit(u, q) + contact.roundoff(u, q):
             return STICK
-        return FORWARD if moment > 0.0 else BACKWARD
+        return FORWARD if applied_torque > 0.0 else BACKWARD
 
     def start(self) -> None:
-        self.stepper.begin(self.rates, 0.0, self.mechanism.initial_state)
+        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
         if self.mode == STICK:
-            self.go_over(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
+            self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
 
-    def go_on(self) -> None:
-        self.stepper.go_on(self.rates)
+    def resume(self) -> None:
+        self.stepper.resume(self.rhs)
 
     def step(self) -> None:
         stepper = self.stepper
-        if stepper.t >= self.limit:
+        if stepper.t >= self.segment_end:
             # The drive is monotone up to there: no breakaway hides within a step.
-            self.limit = end_of_piece(self.mechanism, self.contact, stepper.t, self.end)
-        self.note(self.advance(self.limit, JUMP_ROUNDINGS * ulp(stepper.t)))
+            self.segment_end = monotone_segment_end(
+                self.mechanism, self.contact, stepper.t, self.end
+            )
+        self.record_crossing(self.advance(self.segment_end, JUMP_ROUNDINGS * ulp(stepper.t)))
         self.is_new = True
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         if self.is_new:
             self.is_new = False
             self.remember()
@@ -106,35 +114,35 @@ class _ExactStick(Solution):
             # some stages have the friction of before and some that of after.
             mode = self.mode_from_rest(stepper.t, stepper.y) or (FORWARD if v > 0.0 else BACKWARD)
             held, t = self.times_of_breakaway(mode)
-            self.go_over(mode, t, held)
+            self.switch_mode(mode, t, held)
         elif self.mode != STICK and self.mode * v <= 0.0:
             t = self.time_of_rest()
             # Held there, it may have broken away again since; reversed there, it has not.
-            mode = self.mode_from_rest(t, stepper.state_at(t))
-            self.go_over(mode or self.mode_from_rest(stepper.t, stepper.y), t)
+            mode = self.mode_from_rest(t, stepper.interpolate(t))
+            self.switch_mode(mode or self.mode_from_rest(stepper.t, stepper.y), t)
 
-    def go_over(self, mode: int, t: float, held: float = inf) -> None:
+    def switch_mode(self, mode: int, t: float, held: float = inf) -> None:
         """Note the transition at t, and start anew from where the step ended.
 
         `held` is when it was still in the mode before.
         """
         stepper = self.stepper
         before, self.mode = self.mode, mode
-        turn = list(stepper.state_at(t))
+        turn = list(stepper.interpolate(t))
         if mode * stepper.y[1] <= 0.0:
             stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
-        if before == STICK and mode * (stepper.y[0] - stepper.y0[0]) < 0.0:
-            stepper.y[0] = stepper.y0[0]  # as is a way against the motion
+        if before == STICK and mode * (stepper.y[0] - stepper.y_old[0]) < 0.0:
+            stepper.y[0] = stepper.y_old[0]  # as is a way against the motion
         if mode != before:
             # Where it sticks, before or after, the state is that of the whole stick to the bit.
-            at_rest = stepper.y0 if before == STICK else stepper.y if mode == STICK else turn
+            at_rest = stepper.y_old if before == STICK else stepper.y if mode == STICK else turn
             self.change_mode(t, before, mode, [at_rest[0], 0.0, *at_rest[2:]], held)
-        stepper.begin(self.rates, stepper.t, stepper.y)
+        stepper.start(self.rhs, stepper.t, stepper.y)
 
     def mode_from_rest(self, t: float, y: State) -> int:
         """Return the mode that the contact has at rest at a time and place."""
         u, q = self.mechanism.drive(t), y[0]
-        return self.mode_at(u, q, 0.0, self.mechanism.moment(u, q, 0.0))
+        return self.mode_at(u, q, 0.0, self.mechanism.applied_torque(u, q, 0.0))
 
     def times_of_breakaway(self, mode: int) -> tuple[float, float]:
         """Return when the moment passed the static limit in the last step, s.
@@ -142,33 +150,33 @@ class _ExactStick(Solution):
         Two neighbouring times: it still held at the first.
         """
         stepper, mechanism = self.stepper, self.mechanism
-        q = stepper.y0[0]
+        q = stepper.y_old[0]
 
         def excess(t: float) -> float:
             u = mechanism.drive(t)
-            return mode * mechanism.moment(u, q, 0.0) - self.contact.static_limit(u, q)
+            return mode * mechanism.applied_torque(u, q, 0.0) - self.contact.static_limit(u, q)
 
-        if excess(stepper.t0) > 0.0 or excess(stepper.t) <= 0.0:
-            return stepper.t0, stepper.t0
-        tie = self.contact.rounding(mechanism.drive(stepper.t0), q)
-        return passing(excess, stepper.t0, stepper.t, tie, self.end)
+        if excess(stepper.t_old) > 0.0 or excess(stepper.t) <= 0.0:
+            return stepper.t_old, stepper.t_old
+        tie = self.contact.roundoff(mechanism.drive(stepper.t_old), q)
+        return crossing_bracket(excess, stepper.t_old, stepper.t, tie, self.end)
 
     def time_of_rest(self) -> float:
         """Return when the velocity came to zero in the last step, s."""
         stepper, mode = self.stepper, self.mode
-        if mode * stepper.y0[1] <= 0.0:
-            return stepper.t0
-        return sign_change(lambda t: mode * stepper.state_at(t)[1], stepper.t0, stepper.t)[1]
+        if mode * stepper.y_old[1] <= 0.0:
+            return stepper.t_old
+        return bracket_root(lambda t: mode * stepper.interpolate(t)[1], stepper.t_old, stepper.t)[1]
 
     def sample(self, t: float) -> None:
-        y = self.stepper.state_at(t)
+        y = self.stepper.interpolate(t)
         u, q, v = self.mechanism.drive(t), y[0], y[1]
-        mode = self.mode_at(u, q, v, self.mechanism.moment(u, q, v))
-        self.recording.add(self.row(t, y, mode))
+        mode = self.mode_at(u, q, v, self.mechanism.applied_torque(u, q, v))
+        self.buffer.add(self.row(t, y, mode))
 
     def row(self, t: float, y: State, mode: int) -> Row:
         u, q, v = self.mechanism.drive(t), y[0], y[1]
-        moment = self.mechanism.moment(u, q, v)
-        friction = self.friction_in(mode, u, q, v, moment)
-        acceleration = (moment + friction) / self.mechanism.inertia
+        applied_torque = self.mechanism.applied_torque(u, q, v)
+        friction = self.friction_in(mode, u, q, v, applied_torque)
+        acceleration = (applied_torque + friction) / self.mechanism.inertia
         return row(t, u, y, acceleration, friction, mode)

@@ -8,10 +8,10 @@ order in the step, so that half of it is left in the second run (Richardson).
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import BACKENDS
 from frictionsim.scenario.variants import Setting, short, with_overrides
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 TIGHTER = 0.1
-LEAST_RTOL = 1e-14  # that a scenario may have
+MIN_RTOL = 1e-14  # that a scenario may have
 RICHARDSON = 2.0
 
 
@@ -35,18 +35,18 @@ class Estimate(NamedTuple):
     exit_code: int = 0
 
 
-def estimate(first: Run, poll: "Callable[[float], Any]") -> Estimate:
+def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
     """Solve the scenario of a run again, more exactly.
 
     Parameters
     ----------
     first : Run
         That is done.
-    poll : callable
+    on_step : callable
         Called with the time after each step.
     """
     setting = tighter(first.scenario)
-    second = run(with_overrides(first.scenario, setting.overrides), poll)
+    second = run(with_overrides(first.scenario, setting.overrides), on_step)
     if second.status != "done":
         reason = f"no error estimate: with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
@@ -61,14 +61,14 @@ def estimate(first: Run, poll: "Callable[[float], Any]") -> Estimate:
     )
 
 
-def _difference(value: float | None, second: Run, name: str, factor: float) -> float | None:
+def _difference(value: float | None, second: RunResult, name: str, factor: float) -> float | None:
     other = second.quantities[name].value if name in second.quantities else None
     return None if value is None or other is None else factor * abs(value - other)
 
 
 def tighter(scenario: "Scenario") -> Setting:
     """Return a more exact setting of the backend of a scenario; its kind may know a better one."""
-    kind = module_of(scenario.kind)
+    kind = mechanism_module(scenario.kind)
     found: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
     if found is not None:
         return found
@@ -76,7 +76,7 @@ def tighter(scenario: "Scenario") -> Setting:
     if solver.step is not None:
         step = 0.5 * solver.step
         return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))
-    rtol, atol = max(LEAST_RTOL, TIGHTER * solver.rtol), TIGHTER * solver.atol
+    rtol, atol = max(MIN_RTOL, TIGHTER * solver.rtol), TIGHTER * solver.atol
     label, overrides = f"rtol {short(rtol)}", [f"solver.rtol={rtol!r}"]
     if atol > 0.0:  # a belt may do without
         label += f", atol {short(atol)}"

@@ -9,13 +9,13 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from frictionsim.results import Array, Check, Measure, Quantity, Transition
+    from frictionsim.results import Array, Check, Metric, Quantity, Transition
 
 # What is missing, or not the same at all, is wrong by all of it.
-WRONG = 1.0
+TOTAL_ERROR = 1.0
 
 
-class Outcome(Protocol):
+class Comparable(Protocol):
     """A run, or an exact solution in its place."""
 
     @property
@@ -38,8 +38,8 @@ class Error(NamedTuple):
     relative: float
 
 
-def judge(
-    measures: "Iterable[Measure]", found: Outcome, reference: Outcome, duration: float
+def metric_errors(
+    metrics: "Iterable[Metric]", found: Comparable, reference: Comparable, duration: float
 ) -> dict[str, Error]:
     """Return the error of each measure by its name.
 
@@ -51,23 +51,23 @@ def judge(
     duration : float, s
         What times of events are compared with.
     """
-    return {measure.name: _error(measure, found, reference, duration) for measure in measures}
+    return {metric.name: _error(metric, found, reference, duration) for metric in metrics}
 
 
-def headline(errors: "Mapping[str, Error]") -> float:
+def max_relative_error(errors: "Mapping[str, Error]") -> float:
     """Return the worst relative error."""
     return max((error.relative for error in errors.values()), default=0.0)
 
 
-def _error(measure: "Measure", found: Outcome, reference: Outcome, duration: float) -> Error:
-    if measure.what == "events":
+def _error(metric: "Metric", found: Comparable, reference: Comparable, duration: float) -> Error:
+    if metric.what == "events":
         return _of_events(found.transitions, reference.transitions, duration)
-    if measure.what == "check":
-        value = found.checks[measure.source].value
+    if metric.what == "check":
+        value = found.checks[metric.source].value
         return Error(value, value)
-    if measure.what == "channel":
-        return _of_channel(found.channels.get(measure.source), reference.channels[measure.source])
-    return _of_quantity(measure, found, reference)
+    if metric.what == "channel":
+        return _of_channel(found.channels.get(metric.source), reference.channels[metric.source])
+    return _of_quantity(metric, found, reference)
 
 
 def _of_events(
@@ -77,27 +77,27 @@ def _of_events(
         (e.contact, e.mode_from, e.mode_to) for e in wanted
     ]
     if not same:
-        return Error(None, WRONG)
+        return Error(None, TOTAL_ERROR)
     worst = max((abs(a.time - b.time) for a, b in zip(found, wanted, strict=True)), default=0.0)
     return Error(worst, worst / duration)
 
 
 def _of_channel(found: "Array | None", wanted: "Array") -> Error:
     if found is None or found.shape != wanted.shape:
-        return Error(None, WRONG)
+        return Error(None, TOTAL_ERROR)
     return _over(float(np.mean(np.abs(found - wanted))), float(np.mean(np.abs(wanted))))
 
 
-def _of_quantity(measure: "Measure", found: Outcome, reference: Outcome) -> Error:
+def _of_quantity(metric: "Metric", found: Comparable, reference: Comparable) -> Error:
     values = [
-        side.quantities[measure.source].value if measure.source in side.quantities else None
+        side.quantities[metric.source].value if metric.source in side.quantities else None
         for side in (found, reference)
     ]
     if values[0] is None or values[1] is None:
-        return Error(None, WRONG) if values[0] is not values[1] else Error(0.0, 0.0)
+        return Error(None, TOTAL_ERROR) if values[0] is not values[1] else Error(0.0, 0.0)
     scale = abs(values[1])
-    if measure.scale:
-        channel = reference.channels[measure.scale]
+    if metric.scale:
+        channel = reference.channels[metric.scale]
         scale = float(np.max(np.abs(channel - channel[0])))
     return _over(abs(values[0] - values[1]), scale)
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from frictionsim.work_precision.study import Row
 
-WANTED = (1e-2, 1e-3, 1e-4)
+TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
 # Times as near as this are not told apart; the first of them is taken, the default backend before
 # others that do the same.
-ALIKE = 1.1
+TIME_TIE_RATIO = 1.1
 
 
 class Advice(NamedTuple):
@@ -45,10 +45,10 @@ def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
             _cheapest([row for row, error in judged if error <= wanted and floor <= wanted]),
             floor,
         )
-        for wanted in WANTED
+        for wanted in TARGET_ERRORS
     ]
 
 
 def _cheapest(rows: list[Row]) -> Row | None:
     least = min((row.wall_seconds for row in rows), default=0.0)
-    return next((row for row in rows if row.wall_seconds <= least * ALIKE), None)
+    return next((row for row in rows if row.wall_seconds <= least * TIME_TIE_RATIO), None)

@@ -20,7 +20,7 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
         "kind": study.scenario.kind,
         "status": study.status,
         "reason": study.reason,
-        "measures": {measure.name: {"unit": measure.unit} for measure in study.measures},
+        "measures": {metric.name: {"unit": metric.unit} for metric in study.metrics},
         "references": list(reference.names) if reference else [],
         "floor": _errors_json(reference.floor) if reference else {},
         "settings": [_row_json(row) for row in study.rows],
@@ -78,7 +78,7 @@ def columns(study: "Study") -> list[Column]:
         Column("reason", "", "why it failed", [row.reason for row in rows]),
         Column("error", "1", "worst relative error", [known(row.error) for row in rows]),
     ]
-    for m in study.measures:
+    for m in study.metrics:
         errors = [row.errors.get(m.name) for row in rows]
         absolute = [known(e and e.absolute) for e in errors]
         relative = [known(e and e.relative) for e in errors]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TIGHTER = 0.1
 # ... and one of them twice as tight again, so that they do not take the same steps and agree on
 # the same error.
-NOT_THE_SAME = 0.5
+REFERENCE_OFFSET = 0.5
 TIGHTEST, LOOSEST = 1e-12, 0.1
 STEPS = (1e-2, 1e-3, 1e-4)  # of fixed steps, over the duration
 # rad/s, about the default. An explicit method takes up to ten times the steps for the next.
@@ -28,12 +28,12 @@ SPEEDS_IF_IMPLICIT = (*SPEEDS, 1e-4, 1e-5)
 RTOL_OF_SMOOTHED = 1e-6
 
 SAMPLES = 500  # of the runs that are judged
-INSTANT = 1e-6  # of the duration
+WARM_UP_FRACTION = 1e-6  # of the duration
 # What a ladder sets is not what the scenario says.
 SET_BY_LADDERS = ("backend", "step", "transition_speed")
 
 
-class Variants:
+class ScenarioVariants:
     """A scenario in all its settings.
 
     Parameters
@@ -58,7 +58,7 @@ class Variants:
 
     def warm_up(self, setting: Setting) -> "Scenario":
         """Return its first instant: what is loaded or compiled then is not timed."""
-        instant = self._duration * INSTANT
+        instant = self._duration * WARM_UP_FRACTION
         return self._with(setting, instant, instant)
 
     def _with(self, setting: Setting, interval: float, duration: float) -> "Scenario":
@@ -99,7 +99,7 @@ def references(mechanism: "Mechanism", rtol: float) -> tuple[Setting, Setting]:
     smooth = mechanism.contact is None or mechanism.prescribed
     # Without a contact to solve for, `events` and `rkf45` are one method.
     other = "dop853" if smooth else "rkf45"
-    return with_tolerance("events", NOT_THE_SAME * rtol), with_tolerance(other, rtol)
+    return with_tolerance("events", REFERENCE_OFFSET * rtol), with_tolerance(other, rtol)
 
 
 def _with_step(backend: str, step: float) -> Setting:

@@ -7,25 +7,25 @@ from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import BudgetSpent, SolverError
+from frictionsim.errors import BudgetExceeded, SolverError
 from frictionsim.results import failures
 from frictionsim.scenario.methods import BACKENDS
 from frictionsim.scenario.variants import Setting
-from frictionsim.simulation.simulate import Run, run
-from frictionsim.work_precision.errors import Error, Outcome, headline, judge
-from frictionsim.work_precision.settings import Variants
+from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.work_precision.errors import Comparable, Error, max_relative_error, metric_errors
+from frictionsim.work_precision.settings import ScenarioVariants
 
 if TYPE_CHECKING:
-    from frictionsim.results import Measure
+    from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
 
 # A setting that takes this long in all is not repeated: its time is told well enough.
 SECONDS_OF_REPEATS = 1.0
 # References are few and worth waiting for.
-PATIENCE_FOR_REFERENCES = 10.0
+REFERENCE_TIME_FACTOR = 10.0
 CALLS_BETWEEN_LOOKS = 32  # at the clock
 
-Poll = Callable[[float], Any]
+OnStep = Callable[[float], Any]
 
 
 class Row(NamedTuple):
@@ -63,7 +63,7 @@ class Row(NamedTuple):
     @property
     def error(self) -> float | None:
         """The worst relative error; None if it failed."""
-        return headline(self.errors) if self.status == "done" else None
+        return max_relative_error(self.errors) if self.status == "done" else None
 
 
 class Reference(NamedTuple):
@@ -78,7 +78,7 @@ class Reference(NamedTuple):
         By measure, how far two of them are apart; empty if there is but one.
     """
 
-    outcome: Outcome
+    outcome: Comparable
     names: tuple[str, ...]
     floor: dict[str, Error]
 
@@ -87,7 +87,7 @@ class Study(NamedTuple):
     """A scenario in all its settings, as far as they were run."""
 
     scenario: "Scenario"
-    measures: "tuple[Measure, ...]"
+    metrics: "tuple[Metric, ...]"
     reference: Reference | None
     rows: list[Row]
     status: str
@@ -97,53 +97,53 @@ class Study(NamedTuple):
     @property
     def floor(self) -> float:
         """The worst relative difference of the references; below it no error can be told."""
-        return headline(self.reference.floor) if self.reference else 0.0
+        return max_relative_error(self.reference.floor) if self.reference else 0.0
 
 
-class Budget:
+class WallTimeLimit:
     """Called with the time of the simulation: ends a run that takes too long.
 
     Parameters
     ----------
-    poll : callable
+    on_step : callable
         Called on.
     max_wall : float, s
     """
 
-    def __init__(self, poll: Poll, max_wall: float) -> None:
-        self._poll, self._max_wall = poll, max_wall
+    def __init__(self, on_step: OnStep, max_wall: float) -> None:
+        self._on_step, self._max_wall = on_step, max_wall
         self._end = perf_counter() + max_wall
-        if hasattr(poll, "compiling"):
-            self.compiling = poll.compiling
+        if hasattr(on_step, "compiling"):
+            self.compiling = on_step.compiling
         self._calls = 0
 
     def __call__(self, t: float) -> None:
-        self._poll(t)
+        self._on_step(t)
         self._calls += 1
         if self._calls % CALLS_BETWEEN_LOOKS == 0 and perf_counter() > self._end:
-            raise BudgetSpent(f"{self._max_wall:g} s of wall time are spent at t = {t:.6g} s")
+            raise BudgetExceeded(f"{self._max_wall:g} s of wall time are spent at t = {t:.6g} s")
 
 
 class Stopped(Exception):
     """A signal ended a run of the study."""
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: RunResult) -> None:
         super().__init__(run.reason)
         self.run = run
 
 
-class Laboratory:
+class Benchmark:
     """Runs settings of one scenario within their budgets."""
 
     def __init__(
-        self, variants: Variants, measures: "Iterable[Measure]", max_wall: float, repeats: int
+        self, variants: ScenarioVariants, metrics: "Iterable[Metric]", max_wall: float, repeats: int
     ) -> None:
-        self._variants, self._measures = variants, tuple(measures)
-        self._checks = {m.source for m in self._measures if m.what == "check"}
+        self._variants, self._metrics = variants, tuple(metrics)
+        self._checks = {m.source for m in self._metrics if m.what == "check"}
         self._max_wall, self._repeats = max_wall, repeats
         self._warm: set[str] = set()
 
-    def reference(self, settings: tuple[Setting, ...], poll: Poll) -> Reference:
+    def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with each of the settings; the first that comes to its end is the reference.
 
         Raises
@@ -154,9 +154,9 @@ class Laboratory:
         """
         runs, names, reasons = [], [], []
         for setting in settings:
-            self._warm_up(setting, poll)
-            patience = self._max_wall * PATIENCE_FOR_REFERENCES
-            found = _run(self._variants.judged(setting), poll, patience)
+            self._warm_up(setting, on_step)
+            patience = self._max_wall * REFERENCE_TIME_FACTOR
+            found = _run(self._variants.judged(setting), on_step, patience)
             name = f"{setting.backend}, {setting.label}"
             if found.status == "done":
                 runs.append(found)
@@ -166,26 +166,26 @@ class Laboratory:
         if not runs:
             raise SolverError(f"there is no reference to judge by: {'; '.join(reasons)}")
         duration = runs[0].scenario.solver.duration
-        floor = judge(self._measures, runs[1], runs[0], duration) if len(runs) > 1 else {}
+        floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
-    def row(self, setting: Setting, reference: Outcome, poll: Poll) -> Row:
+    def row(self, setting: Setting, reference: Comparable, on_step: OnStep) -> Row:
         """Solve once to judge, and some times more to take the time.
 
         Raises
         ------
         Stopped
         """
-        self._warm_up(setting, poll)
-        judged = _run(self._variants.judged(setting), poll, self._max_wall)
-        last, seconds = judged, [judged.counts.wall_seconds]
+        self._warm_up(setting, on_step)
+        judged = _run(self._variants.judged(setting), on_step, self._max_wall)
+        last, seconds = judged, [judged.statistics.wall_seconds]
         errors: dict[str, Error] = {}
         if judged.status == "done":
             duration = judged.scenario.solver.duration
-            last, seconds = self._timed(setting, poll)
+            last, seconds = self._timed(setting, on_step)
             if last.status == "done":
-                errors = judge(self._measures, judged, reference, duration)
-        counts = last.counts
+                errors = metric_errors(self._metrics, judged, reference, duration)
+        statistics = last.statistics
         tells = BACKENDS[setting.backend].tells_rejected
         return Row(
             setting=setting,
@@ -193,40 +193,40 @@ class Laboratory:
             reason=last.reason or _audit_text(judged, self._checks),
             wall_seconds=median(seconds),
             repeats=len(seconds),
-            steps=counts.steps,
-            rejected=counts.rejected if tells else None,
-            rhs_evaluations=counts.rhs_evaluations,
-            states=counts.states,
+            steps=statistics.steps,
+            rejected=statistics.rejected if tells else None,
+            rhs_evaluations=statistics.rhs_evaluations,
+            states=statistics.states,
             events=len(judged.transitions),
             errors=errors,
         )
 
-    def _warm_up(self, setting: Setting, poll: Poll) -> None:
+    def _warm_up(self, setting: Setting, on_step: OnStep) -> None:
         """Have loaded and compiled what a line of the diagram needs."""
         if setting.line not in self._warm:
-            _run(self._variants.warm_up(setting), poll, inf)
+            _run(self._variants.warm_up(setting), on_step, inf)
             self._warm.add(setting.line)
 
-    def _timed(self, setting: Setting, poll: Poll) -> tuple[Run, list[float]]:
+    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[RunResult, list[float]]:
         scenario = self._variants.timed(setting)
         gc.collect()  # it is switched off while the program runs
         seconds: list[float] = []
         while True:
-            found = _run(scenario, poll, self._max_wall)
-            seconds.append(found.counts.wall_seconds)
+            found = _run(scenario, on_step, self._max_wall)
+            seconds.append(found.statistics.wall_seconds)
             enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
             if enough or found.status != "done":
                 return found, seconds
 
 
-def _run(scenario: "Scenario", poll: Poll, max_wall: float) -> Run:
-    found = run(scenario, Budget(poll, max_wall))
+def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
+    found = run(scenario, WallTimeLimit(on_step, max_wall))
     if found.status == "interrupted":
         raise Stopped(found)
     return found
 
 
-def _audit_text(found: Run, judged: set[str]) -> str:
+def _audit_text(found: RunResult, judged: set[str]) -> str:
     """Return what the audit found wrong, beside what is a measure and has a column of its own."""
     failed = failures({name: c for name, c in found.checks.items() if name not in judged})
     return f"self-audit failed: {failed}" if failed and found.status == "done" else ""
@@ -236,10 +236,10 @@ def study(
     scenario: "Scenario",
     settings: list[Setting],
     references: tuple[Setting, ...],
-    measures: "tuple[Measure, ...]",
+    metrics: "tuple[Metric, ...]",
     max_wall: float,
     repeats: int,
-    poll: Poll,
+    on_step: OnStep,
     show: Callable[[str], Any],
 ) -> Study:
     """Run all settings.
@@ -255,7 +255,7 @@ def study(
         Of each run.
     repeats : int
         At most so many runs of each setting are timed.
-    poll : callable
+    on_step : callable
         Called with the time after each step; it may raise Interrupted.
     show : callable
         Called with what is done next.
@@ -270,16 +270,16 @@ def study(
     SolverError
         If no reference comes to its end.
     """
-    laboratory = Laboratory(Variants(scenario), measures, max_wall, repeats)
+    benchmark = Benchmark(ScenarioVariants(scenario), metrics, max_wall, repeats)
     rows: list[Row] = []
     reference = None
     try:
         show("references")
-        reference = laboratory.reference(references, poll)
+        reference = benchmark.reference(references, on_step)
         for number, setting in enumerate(settings, start=1):
             show(f"{number} of {len(settings)}: {setting.backend}, {setting.label}")
-            rows.append(laboratory.row(setting, reference.outcome, poll))
+            rows.append(benchmark.row(setting, reference.outcome, on_step))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code
-        return Study(scenario, measures, reference, rows, "interrupted", reason, code)
-    return Study(scenario, measures, reference, rows, "done", "", 0)
+        return Study(scenario, metrics, reference, rows, "interrupted", reason, code)
+    return Study(scenario, metrics, reference, rows, "done", "", 0)

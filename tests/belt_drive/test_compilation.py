@@ -15,7 +15,7 @@ import numba
 import numpy as np
 import pytest
 
-from frictionsim.cli.monitor import watch
+from frictionsim.cli.monitor import monitor_run
 from frictionsim.cli.tables import print_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
@@ -49,22 +49,22 @@ class Listening:
 
 def test_a_compilation_is_told_of_once_and_timed() -> None:
     first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
-    poll = Listening()
-    with compilation(3.0, poll) as found:
-        assert not poll.told
+    on_step = Listening()
+    with compilation(3.0, on_step) as found:
+        assert not on_step.told
         assert first(second(1)) == 3
-        assert poll.inside
-    assert poll.told == [3.0]
-    assert not poll.inside
+        assert on_step.inside
+    assert on_step.told == [3.0]
+    assert not on_step.inside
     assert found.seconds > 0.0
 
 
 def test_kernels_that_are_there_are_no_compilation() -> None:
-    function, poll = numba.njit(lambda x: x + 1), Listening()
+    function, on_step = numba.njit(lambda x: x + 1), Listening()
     function(1)
-    with compilation(3.0, poll) as found:
+    with compilation(3.0, on_step) as found:
         function(1)
-    assert (poll.told, found.seconds) == ([], 0.0)
+    assert (on_step.told, found.seconds) == ([], 0.0)
 
 
 @pytest.mark.parametrize("quiet", [False, True])
@@ -73,7 +73,7 @@ def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
 ) -> None:
     before = signal.set_wakeup_fd(-1)
     signal.set_wakeup_fd(before)
-    with watch(1.0, with_progress=False, quiet=quiet) as poll, poll.compiling(24.4):
+    with monitor_run(1.0, with_progress=False, quiet=quiet) as on_step, on_step.compiling(24.4):
         pass
     assert capsys.readouterr().err == ("" if quiet else f"{ANNOUNCED}24 s\n")
     assert signal.set_wakeup_fd(before) == before
@@ -151,7 +151,7 @@ def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
         for _ in range(times):
             stepping.prepare()
         stepping.advance(1.0, 1.0, STEPS)
-        return {**stepping.arrays(), "work": np.array(stepping.counts)}
+        return {**stepping.arrays(), "work": np.array(stepping.statistics)}
 
     prepared, plain = end(2), end(0)
     for part, values in plain.items():
@@ -162,10 +162,10 @@ def test_the_table_has_the_seconds_of_compilation_where_there_was_one(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     done = simulate(pulley())
-    counts = done.counts._replace(wall_seconds=2.1)
-    print_run(done._replace(counts=counts), "a.h5")
+    statistics = done.statistics._replace(wall_seconds=2.1)
+    print_run(done._replace(statistics=statistics), "a.h5")
     assert "solved in 2.1 s; " in capsys.readouterr().out
-    print_run(done._replace(counts=counts._replace(compile_seconds=24.0)), "a.h5")
+    print_run(done._replace(statistics=statistics._replace(compile_seconds=24.0)), "a.h5")
     assert "solved in 2.1 s, after 24 s of compilation; " in capsys.readouterr().out
 
 

@@ -29,7 +29,7 @@ def ends(data: Scenario) -> dict[str, Any]:
     stepping.advance(1.0, 1.0, STEPS)
     inside = stepping.look(0.3 * stepping.t)
     found = {name: array.tolist() for name, array in stepping.arrays().items()}
-    return {**found, "inside": inside.tolist(), "work": list(stepping.counts)}
+    return {**found, "inside": inside.tolist(), "work": list(stepping.statistics)}
 
 
 def everything() -> str:
@@ -75,7 +75,7 @@ def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
     assert all(np.array_equal(once.channels[key], again.channels[key]) for key in once.channels)
     assert once.quantities == again.quantities
     assert once.checks == again.checks
-    assert once.counts[:4] == again.counts[:4]
+    assert once.statistics[:4] == again.statistics[:4]
 
 
 def test_the_cache_is_told_apart_by_every_file_with_kernels() -> None:

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_scenarios import Array, pair, scenario_of, trio
 from tests.support.scenarios import Scenario, changed, simulate
 
 BACKENDS = ["rkf45", "moreau"]
 
 
-def on(backend: str, data: Scenario, **changes: Any) -> Run:
+def on(backend: str, data: Scenario, **changes: Any) -> RunResult:
     done = simulate(changed(data, solver__backend=backend, **changes))
     assert done.status == "done", done.reason
     return done
@@ -23,7 +23,7 @@ RUNS = [f"{backend} {name}" for backend, name in product(BACKENDS, ["pair", "tri
 
 
 @pytest.fixture(scope="module", params=RUNS)
-def done(request: pytest.FixtureRequest) -> Run:
+def done(request: pytest.FixtureRequest) -> RunResult:
     """A run with bodies that stick and slide."""
     backend, name = request.param.split()
     data = {"pair": pair(drive__driver__torque=-15.0), "trio": trio()}[name]
@@ -33,7 +33,7 @@ def done(request: pytest.FixtureRequest) -> Run:
 # --- energies and friction -----------------------------------------------------------------------
 
 
-def test_energies_add_up(done: Run) -> None:
+def test_energies_add_up(done: RunResult) -> None:
     energy = {name: channel for name, channel in done.channels.items() if name.startswith("energy")}
     assert len(energy) == 5
     change = {name: channel - channel[0] for name, channel in energy.items()}
@@ -42,7 +42,7 @@ def test_energies_add_up(done: Run) -> None:
     # Contacts open and close, and bodies stick, within a step, which no backend locates: 1e-3 in
     # the steps that moreau takes by itself, half of that in half of them.
     assert np.max(np.abs(residual)) <= 2e-3 * largest
-    assert done.checks["energy"].ok
+    assert done.checks["energy_balance"].ok
     heat = energy["energy_friction"]
     assert heat[-1] > 0.01 * largest
     # A body that is caught may be driven, for a capture time and by next to no slip.
@@ -50,7 +50,7 @@ def test_energies_add_up(done: Run) -> None:
     assert np.all(np.diff(energy["energy_damping"]) >= 0.0)
 
 
-def limits(done: Run) -> Array:
+def limits(done: RunResult) -> Array:
     """Return mu_s N of each body in each sample."""
     scenario, normal = done.scenario, done.channels["normal_force"]
     belt, law, patch = (
@@ -69,7 +69,7 @@ def limits(done: Run) -> Array:
     return mu * normal
 
 
-def test_friction_never_exceeds_its_limit(done: Run) -> None:
+def test_friction_never_exceeds_its_limit(done: RunResult) -> None:
     friction, limit = done.channels["friction_force"], limits(done)
     assert np.all(np.abs(friction) <= limit * (1.0 + 1e-12))
     assert np.any(done.channels["sticking"] == 0.0)
@@ -77,7 +77,7 @@ def test_friction_never_exceeds_its_limit(done: Run) -> None:
     assert done.checks["friction"].ok
 
 
-def test_friction_brakes_what_slides(done: Run) -> None:
+def test_friction_brakes_what_slides(done: RunResult) -> None:
     """Force on the body and rim less body have one sign, but for the tail of what sticks."""
     friction, slip = done.channels["friction_force"], done.channels["slip_velocity"]
     sliding = (done.channels["sticking"] == 0.0) & (np.abs(slip) > 1e-3)
@@ -85,7 +85,7 @@ def test_friction_brakes_what_slides(done: Run) -> None:
     assert np.all(friction[sliding] * slip[sliding] >= 0.0)
 
 
-def test_bodies_apart_from_pulleys_feel_none(done: Run) -> None:
+def test_bodies_apart_from_pulleys_feel_none(done: RunResult) -> None:
     apart = done.channels["pulley_index"] < 0.0
     assert np.any(apart)
     for name in ("normal_force", "friction_force", "slip_velocity", "sticking"):
@@ -225,7 +225,7 @@ def test_a_mirror_image_moves_as_a_mirror_image(backend: str) -> None:
 def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> None:
     data = changed(data, solver={"duration": 0.03, **solver})
     coarse, fine = (simulate(changed(data, output__interval=dt)) for dt in (0.015, 1.7e-4))
-    assert coarse.counts[:3] == fine.counts[:3]
+    assert coarse.statistics[:3] == fine.statistics[:3]
     for name, channel in coarse.channels.items():
         assert np.array_equal(channel[-1], fine.channels[name][-1]), name
 
@@ -237,7 +237,7 @@ def test_channels_change_neither_figures_nor_audit(backend: str) -> None:
     assert set(few.channels) == {"tension", "pulley_speed"}
     assert few.quantities == everything.quantities
     assert few.checks == everything.checks
-    assert few.counts[:4] == everything.counts[:4]
+    assert few.statistics[:4] == everything.statistics[:4]
     for name, channel in few.channels.items():
         assert np.array_equal(channel, everything.channels[name])
 
@@ -256,4 +256,4 @@ DAMPERS = {
 def test_the_default_step_bears_stiff_dampers(name: str, backend: str) -> None:
     done = simulate(pair(solver__backend=backend, **DAMPERS[name]))
     assert done.status == "done"
-    assert done.checks["energy"].ok
+    assert done.checks["energy_balance"].ok

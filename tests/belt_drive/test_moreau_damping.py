@@ -29,7 +29,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     damp_and_strike,
     stiff_damping,
 )
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_reference import Belt, gap, gap_rate
 from tests.support.belt_scenarios import (
     GENTLY,
@@ -287,7 +287,7 @@ def test_the_tension_has_the_share_of_implicit_dampers() -> None:
 
 
 @pytest.fixture(scope="module")
-def hardly_moving() -> Run:
+def hardly_moving() -> RunResult:
     """A belt whose dampers are a thousand times as stiff, for many steps of the default length."""
     return simulate(
         damped(
@@ -298,11 +298,11 @@ def hardly_moving() -> Run:
     )
 
 
-def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: Run) -> None:
+def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: RunResult) -> None:
     assert hardly_moving.status == "done"
     assert np.max(hardly_moving.channels["tension"]) < 500.0
     assert np.max(np.abs(hardly_moving.channels["pulley_speed"])) < 50.0
 
 
-def test_its_energies_add_up(hardly_moving: Run) -> None:
-    assert hardly_moving.checks["energy"].ok
+def test_its_energies_add_up(hardly_moving: RunResult) -> None:
+    assert hardly_moving.checks["energy_balance"].ok

@@ -155,7 +155,7 @@ def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None
 def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     """It never has to be rejected because the waves make it unstable."""
     end = stepped(pair(solver__rtol=1e-2, solver__duration=0.1), kick(1e-3))
-    steps, rejected, _ = end.stepping.counts
+    steps, rejected, _ = end.stepping.statistics
     assert rejected <= 0.01 * steps
     assert isinstance(end.stepping, rkf45.Stepping)
     tau = end.assembly.laws.exact.tau

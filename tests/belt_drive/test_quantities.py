@@ -9,8 +9,8 @@ import pytest
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.scenario.loading import ScenarioFaults, resolved_toml, validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.scenario.loading import ValidationFailure, resolved_toml, validate
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS, Scenario
@@ -129,12 +129,12 @@ def drives(
     return data
 
 
-def recorded(data: Scenario, duration: float, interval: float) -> tuple[Run, Record]:
+def recorded(data: Scenario, duration: float, interval: float) -> tuple[RunResult, Record]:
     """Run a drive; one whose pulleys overlap, or leave no way for a belt, is not drawn."""
     data["solver"]["duration"], data["output"] = duration, {"interval": interval}
     try:
         scenario = validate(data, SCENARIOS)
-    except ScenarioFaults:
+    except ValidationFailure:
         assume(False)
     done = run(scenario, lambda t: None)
     assert done.status == "done", done.reason
@@ -142,7 +142,7 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[Run, Rec
     return done, Record(scenario, done.time, dict(done.channels), [])
 
 
-def disagreements(done: Run, seen: dict[str, Seen]) -> dict[str, Any]:
+def disagreements(done: RunResult, seen: dict[str, Seen]) -> dict[str, Any]:
     """Return the quantities that the reader does not find; it must know each, and no other."""
     assert done.quantities.keys() == seen.keys()
     found = done.quantities.items()

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_scenarios import pair, shipped, trio
 from tests.support.scenarios import Scenario, simulate
 from tests.support.second_way_belt import walked
@@ -13,7 +13,7 @@ from tests.support.second_way_belt import walked
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
 
 
-def full_slip(done: Run, name: str) -> float:
+def full_slip(done: RunResult, name: str) -> float:
     """Return the share of samples in which all bodies on a pulley slide with all their friction."""
     c, scenario = done.channels, done.scenario.model_dump(by_alias=True)
     law, patch = scenario["effects"]["belt_friction"], scenario["effects"]["patch"]
@@ -78,7 +78,7 @@ def test_a_belt_that_slips_as_a_whole_is_told_of(name: str) -> None:
         assert told == set()
 
 
-def warned(done: Run, words: str) -> bool:
+def warned(done: RunResult, words: str) -> bool:
     return any(words in warning for warning in done.warnings)
 
 

@@ -11,7 +11,7 @@ import xarray
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import Scenario, simulate
 
@@ -28,18 +28,18 @@ DIMENSIONS = {
 
 
 @pytest.fixture(scope="module", params=["rkf45", "moreau"])
-def done(request: pytest.FixtureRequest) -> Run:
+def done(request: pytest.FixtureRequest) -> RunResult:
     return simulate(trio(solver__backend=request.param, solver__duration=0.02))
 
 
 @pytest.fixture(scope="module")
-def result(done: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "belt.h5"
     hdf5.write(done, path)
     return path
 
 
-def test_channels_and_their_axes(done: Run, result: Path) -> None:
+def test_channels_and_their_axes(done: RunResult, result: Path) -> None:
     sizes = {"time": 21, "pulley": 3, "body": 60, "joint": 60}
     with h5py.File(result) as file:
         assert set(file) == {*DIMENSIONS, *sizes, "events"}
@@ -75,7 +75,7 @@ def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
         assert set(file) == {"time", "body", "sticking", "energy_input", "events"}
 
 
-def test_what_the_channels_mean(done: Run) -> None:
+def test_what_the_channels_mean(done: RunResult) -> None:
     c = done.channels
     assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
     assert set(np.unique(c["sticking"])) == {0.0, 1.0}
@@ -232,5 +232,10 @@ def test_json_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert (told["kind"], told["backend"], told["status"]) == ("belt_drive", "rkf45", "done")
     assert told["solver"]["states"] == 6 * 24 + 2 * 2 + 3
     assert told["effects"] == ["contact", "belt_friction", "axial_damping", "bending"]
-    assert set(told["audit"]) == {"energy", "friction", "power", "torque_balance"}
+    assert set(told["audit"]) == {
+        "energy_balance",
+        "friction_law",
+        "dissipation_sign",
+        "torque_balance",
+    }
     assert all(entry["ok"] for entry in told["audit"].values())

@@ -9,7 +9,7 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.scenario.loading import ScenarioFaults, load, resolved_toml
+from frictionsim.scenario.loading import ValidationFailure, load, resolved_toml
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import SCENARIOS, Scenario
 
@@ -177,7 +177,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_refused_with_its_key(name: str) -> None:
     data, key, message = FAULTS[name]
-    with pytest.raises(ScenarioFaults) as caught:
+    with pytest.raises(ValidationFailure) as caught:
         scenario_of(data)
     faults = {".".join(map(str, path)): text for path, text in caught.value.faults}
     assert message in faults[key]
@@ -213,7 +213,7 @@ def test_a_process_of_its_own_leaves_with_2(
 def test_one_pulley_is_no_drive() -> None:
     data = pair()
     del data["mechanism"]["pulleys"][1], data["drive"]["driven"]
-    with pytest.raises(ScenarioFaults) as caught:
+    with pytest.raises(ValidationFailure) as caught:
         scenario_of(data)
     assert [path for path, _ in caught.value.faults] == [("mechanism", "pulleys")]
 

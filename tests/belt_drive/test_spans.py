@@ -11,7 +11,7 @@ from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS
 from tests.support.second_way_belt import walked
@@ -56,11 +56,11 @@ def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
 
 
 @pytest.fixture(scope="module")
-def tensioner() -> Run:
+def tensioner() -> RunResult:
     return run(load(SCENARIOS / "belt_tensioner.toml"), lambda t: None)
 
 
-def seen_of(done: Run, spans: Array) -> dict[str, Array]:
+def seen_of(done: RunResult, spans: Array) -> dict[str, Array]:
     """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
     c = done.channels
     pulleys = c["pulley_speed"].shape[1]
@@ -82,7 +82,7 @@ def seen_of(done: Run, spans: Array) -> dict[str, Array]:
     }
 
 
-def nearest_line_tensions(done: Run) -> Array:
+def nearest_line_tensions(done: RunResult) -> Array:
     """Return what stood in summaries once: means of the joints next to the infinite line."""
     spans = done.scenario.mechanism.path().spans  # type: ignore[attr-defined]
     starts = np.array([s.start for s in spans])
@@ -99,7 +99,7 @@ def nearest_line_tensions(done: Run) -> Array:
     return np.array(found)
 
 
-def test_the_balance_of_torques_catches_wrong_spans(tensioner: Run) -> None:
+def test_the_balance_of_torques_catches_wrong_spans(tensioner: RunResult) -> None:
     scenario: Any = tensioner.scenario
     assembly = assemble(scenario)
     pulleys = len(scenario.mechanism.pulleys)
@@ -116,7 +116,7 @@ def test_the_balance_of_torques_catches_wrong_spans(tensioner: Run) -> None:
     assert check.value > 5.0 * check.limit
 
 
-def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: Run) -> None:
+def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: RunResult) -> None:
     scenario: Any = tensioner.scenario
     spans = np.tile([300.0, 200.0, 250.0, 280.0], (len(tensioner.time), 1))
     seen = seen_of(tensioner, spans[:, : len(scenario.mechanism.pulleys)])
@@ -124,7 +124,7 @@ def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: R
     assert not torque_balance(scenario, assemble(scenario), tensioner.time, seen).ok
 
 
-def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Run) -> None:
+def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: RunResult) -> None:
     value = {name: q.value for name, q in tensioner.quantities.items()}
     # 8 N m on a radius of 0.06 m, to the lever of contacts that are pressed in, below 1 %.
     tight, slack = value["tension_tight"], value["tension_slack"]

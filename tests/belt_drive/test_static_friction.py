@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS
 
 BACKENDS = ("rkf45", "moreau")
@@ -19,7 +19,7 @@ def toml(value: Any) -> str:
     return repr(value)
 
 
-def belt(backend: str, torque: Any, mu_k: float, *overrides: str) -> Run:
+def belt(backend: str, torque: Any, mu_k: float, *overrides: str) -> RunResult:
     """Run the shipped belt for 50 ms; its static friction could carry 27 N m at its start."""
     scenario = load(
         SCENARIOS / "belt_drive.toml",

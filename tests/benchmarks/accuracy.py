@@ -10,18 +10,18 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import RETURN_FORCE, RETURN_STICK
 from tests.support.scenarios import pulley, simulate
 
 REPEATS = 9
 
 
-def measured(**solver: Any) -> tuple[Run, float]:
+def measured(**solver: Any) -> tuple[RunResult, float]:
     """Return a run of the return profile and the median of its wall seconds."""
     data = pulley(drive__force=RETURN_FORCE, solver__duration=12.0, **solver)
     runs = [simulate(data) for _ in range(REPEATS)]
-    return runs[-1], median(run.counts.wall_seconds for run in runs)
+    return runs[-1], median(run.statistics.wall_seconds for run in runs)
 
 
 def main() -> None:
@@ -44,7 +44,7 @@ def main() -> None:
         name, value = next(iter(setting.items()))
         print(
             f"{backend:10s} {name + f' {value:.0e}':>12s} {stop:9.1e} {angle:10.1e}"
-            f" {run.counts.steps:7d} {seconds * 1e3:.1f}"
+            f" {run.statistics.steps:7d} {seconds * 1e3:.1f}"
         )
 
 

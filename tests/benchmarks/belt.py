@@ -23,7 +23,7 @@ def seconds(*overrides: str, without: tuple[str, ...] = (), repeats: int = REPEA
     """Return the median wall time of the steps of a run, after one to warm up."""
     simulate(*overrides, "solver.duration=1e-3", without=without)
     runs = (simulate(*overrides, without=without) for _ in range(repeats))
-    return median(run.counts.wall_seconds for run in runs)
+    return median(run.statistics.wall_seconds for run in runs)
 
 
 def real_time() -> None:
@@ -37,7 +37,7 @@ def real_time() -> None:
         ("moreau", "solver.step=2.5e-6"),
     ):
         common = (f"solver.backend={backend}", setting, "solver.duration=0.5")
-        steps = simulate(*common, *QUIET).counts.steps
+        steps = simulate(*common, *QUIET).statistics.steps
         factor = seconds(*common, *QUIET) / 0.5
         with_output = seconds(*common) / 0.5
         print(f"  {backend} {setting} {steps * 2} {factor:.3f} {with_output:.3f}", flush=True)
@@ -69,9 +69,9 @@ def effects() -> None:
         ("stiff axial damping", ("effects.axial_damping.basis=section",), ()),
     ]
     for name, overrides, without in variants:
-        counts = simulate(*common, *overrides, without=without).counts
+        statistics = simulate(*common, *overrides, without=without).statistics
         took = seconds(*common, *overrides, without=without)
-        print(f"  {name}: {counts.states}, {1e6 * took / counts.steps:.2f}", flush=True)
+        print(f"  {name}: {statistics.states}, {1e6 * took / statistics.steps:.2f}", flush=True)
 
 
 def mesh() -> None:
@@ -86,7 +86,7 @@ def mesh() -> None:
                 f"solver.duration={1.5 / bodies:g}",
                 *QUIET,
             )
-            steps = simulate(*common).counts.steps
+            steps = simulate(*common).statistics.steps
             found.append(1e6 * seconds(*common) / steps)
         per_body = [1e3 * time / bodies for time in found]
         print(

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from frictionsim.scenario.loading import apply_override, validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
-def simulate(*overrides: str, without: tuple[str, ...] = (), base: str = "belt_drive") -> Run:
+def simulate(*overrides: str, without: tuple[str, ...] = (), base: str = "belt_drive") -> RunResult:
     """Run a shipped scenario with keys set and effects left out."""
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
@@ -25,7 +25,7 @@ def simulate(*overrides: str, without: tuple[str, ...] = (), base: str = "belt_d
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
-def figure(result: Run, name: str) -> float:
+def figure(result: RunResult, name: str) -> float:
     value = result.quantities[name].value
     return float("nan") if value is None else value
 
@@ -84,7 +84,7 @@ def published() -> None:
             result = simulate(f"solver.rtol={rtol}", *short, base=base)
             print(
                 f"  {base} {rtol:g} {figure(result, 'slip_percent'):.3f}"
-                f" {figure(result, 'stick_fraction'):.3f} {result.counts.steps}",
+                f" {figure(result, 'stick_fraction'):.3f} {result.statistics.steps}",
                 flush=True,
             )
 

@@ -17,14 +17,14 @@ import numpy as np
 from frictionsim.plots.style import save
 from frictionsim.results import failures
 from frictionsim.scenario.loading import apply_override, validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.work_precision.study import Budget
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
 LIBRARIES = ("numpy", "scipy", "numba")
 UNLIMITED = 3600.0  # s, of wall time
-INSTANT = ("solver.duration=1e-5", "output.interval=1e-5")
+WARM_UP_FRACTION = ("solver.duration=1e-5", "output.interval=1e-5")
 WIDTH = 8.0  # inches
 MOST_BYTES = 200_000
 
@@ -64,7 +64,7 @@ def say(text: str) -> None:
 
 def solve(
     base: str, *overrides: str, without: Iterable[str] = (), max_wall: float = UNLIMITED
-) -> Run:
+) -> RunResult:
     """Run a shipped scenario with keys set and effects left out, within a budget of wall time."""
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
@@ -74,13 +74,13 @@ def solve(
     return run(validate(data, SCENARIOS), Budget(lambda t: None, max_wall))
 
 
-def quantity_of(result: Run, name: str) -> float:
+def quantity_of(result: RunResult, name: str) -> float:
     """Return a figure of a run; nan where there is none."""
     found = result.quantities.get(name)
     return float("nan") if found is None or found.value is None else found.value
 
 
-def warning_on(found: Run) -> str:
+def warning_on(found: RunResult) -> str:
     """Return why a run failed, or what its self-audit found; nothing if all is well."""
     failed = failures(found.checks)
     return found.reason or (f"self-audit failed: {failed}" if failed else "")

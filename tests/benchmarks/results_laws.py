@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from frictionsim.plots.style import BLACK, line, put_key
-from frictionsim.simulation.simulate import Run
+from frictionsim.plots.style import BLACK, add_legend, line
+from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import (
-    INSTANT,
+    WARM_UP_FRACTION,
     WIDTH,
     Table,
     quantity_of,
@@ -104,19 +104,19 @@ def _cases(duration: float, tolerances: Any, speeds: Any) -> list[Case]:
 
 def _measure(case: Case, max_wall: float) -> Row:
     say(f"  {case.name}, rtol {case.rtol:g}, {case.duration:g} s")
-    solve(case.base, *case.overrides, *INSTANT)
+    solve(case.base, *case.overrides, *WARM_UP_FRACTION)
     times = (f"solver.duration={case.duration}", f"output.interval={case.duration / 200}")
     found = solve(case.base, *case.overrides, *times, max_wall=max_wall)
     done = found.status == "done"
     names = ("slip_percent", "stick_fraction", "driven_speed")
     slip, share, driven = (quantity_of(found, name) if done else float("nan") for name in names)
-    counts = found.counts
+    statistics = found.statistics
     relative = _relative_speed(found) if done else float("nan")
-    work = counts.wall_seconds, counts.steps, counts.rejected
+    work = statistics.wall_seconds, statistics.steps, statistics.rejected
     return Row(case, slip, share, relative, driven, *work, warning_on(found))
 
 
-def _relative_speed(found: Run) -> float:
+def _relative_speed(found: RunResult) -> float:
     """Return the median speed, against its pulley, of the bodies that touch one, m/s."""
     late = found.time >= LATE * found.time[-1]
     touching = found.channels["pulley_index"][late] >= 0
@@ -201,7 +201,7 @@ def _draw(rows: list[Row]) -> Figure:
             pair[0].set_yticks((10, 20, 40))
     panels[-1][0].set_xlabel("relative tolerance")
     panels[-1][1].set_xlabel("transition speed, m/s")
-    put_key(figure, handles, columns=3)
+    add_legend(figure, handles, columns=3)
     return figure
 
 

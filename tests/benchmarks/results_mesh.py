@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from frictionsim.plots.style import line, put_key
-from frictionsim.simulation.simulate import Run
+from frictionsim.plots.style import add_legend, line
+from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import (
-    INSTANT,
+    WARM_UP_FRACTION,
     WIDTH,
     Table,
     save_picture,
@@ -88,7 +88,7 @@ def _measure(scenario: BeltDriveScenario, bends: bool, count: int, scale: float)
     say(f"  {scenario.base}, {count} bodies, {'with' if bends else 'without'} bending")
     settings = ("solver.backend=moreau", f"mechanism.belt.bodies={count}", CHANNELS)
     without = () if bends else ("bending",)
-    solve(scenario.base, *settings, *INSTANT, without=without)
+    solve(scenario.base, *settings, *WARM_UP_FRACTION, without=without)
     duration = f"solver.duration={scenario.duration * scale}"
     found = solve(
         scenario.base, *settings, duration, f"output.interval={INTERVAL}", without=without
@@ -110,12 +110,12 @@ def _measure(scenario: BeltDriveScenario, bends: bool, count: int, scale: float)
         float(np.std(speed[:, scenario.free])),
         crossings,
         _rms_about(crossings, speed[:, scenario.free], INTERVAL),
-        found.counts.wall_seconds,
+        found.statistics.wall_seconds,
         warning_on(found),
     )
 
 
-def _where_it_sticks(found: Run, late: Any) -> float:
+def _where_it_sticks(found: RunResult, late: Any) -> float:
     """Return the median tension of the joints on the driver whose body sticks there, N.
 
     Most of that arc has one tension; at its entry it rises, or falls, to it.
@@ -142,7 +142,7 @@ def _word(bends: bool) -> str:
     return "with" if bends else "without"
 
 
-def _crossings(found: Run, count: int, speed: float) -> float:
+def _crossings(found: RunResult, count: int, speed: float) -> float:
     """Return how many bodies run on to a pulley in a second."""
     pulleys = found.scenario.mechanism.pulleys
     radius = pulleys[0].radius
@@ -209,7 +209,7 @@ def _draw(families: list[list[tuple[Any, ...]]]) -> Figure:
         panel.set_ylabel(f"{name},\noff the finest, %" if name else HEADING[column])
     panels[-1][1].remove()
     panels[-1][0].set_xlabel("bodies of the belt")
-    put_key(figure, handles, columns=2)
+    add_legend(figure, handles, columns=2)
     return figure
 
 

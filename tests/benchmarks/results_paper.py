@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from frictionsim.io import hdf5
 from frictionsim.plots import belt_time_history
 from frictionsim.plots.belt_geometry import middle_of_first_span
-from frictionsim.plots.style import BLACK, GREY, grid, line, put_key
+from frictionsim.plots.style import BLACK, GREY, add_legend, grid, line
 from tests.benchmarks.results_common import (
     RESULTS,
     WIDTH,
@@ -130,7 +130,7 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
     relative.set_xlabel("time, s")
     for panel in (speed, relative):
         grid(panel)
-    put_key(figure, handles, columns=2)
+    add_legend(figure, handles, columns=2)
     return figure
 
 

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, grid, line, put_key
-from frictionsim.simulation.simulate import Run
+from frictionsim.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, add_legend, grid, line
+from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import WIDTH, quantity_of, save_picture, say, solve
 from tests.support.problems import RAMP
 
@@ -40,12 +40,12 @@ def pulley() -> None:
     say(table(done))
 
 
-def to_the_end() -> Run:
+def to_the_end() -> RunResult:
     """Return the run of the shipped scenario over the paper's 10 s."""
     return solve("pulley", f"solver.duration={DURATION}")
 
 
-def rows(done: Run) -> list[Row]:
+def rows(done: RunResult) -> list[Row]:
     """Return what was found where the closed form is known to more digits than a run can have."""
     found = []
     for time, *exact in RAMP:
@@ -55,7 +55,7 @@ def rows(done: Run) -> list[Row]:
     return found
 
 
-def table(done: Run) -> str:
+def table(done: RunResult) -> str:
     """Return the table of `results/README.md`."""
     head = f"| time, s | θ, rad | ω, rad/s | {ALPHA}, rad/s² | largest difference |"
     lines = [head, "|---" * 5 + "|"]
@@ -68,7 +68,7 @@ def table(done: Run) -> str:
     return "\n".join(lines)
 
 
-def _figure(done: Run) -> Figure:
+def _figure(done: RunResult) -> Figure:
     figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     figure.suptitle(
         "Fig. 10 of the pulley's paper to its end, scenarios/pulley.toml over 10 s",
@@ -96,11 +96,11 @@ def _figure(done: Run) -> Figure:
     early.set_ylim(-100.0, LOW)
     early.tick_params(labelsize="small")
     early.set_title("the first 3 s", fontsize="small")
-    put_key(figure, handles, columns=3)
+    add_legend(figure, handles, columns=3)
     return figure
 
 
-def _draw(axes: Any, done: Run) -> list[Any]:
+def _draw(axes: Any, done: RunResult) -> list[Any]:
     handles = []
     for number, (name, (factor, words, colour)) in enumerate(CURVES.items()):
         style = line(number) | {"color": colour}

@@ -21,7 +21,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.cli.tables import ProgressBar
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5
-from frictionsim.io.atomic_write import check_target
+from frictionsim.io.atomic_write import check_writable
 from frictionsim.results import Check, Quantity, quantities_json
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
@@ -170,17 +170,22 @@ def test_json_is_one_object_with_the_documented_keys(
     for quantity in found["quantities"].values():
         assert quantity.keys() == {"value", "unit"}
         assert quantity["value"] is None or isinstance(quantity["value"], float)
-    counts = found["solver"]
-    assert counts.keys() == {
+    statistics = found["solver"]
+    assert statistics.keys() == {
         *("steps", "rejected", "rhs_evaluations", "states"),
         *("wall_seconds", "compile_seconds"),
     }
     seconds = {"wall_seconds", "compile_seconds"}
-    assert all(isinstance(counts[key], int) for key in counts.keys() - seconds)
-    assert counts["wall_seconds"] > 0.0
-    assert counts["compile_seconds"] == 0.0
+    assert all(isinstance(statistics[key], int) for key in statistics.keys() - seconds)
+    assert statistics["wall_seconds"] > 0.0
+    assert statistics["compile_seconds"] == 0.0
     assert found["effects"] == ["shaft_friction", "air_drag"]
-    assert found["audit"].keys() == {"energy", "friction", "power", "drift"}
+    assert found["audit"].keys() == {
+        "energy_balance",
+        "friction_law",
+        "dissipation_sign",
+        "stick_drift",
+    }
     for check in found["audit"].values():
         assert check["ok"] is True
         assert 0.0 <= check["value"] <= check["limit"]
@@ -279,15 +284,15 @@ def test_the_pace_is_that_of_this_process(begin: float, monkeypatch: pytest.Monk
     monkeypatch.setattr(monitor, "CALLS_BETWEEN_LOOKS", 1)
     monkeypatch.setattr("frictionsim.cli.tables.ProgressBar", Bar)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with monitor.watch(10.0, with_progress=True) as poll:
+    with monitor.monitor_run(10.0, with_progress=True) as on_step:
         clock += 30.0  # to compile
-        poll(begin)
+        on_step(begin)
         for step in range(1, 4):
             clock += 5.0
-            poll(begin + step)
-        poll(0.0)  # a second run, to estimate the error of the first
+            on_step(begin + step)
+        on_step(0.0)  # a second run, to estimate the error of the first
         clock += 7.0
-        poll(0.5)
+        on_step(0.5)
     assert Bar.shown == [
         *[(begin, None), (begin + 1.0, 5.0), (begin + 2.0, 5.0), (begin + 3.0, 5.0)],
         *[(0.0, None), (0.5, 14.0)],
@@ -354,7 +359,7 @@ def test_no_result_goes_to_a_device(device: str) -> None:
     if not Path(device).exists():
         pytest.skip(f"no {device} on this system")
     with pytest.raises(OutputError, match="this is a device; give the name of a file") as refused:
-        check_target(Path(device))
+        check_writable(Path(device))
     assert refused.value.exit_code == 4
 
 
@@ -410,17 +415,17 @@ def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
 def test_a_failed_audit_exits_3_and_names_the_check(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    failing = {"energy": Check(0.5, 1e-7)}
+    failing = {"energy_balance": Check(0.5, 1e-7)}
     monkeypatch.setattr("frictionsim.simulation.single_dof.audit", lambda *run: failing)
     assert run_command_line(["solve", PULLEY, "-o", "a.h5", "--json"]) == 3
     said = capsys.readouterr()
     assert "self-audit failed: energy 0.5 above 1e-07; do not trust a.h5" in said.err
-    assert json.loads(said.out)["audit"]["energy"]["ok"] is False
+    assert json.loads(said.out)["audit"]["energy_balance"]["ok"] is False
 
 
 def wait_for_run(process: "subprocess.Popen[str]") -> None:
     """Wait until a process has loaded the last library before it simulates, and a bit more."""
-    while process.poll() is None:
+    while process.on_step() is None:
         if "h5py" in Path(f"/proc/{process.pid}/maps").read_text():
             time.sleep(0.6)  # for some samples to keep; without it there may be only the first
             return
@@ -467,7 +472,7 @@ def test_a_second_signal_that_is_meant_ends_at_once(monkeypatch: pytest.MonkeyPa
     left: list[int] = []
     monkeypatch.setattr("os._exit", left.append)
     monkeypatch.setattr(monitor, "SECONDS_FOR_ONE_SIGNAL", 0.01)
-    with monitor.watch(1.0, with_progress=False):
+    with monitor.monitor_run(1.0, with_progress=False):
         signal.raise_signal(signal.SIGINT)
         time.sleep(0.02)
         signal.raise_signal(signal.SIGINT)

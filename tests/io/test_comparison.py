@@ -60,7 +60,7 @@ def add(name: str, index: int, difference: float) -> Edit:
     return edit
 
 
-def put(name: str, index: int, value: float) -> Edit:
+def write_atomically(name: str, index: int, value: float) -> Edit:
     """Return an edit that sets one value of a channel, or of the events."""
 
     def edit(file: Any) -> None:
@@ -160,7 +160,7 @@ def test_an_ignored_channel_is_not_in_the_table(compare: Compare) -> None:
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_what_is_not_finite_differs_from_every_number(value: float, compare: Compare) -> None:
-    code, table = compare(put("angle", 100, value), "--atol", "1e300")
+    code, table = compare(write_atomically("angle", 100, value), "--atol", "1e300")
     assert code == 1
     assert rows(table)[0][0] == "angle"
 
@@ -209,9 +209,9 @@ def test_a_channel_in_another_unit_differs(compare: Compare) -> None:
         pytest.param(add("events/time", 0, 0.9 * TIME_ATOL), 0, id="a little later"),
         pytest.param(add("events/time", 0, -0.9 * TIME_ATOL), 0, id="a little earlier"),
         pytest.param(add("events/time", 0, 1.1 * TIME_ATOL), 1, id="too late"),
-        pytest.param(put("events/time", 0, np.nan), 1, id="at no time"),
-        pytest.param(put("events/mode_to", 0, -1.0), 1, id="to another mode"),
-        pytest.param(put("events/mode_from", 0, 1.0), 1, id="from another mode"),
+        pytest.param(write_atomically("events/time", 0, np.nan), 1, id="at no time"),
+        pytest.param(write_atomically("events/mode_to", 0, -1.0), 1, id="to another mode"),
+        pytest.param(write_atomically("events/mode_from", 0, 1.0), 1, id="from another mode"),
     ],
 )
 def test_events_agree_in_modes_and_within_the_time_tolerance(
@@ -288,7 +288,7 @@ NOT_COMPARABLE: dict[str, tuple[Edit, str]] = {
     "no events": (lambda file: file.pop("events"), FOREIGN),
     "no kind": (lambda file: file.attrs.pop("kind"), FOREIGN),
     "no time": (lambda file: file.pop("time"), FOREIGN),
-    "contact without a name": (put("events/contact", 0, 7.0), FOREIGN),
+    "contact without a name": (write_atomically("events/contact", 0, 7.0), FOREIGN),
 }
 
 

@@ -8,11 +8,11 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetSpent, Interrupted, OutputError
+from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5
 from frictionsim.io.destination import Destination, partial_name, whole_name
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -35,19 +35,19 @@ def status(path: str) -> str:
     return hdf5.read(Path(path)).attributes["status"]
 
 
-def stopping(after: int, error: Callable[[float], Exception]) -> Run:
+def stopping(after: int, error: Callable[[float], Exception]) -> RunResult:
     """Return the run of the pulley that ends at a call of its poll."""
     calls = iter(range(after))
 
-    def poll(t: float) -> None:
+    def on_step(t: float) -> None:
         if next(calls, None) is None:
             raise error(t)
 
-    return run(validate(pulley(), SCENARIOS), poll)
+    return run(validate(pulley(), SCENARIOS), on_step)
 
 
-def spent(t: float) -> BudgetSpent:
-    return BudgetSpent(f"stopped at t = {t} s")
+def spent(t: float) -> BudgetExceeded:
+    return BudgetExceeded(f"stopped at t = {t} s")
 
 
 def files(folder: Path) -> set[str]:
@@ -182,7 +182,7 @@ def test_checkpoints_go_beside_what_is_done_and_leave_nothing(
     written: list[Path] = []
     write = hdf5.write
 
-    def noting(result: Run, path: Path) -> None:
+    def noting(result: RunResult, path: Path) -> None:
         written.append(path)
         write(result, path)
 
@@ -282,7 +282,7 @@ def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_run(
 ) -> None:
     write = hdf5.write
 
-    def refusing(result: Run, path: Path) -> None:
+    def refusing(result: RunResult, path: Path) -> None:
         if result.status != "done":
             raise OutputError("no room")
         write(result, path)

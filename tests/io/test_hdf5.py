@@ -17,7 +17,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5
 from frictionsim.scenario.loading import load, resolved_toml
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 CHANNELS = ["angle", "angular_velocity", "angular_acceleration", "drive_force"]
@@ -27,13 +27,13 @@ SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 
 
 @pytest.fixture(scope="module")
-def done() -> Run:
+def done() -> RunResult:
     """A run that breaks away and comes to rest again and again."""
     return simulate(pulley(drive__force=SINE))
 
 
 @pytest.fixture(scope="module")
-def result(done: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The file of that run; not to be changed."""
     path = tmp_path_factory.mktemp("result") / "pulley.h5"
     hdf5.write(done, path)
@@ -51,7 +51,7 @@ def datasets(file: Any) -> dict[str, Any]:
     return found
 
 
-def test_the_root_says_what_was_run_and_how_it_ended(done: Run, result: Path) -> None:
+def test_the_root_says_what_was_run_and_how_it_ended(done: RunResult, result: Path) -> None:
     with h5py.File(result) as file:
         attributes = dict(file.attrs)
     assert attributes == {
@@ -105,7 +105,7 @@ def test_time_is_the_dimension_scale_of_every_channel_in_its_group(result: Path)
                 assert dataset.dims[0]["time"] == time, name
 
 
-def test_channels_are_those_of_the_run(done: Run, result: Path) -> None:
+def test_channels_are_those_of_the_run(done: RunResult, result: Path) -> None:
     found = hdf5.read(result)
     expected = {"time": done.time, **done.channels}
     assert found.channels.keys() == expected.keys()
@@ -114,7 +114,7 @@ def test_channels_are_those_of_the_run(done: Run, result: Path) -> None:
         assert name == "time" or found.units[name] == done.channel_info[name].unit
 
 
-def test_events_are_the_transitions_of_the_run(done: Run, result: Path) -> None:
+def test_events_are_the_transitions_of_the_run(done: RunResult, result: Path) -> None:
     found = hdf5.read(result)
     events = zip(
         found.events["time"],
@@ -270,7 +270,7 @@ def test_what_is_no_result_is_refused(
 
 @pytest.mark.parametrize(("place", "name"), [(os, "fsync"), (Path, "replace"), (Path, "open")])
 def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
-    place: Any, name: str, done: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    place: Any, name: str, done: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.h5"
     path.write_bytes(b"the result of yesterday")
@@ -286,7 +286,7 @@ def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-def test_a_link_stays_a_link_to_the_new_result(done: Run, tmp_path: Path) -> None:
+def test_a_link_stays_a_link_to_the_new_result(done: RunResult, tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "old.h5").write_bytes(b"the result of yesterday")
     link = tmp_path / "link.h5"

@@ -18,7 +18,7 @@ from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
 from frictionsim.results import Channel, Check, Quantity, Transition
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import Counts, Run
+from frictionsim.simulation.simulate import RunResult, SolverStatistics
 from tests.support.scenarios import SCENARIOS, pulley
 
 SAMPLES, BODIES = 3000, 40
@@ -29,11 +29,11 @@ CHANNELS = {
 }
 
 
-def run_of(samples: int) -> Run:
+def run_of(samples: int) -> RunResult:
     """Return a run of a mechanism of many parts, as no kind of scenario gives it."""
     time = np.linspace(0.0, 3.0, samples)
     bodies = np.arange(BODIES)
-    return Run(
+    return RunResult(
         scenario=validate(pulley(), SCENARIOS),
         effects=(),
         channel_info=CHANNELS,
@@ -46,8 +46,8 @@ def run_of(samples: int) -> Run:
         },
         transitions=[Transition(1.5, "driver", 0, 1)],
         quantities={"final_time": Quantity(3.0, "s")},
-        checks={"energy": Check(0.0, 1e-7)},
-        counts=Counts(100, 0, 100, 2 * BODIES, 0.1),
+        checks={"energy_balance": Check(0.0, 1e-7)},
+        statistics=SolverStatistics(100, 0, 100, 2 * BODIES, 0.1),
         status="done",
         reason="",
         exit_code=0,
@@ -55,12 +55,12 @@ def run_of(samples: int) -> Run:
 
 
 @pytest.fixture
-def run() -> Run:
+def run() -> RunResult:
     return run_of(SAMPLES)
 
 
 @pytest.fixture
-def path(run: Run, tmp_path: Path) -> Path:
+def path(run: RunResult, tmp_path: Path) -> Path:
     hdf5.write(run, tmp_path / "a.h5")
     return tmp_path / "a.h5"
 
@@ -94,12 +94,12 @@ def test_only_wide_channels_are_compressed_by_rows(path: Path) -> None:
             assert (file[axis].attrs["units"], file[axis].is_scale) == ("1", True)
 
 
-def test_an_axis_that_no_channel_has_is_not_written(run: Run, tmp_path: Path) -> None:
+def test_an_axis_that_no_channel_has_is_not_written(run: RunResult, tmp_path: Path) -> None:
     hdf5.write(run._replace(channels={"speed": run.channels["speed"]}), tmp_path / "a.h5")
     assert hdf5.read(tmp_path / "a.h5").members.keys() == {"pulley"}
 
 
-def test_xarray_opens_it_unaided(run: Run, path: Path) -> None:
+def test_xarray_opens_it_unaided(run: RunResult, path: Path) -> None:
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["belt_speed"].dims == ("time",)
         assert root["speed"].dims == ("time", "pulley")
@@ -109,7 +109,9 @@ def test_xarray_opens_it_unaided(run: Run, path: Path) -> None:
         assert events["mode_to"].values.tolist() == [1.0]
 
 
-def test_two_files_of_a_run_have_identical_bytes(run: Run, path: Path, tmp_path: Path) -> None:
+def test_two_files_of_a_run_have_identical_bytes(
+    run: RunResult, path: Path, tmp_path: Path
+) -> None:
     hdf5.write(run, tmp_path / "b.h5")
     assert path.read_bytes() == (tmp_path / "b.h5").read_bytes()
 
@@ -145,7 +147,7 @@ def test_columns_that_belong_to_nothing_are_refused(
         hdf5.read(path)
 
 
-def compared(run: Run, path: Path, channel: str, **changes: Any) -> Row:
+def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
     """Return the row of a channel where a changed run is compared with the file."""
     other = path.with_name("other.h5")
     hdf5.write(run._replace(**changes), other)
@@ -158,7 +160,7 @@ def compared(run: Run, path: Path, channel: str, **changes: Any) -> Row:
     ("channel", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
 )
 def test_a_difference_is_told_with_its_member(
-    channel: str, member: int, note: str, run: Run, path: Path
+    channel: str, member: int, note: str, run: RunResult, path: Path
 ) -> None:
     assert compared(run, path, channel).ok
     values = run.channels[channel].copy()
@@ -168,7 +170,7 @@ def test_a_difference_is_told_with_its_member(
     assert (row.difference, row.at, row.note) == (pytest.approx(0.5), run.time[1000], note)
 
 
-def test_other_members_are_different(run: Run, path: Path) -> None:
+def test_other_members_are_different(run: RunResult, path: Path) -> None:
     for names in (("driver", "idler"), ("0", "1")):
         row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
         assert row.note == "of another axis, or of other members of it"
@@ -178,7 +180,7 @@ def test_other_members_are_different(run: Run, path: Path) -> None:
     assert (row.ok, row.difference) == (False, None)
 
 
-def test_samples_beside_an_event_are_left_out(run: Run, path: Path) -> None:
+def test_samples_beside_an_event_are_left_out(run: RunResult, path: Path) -> None:
     values = run.channels["tension"].copy()
     event = int(np.searchsorted(run.time, 1.5))
     values[event - 1 : event + 1] += 0.5
@@ -201,7 +203,7 @@ def test_few_members_are_drawn_each_with_its_name(
 
 
 def test_without_a_channel_for_its_panels_a_plot_takes_what_there_is(
-    run: Run, path: Path, tmp_path: Path
+    run: RunResult, path: Path, tmp_path: Path
 ) -> None:
     picture = tmp_path / "a.svg"
     plot(hdf5.read(path), picture)
@@ -212,7 +214,7 @@ def test_without_a_channel_for_its_panels_a_plot_takes_what_there_is(
 
 
 def test_transitions_without_a_position_have_none_in_json_and_table(
-    run: Run, capsys: pytest.CaptureFixture[str]
+    run: RunResult, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (event,) = run_json(run, "s.toml", "a.h5")["events"]
     assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}

@@ -19,7 +19,7 @@ OF_EFFECT = {
     "shaft_friction": {"friction_torque", "mode", "energy_friction"},
     "air_drag": {"energy_damping"},
 }
-AUDITS = {"shaft_friction": {"friction", "power", "drift"}, "air_drag": set()}
+AUDITS = {"shaft_friction": {"friction_law", "dissipation_sign", "stick_drift"}, "air_drag": set()}
 
 
 @pytest.mark.parametrize("named", [(), ("air_drag",), ("shaft_friction",), tuple(OF_EFFECT)])
@@ -30,16 +30,16 @@ def test_only_named_effects_leave_a_trace(named: tuple[str, ...], backend: str) 
     assert run.status == "done"
     assert set(run.effects) == set(named)
     # Angle, velocity, the work of the force, and one kind of heat for each effect.
-    assert run.counts.states == 3 + len(named)
+    assert run.statistics.states == 3 + len(named)
     assert set(run.channels) == BARE.union(*(OF_EFFECT[name] for name in named))
-    assert set(run.checks) == {"energy"}.union(*(AUDITS[name] for name in named))
+    assert set(run.checks) == {"energy_balance"}.union(*(AUDITS[name] for name in named))
 
 
 def test_a_scenario_without_effects_has_no_term_of_theirs() -> None:
     mechanism = mechanism_of(simulate(pulley(effects=None)))
     assert mechanism.contact is None
-    assert list(mechanism.powers) == ["energy_input"]
-    assert mechanism.moment(3000.0, 1.0, 5.0) == mechanism.moment(3000.0, 2.0, -7.0)
+    assert list(mechanism.power_flows) == ["energy_input"]
+    assert mechanism.applied_torque(3000.0, 1.0, 5.0) == mechanism.applied_torque(3000.0, 2.0, -7.0)
 
 
 def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
@@ -63,7 +63,7 @@ def test_absent_friction_moves_as_friction_of_zero_strength() -> None:
 def test_sampling_does_not_change_the_run() -> None:
     dense = simulate(pulley(output__interval=0.001))
     sparse = simulate(pulley(output__interval=1.0))
-    assert dense.counts.steps == sparse.counts.steps
+    assert dense.statistics.steps == sparse.statistics.steps
     assert dense.channels["angle"][-1] == sparse.channels["angle"][-1]
     assert dense.transitions == sparse.transitions
 

@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
-from frictionsim.mechanisms.tracer_point import TracerPoint, place
-from frictionsim.scenario.loading import ScenarioFaults, validate
-from frictionsim.simulation.simulate import Run
+from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
 
@@ -38,7 +38,7 @@ def gear(**changes: Any) -> Scenario:
     return changed(GEAR, **changes)
 
 
-def modes(run: Run) -> list[tuple[int, int]]:
+def modes(run: RunResult) -> list[tuple[int, int]]:
     return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 
@@ -199,13 +199,13 @@ def test_without_gravity_there_is_none() -> None:
 )
 def test_tracer_is_on_its_epicycloid(radius: float, x: float, y: float) -> None:
     point = TracerPoint(radius=radius, angle_deg=180.0)
-    found = place(0.18, 3.0, point, radians(15.0))
+    found = tracer_position(0.18, 3.0, point, radians(15.0))
     assert found == pytest.approx((x, y), abs=1e-12)  # the digits that are given
 
 
 def test_a_point_of_the_rim_stays_between_the_radii_and_has_a_path_of_8_lengths() -> None:
     angle = np.linspace(0.0, 2 * pi, 100_001)
-    x, y = place(0.18, 3.0, TracerPoint(radius=0.06), angle)
+    x, y = tracer_position(0.18, 3.0, TracerPoint(radius=0.06), angle)
     distance = np.hypot(x, y)
     assert distance.min() == pytest.approx(0.12, abs=1e-12)  # roundings
     assert distance.max() == pytest.approx(0.24, abs=1e-8)  # order h^2 of the samples
@@ -321,7 +321,7 @@ def test_statics_are_the_edges_of_the_stick_band() -> None:
     ],
 )
 def test_a_wrong_gear_is_refused(change: dict[str, Any], where: str, message: str) -> None:
-    with pytest.raises(ScenarioFaults) as refused:
+    with pytest.raises(ValidationFailure) as refused:
         validate(gear(**change), SCENARIOS)
     ((path, sentence),) = refused.value.faults
     assert ".".join(map(str, path)) == where
@@ -385,7 +385,7 @@ def test_every_run_passes_its_audit(
     run = simulate(free(angle, speed, torque, load, solver__backend=backend))
     assert run.status == "done"
     assert [name for name, check in run.checks.items() if not check.ok] == []
-    assert run.checks["energy"].value < 1e-9
+    assert run.checks["energy_balance"].value < 1e-9
 
 
 @moderate
@@ -395,7 +395,7 @@ def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -
     still = 2.82528 * cos(radians(angle))  # holds it in balance
     step = 1e-3
 
-    def released(at: float) -> Run:
+    def released(at: float) -> RunResult:
         force = {"time": [at, at + step], "value": [still, still + torque]}
         data = free(angle, 0.0, 0.0, "weight", solver__duration=at + 1.0, output__interval=at + 1.0)
         return simulate(changed(data, drive__torque=force))

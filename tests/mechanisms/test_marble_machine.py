@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine
 from frictionsim.mechanisms.journal_friction import friction_radius
-from frictionsim.scenario.loading import ScenarioFaults, validate
-from frictionsim.simulation.simulate import Run
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
 
@@ -51,7 +51,7 @@ def statics(**changes: Any) -> dict[str, float | None]:
     }
 
 
-def moves(run: Run) -> list[tuple[int, int]]:
+def moves(run: RunResult) -> list[tuple[int, int]]:
     """Return what the contact did, transfers left out."""
     return [(e.mode_from, e.mode_to) for e in run.transitions if e.contact == "shaft"]
 
@@ -89,7 +89,7 @@ def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
     assert contact is not None
 
     def lifts(torque: float, angle: float) -> bool:
-        return mechanism.moment(torque, angle, 0.0) > contact.static_limit(torque, angle)
+        return mechanism.applied_torque(torque, angle, 0.0) > contact.static_limit(torque, angle)
 
     worst = statics()["torque_to_lift_worst"]
     assert worst is not None
@@ -201,7 +201,7 @@ def test_a_torque_that_is_too_weak_stops_where_the_load_grows() -> None:
 
 
 def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
-    def driven(stall_torque: float) -> Run:
+    def driven(stall_torque: float) -> RunResult:
         motor = {"stall_torque": stall_torque, "no_load_speed": 6.3}
         data = machine(drive={"motor": motor}, effects__shaft_friction__mu_k=0.5)
         return simulate(changed(data, solver__duration=60.0))
@@ -224,7 +224,7 @@ def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
     assert [e.position for e in transfers] == pytest.approx(
         [radians(36.0) * (i + 1) for i in range(len(transfers))], abs=1e-12
     )
-    potential = mechanism_of(run).stores["energy_potential"]
+    potential = mechanism_of(run).stored_energies["energy_potential"]
     for i in range(4):
         height = potential(radians(36.0) * i + 1e-12, 0.0)
         # 1e-12 rad beyond the transfer, so that the cell is the next one
@@ -234,9 +234,9 @@ def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
 def test_potential_is_the_integral_of_the_load() -> None:
     mechanism = mechanism_of(simulate(machine()))
     angle = np.linspace(-1.0, 3.0, 400_001)
-    load = -mechanism.moment(0.0, angle, 0.0)
+    load = -mechanism.applied_torque(0.0, angle, 0.0)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (load[1:] + load[:-1]) * np.diff(angle))])
-    stored = mechanism.stores["energy_potential"](angle, 0.0)
+    stored = mechanism.stored_energies["energy_potential"](angle, 0.0)
     assert stored - stored[0] == pytest.approx(work, abs=1e-9)  # trapezia, order h^2
 
 
@@ -289,7 +289,7 @@ def test_only_named_effects_leave_a_trace() -> None:
     found = run.channels
     absent = {"load_torque", "friction_torque", "mode", "energy_potential", "energy_friction"}
     assert absent.isdisjoint(found)
-    assert run.counts.states == 3
+    assert run.statistics.states == 3
     assert mechanism_of(run).contact is None
 
 
@@ -310,7 +310,7 @@ def test_only_named_effects_leave_a_trace() -> None:
     ],
 )
 def test_a_wrong_machine_is_refused(change: dict[str, Any], where: str, message: str) -> None:
-    with pytest.raises(ScenarioFaults) as refused:
+    with pytest.raises(ValidationFailure) as refused:
         validate(machine(**change), SCENARIOS)
     ((path, sentence),) = refused.value.faults
     assert ".".join(map(str, path)) == where
@@ -344,4 +344,4 @@ def test_every_run_passes_its_audit(
     )
     assert run.status == "done"
     assert [name for name, check in run.checks.items() if not check.ok] == []
-    assert run.checks["energy"].value < 1e-9
+    assert run.checks["energy_balance"].value < 1e-9

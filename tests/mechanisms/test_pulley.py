@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import (
     BREAKAWAY,
     LOAD,
@@ -33,7 +33,7 @@ def ramp(backend: str = "events", **changes: Any) -> Scenario:
     )
 
 
-def modes(run: Run) -> list[tuple[int, int]]:
+def modes(run: RunResult) -> list[tuple[int, int]]:
     return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 
@@ -225,7 +225,7 @@ def test_stick_of_a_million_steps_does_not_drift() -> None:
         output__interval=1.0,
     )
     run = simulate(data)
-    assert run.counts.steps >= 1_000_000
+    assert run.statistics.steps >= 1_000_000
     assert run.transitions == []
     assert np.all(run.channels["angle"] == np.deg2rad(12.3))
     assert np.all(run.channels["angular_velocity"] == 0.0)

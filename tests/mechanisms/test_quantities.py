@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from frictionsim.io import hdf5
 from frictionsim.results import Quantities
-from frictionsim.scenario.kinds import KINDS, module_of
-from frictionsim.simulation.simulate import Run
+from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.simulation.simulate import RunResult
 from tests.support.drawn_scenarios import gears, marble_machines, of_size, pulleys, signals, some
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
 from tests.support.second_way import Record, Seen, Table, misfits, motion, read
@@ -45,7 +45,7 @@ def room() -> Iterator[Path]:
         yield Path(name)
 
 
-def recorded(done: Run, room: Path) -> Record:
+def recorded(done: RunResult, room: Path) -> Record:
     """Return what stands in the file of a run."""
     hdf5.write(done, room / "a.h5")
     return read(room / "a.h5")
@@ -66,7 +66,7 @@ def assert_second_way(data: Scenario, room: Path) -> Record:
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario["drive"]:
         assert misfits(record) == []
-    found = module_of(data["kind"]).statics(done.scenario)
+    found = mechanism_module(data["kind"]).statics(done.scenario)
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
     return record
 

@@ -10,7 +10,7 @@ from frictionsim.errors import InputError
 from frictionsim.io import hdf5
 from frictionsim.io.hdf5 import Result
 from frictionsim.plots import VIEWS, plot
-from frictionsim.plots.belt_geometry import BeltLine, first_off, middle_of_first_span, runs
+from frictionsim.plots.belt_geometry import BeltLine, first_free_body, middle_of_first_span, runs
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
@@ -146,7 +146,7 @@ def test_a_point_has_the_place_of_the_nearest_leg(tmp_path: Path) -> None:
     middle = 0.5 * (belt.place[10] + belt.place[11])
     start, stop = (np.array(belt._points[i]) for i in (10, 11))
     off = 0.002 * np.array([start[1] - stop[1], stop[0] - start[0]]) / np.hypot(*(stop - start))
-    places = belt.places_of(np.array([start, 0.5 * (start + stop) + off]))
+    places = belt.project(np.array([start, 0.5 * (start + stop) + off]))
     np.testing.assert_allclose(places, [belt.place[10], middle], atol=1e-12)
 
 
@@ -166,5 +166,5 @@ def test_runs_are_those_of_equal_values() -> None:
 def test_the_first_span_begins_where_the_belt_leaves_the_first_pulley(
     touched: list[int], off: int, middle: int
 ) -> None:
-    assert first_off(np.array(touched)) == off
+    assert first_free_body(np.array(touched)) == off
     assert middle_of_first_span(np.array(touched)) == middle

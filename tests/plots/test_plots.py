@@ -12,8 +12,8 @@ import pytest
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5
 from frictionsim.plots import VIEWS, plot, plot_all, views_of
-from frictionsim.plots.time_history import rows_for
-from frictionsim.simulation.simulate import Run
+from frictionsim.plots.time_history import label_rows
+from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -32,11 +32,11 @@ def scenario(name: str) -> Scenario:
 
 
 @cache
-def run_of(name: str) -> Run:
+def run_of(name: str) -> RunResult:
     return belt_run(BELTS[name]) if name in BELTS else simulate(scenario(name))
 
 
-def drawn(run: Run, tmp_path: Path, view: str | None = None, body: int | None = None) -> str:
+def drawn(run: RunResult, tmp_path: Path, view: str | None = None, body: int | None = None) -> str:
     """Return the picture of a run as the text of an SVG."""
     hdf5.write(run, tmp_path / "drawn.h5")
     picture = tmp_path / "drawn.svg"
@@ -234,7 +234,7 @@ def test_a_view_says_which_channels_it_needs(
 
 
 def test_texts_go_into_rows_until_they_have_room() -> None:
-    assert rows_for([0.0, 1.0, 2.0], 0.9, most=2) == [0, 0, 0]
-    assert rows_for([0.0, 0.5, 1.0], 0.9, most=2) == [0, 1, 0]
-    assert rows_for(np.array([0.0, 0.1, 0.2]), 0.9, most=2) == []
-    assert rows_for([], 0.9, most=2) == []
+    assert label_rows([0.0, 1.0, 2.0], 0.9, most=2) == [0, 0, 0]
+    assert label_rows([0.0, 0.5, 1.0], 0.9, most=2) == [0, 1, 0]
+    assert label_rows(np.array([0.0, 0.1, 0.2]), 0.9, most=2) == []
+    assert label_rows([], 0.9, most=2) == []

@@ -141,7 +141,7 @@ def test_a_checkpointed_file_can_be_read_at_any_time(
     target = tmp_path / "a.h5"
     times = set()
     with started("solve", whole[0], "-q", "-o", "a.h5", cwd=tmp_path) as process:
-        while process.poll() is None:
+        while process.on_step() is None:
             if target.exists():
                 found = hdf5.read(target)
                 assert np.all(np.isfinite(found.channels["angle"]))

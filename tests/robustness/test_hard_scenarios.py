@@ -10,7 +10,7 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.problems import R_K, RETURN_STICK, cases
 from tests.support.scenarios import SCENARIOS
 
@@ -32,7 +32,7 @@ KNOWN = {
 }
 
 
-def outcome(name: str, backend: str, *overrides: str) -> Run:
+def outcome(name: str, backend: str, *overrides: str) -> RunResult:
     """Run a hard scenario, which has to pass its audit."""
     scenario = load(HARD / f"{name}.toml", list(overrides), backend)
     done = run(scenario, lambda t: None)
@@ -41,7 +41,7 @@ def outcome(name: str, backend: str, *overrides: str) -> Run:
     return done
 
 
-def modes(of: Run) -> list[tuple[int, int]]:
+def modes(of: RunResult) -> list[tuple[int, int]]:
     """Return what the contact went through; transfers of marbles are no changes of mode."""
     return [(e.mode_from, e.mode_to) for e in of.transitions if e.mode_from != e.mode_to]
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.errors import BudgetSpent
-from frictionsim.scenario.loading import ScenarioFaults, validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.errors import BudgetExceeded
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size, some
 from tests.support.scenarios import SCENARIOS, Scenario
@@ -46,13 +46,15 @@ def belts(draw: st.DrawFn) -> Scenario:
     return data
 
 
-def simulated(data: Scenario, backend: str, poll: Any = lambda t: None, **kept: Any) -> Run | None:
+def simulated(
+    data: Scenario, backend: str, on_step: Any = lambda t: None, **kept: Any
+) -> RunResult | None:
     """Run a belt; None if its numbers turn out not to make one."""
     try:
         scenario = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
-    except ScenarioFaults:
+    except ValidationFailure:
         return None
-    return run(scenario, poll, **kept)
+    return run(scenario, on_step, **kept)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -60,9 +62,9 @@ def simulated(data: Scenario, backend: str, poll: Any = lambda t: None, **kept: 
 @given(data=belts())
 def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> None:
     done = simulated(data, backend)
-    if done is None or done.failure == "budget":
+    if done is None or done.failure == "budget_exceeded":
         return
-    assert (done.status, done.failure) in {("done", ""), ("failed", "left_pulleys")}
+    assert (done.status, done.failure) in {("done", ""), ("failed", "belt_off_pulleys")}
     assert all(np.isfinite(channel).all() for channel in done.channels.values())
     if done.status == "done" and not done.warnings:  # a slack belt claps; its checks may fail
         assert {name for name, check in done.checks.items() if not check.ok} == set()
@@ -82,7 +84,7 @@ def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: 
 
     def stop(t: float) -> None:
         if t >= share * DURATION:
-            raise BudgetSpent("enough")
+            raise BudgetExceeded("enough")
 
     part = simulated(data, backend, stop)
     assert part is not None
@@ -93,7 +95,7 @@ def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: 
         assert np.array_equal(channel, part.channels[name]), name
 
 
-def _is_its_own_image(done: Run) -> bool:
+def _is_its_own_image(done: RunResult) -> bool:
     """Return whether the belt lies at rest as its mirror image does: not if it is off a corner."""
     x, y = done.channels["x"][0], done.channels["y"][0]
     apart = np.hypot(x[:, None] - x, y[:, None] + y)

@@ -175,7 +175,7 @@ def test_what_is_no_file_is_refused(name: str, tmp_path: Path) -> None:
 def test_a_file_that_is_too_large_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loading, "LARGEST_FILE", 1 << 20)
+    monkeypatch.setattr(loading, "MAX_FILE_SIZE", 1 << 20)
     with pytest.raises(ScenarioError, match="larger than 1 MiB; put long signals into CSV"):
         load(write_scenario(tmp_path, TEXT + "#" * (1 << 20)))
 

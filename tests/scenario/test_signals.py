@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from frictionsim.scenario.messages import fault_text
-from frictionsim.scenario.schema import Params, quantity
+from frictionsim.scenario.messages import error_message
+from frictionsim.scenario.schema import Params, unit_field
 from frictionsim.scenario.signal_tables import (
     SpeedOrTimeSignal,
     SpeedTable,
@@ -32,13 +32,13 @@ def signal(table: Any, folder: Path = Path()) -> Signal:
 def test_a_number_is_a_constant() -> None:
     for number in (3, 3.0):
         force = signal(number)
-        assert (force(0.0), force(1e9), force.next_kink(0.0)) == (3.0, 3.0, inf)
+        assert (force(0.0), force(1e9), force.next_discontinuity(0.0)) == (3.0, 3.0, inf)
 
 
 def test_points_are_joined_by_lines_and_constant_outside() -> None:
     force = signal({"time": [1, 2, 4], "value": [10, 20, 0]})
     assert [force(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] == [10, 10, 15, 20, 10, 0, 0]
-    assert [force.next_kink(t) for t in (0.0, 1.0, 1.5, 2.0, 4.0)] == [1, 2, 2, 4, inf]
+    assert [force.next_discontinuity(t) for t in (0.0, 1.0, 1.5, 2.0, 4.0)] == [1, 2, 2, 4, inf]
 
 
 def test_a_single_point_or_equal_values_are_a_constant() -> None:
@@ -56,16 +56,16 @@ def test_sine_has_mean_amplitude_frequency_and_phase() -> None:
     force = signal({"sine": {"mean": 2, "amplitude": 3, "frequency_hz": 0.5, "phase_deg": 30}})
     assert force(0.0) == pytest.approx(3.5, rel=1e-15)
     assert force(1.3) == pytest.approx(2 + 3 * sin(pi * 1.3 + pi / 6), rel=1e-15)
-    assert force.next_turn(0.0) == pytest.approx(1 / 3, rel=1e-15)
-    assert force.next_turn(0.5) == pytest.approx(4 / 3, rel=1e-15)
-    assert force.next_kink(0.0) == inf
+    assert force.next_extremum(0.0) == pytest.approx(1 / 3, rel=1e-15)
+    assert force.next_extremum(0.5) == pytest.approx(4 / 3, rel=1e-15)
+    assert force.next_discontinuity(0.0) == inf
 
 
 def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
     force = signal({"smooth_step": {"from": 2, "to": 4, "start": 1, "stop": 3}})
     assert [force(t) for t in (0.0, 1.0, 2.0, 3.0, 9.0)] == [2, 2, 3, 4, 4]
     assert force(1.5) == pytest.approx(2 + 2 * (3 * 0.25**2 - 2 * 0.25**3), rel=1e-15)
-    assert [force.next_kink(t) for t in (0.0, 1.0, 2.0, 3.0)] == [1, 3, 3, inf]
+    assert [force.next_discontinuity(t) for t in (0.0, 1.0, 2.0, 3.0)] == [1, 3, 3, inf]
     h = 1e-6
     for t in (1.0, 3.0):  # the slope is continuous: zero at both ends, to the order of h
         assert (force(t + h) - force(t - h)) / (2 * h) == pytest.approx(0.0, abs=1e-5)
@@ -82,11 +82,11 @@ def test_csv_signals_are_points(text: str, tmp_path: Path) -> None:
 
 
 class BeltDrive(Params):
-    torque: SpeedOrTimeSignal | None = quantity("N m", None)
+    torque: SpeedOrTimeSignal | None = unit_field("N m", None)
 
 
 class PulleyDrive(Params):
-    torque: TimeSignal | None = quantity("N m", None)
+    torque: TimeSignal | None = unit_field("N m", None)
 
 
 def test_a_signal_of_speed_or_time_takes_both() -> None:
@@ -106,7 +106,7 @@ def test_a_signal_of_speed_or_time_takes_both() -> None:
 def faults_of(model: type[Params], table: Any) -> list[str]:
     with pytest.raises(ValidationError) as refused:
         model.model_validate({"torque": table})
-    faults = [fault_text(error, model) for error in refused.value.errors()]
+    faults = [error_message(error, model) for error in refused.value.errors()]
     return [f"{'.'.join(map(str, path))}: {text}" for path, text in faults]
 
 
@@ -180,21 +180,21 @@ signals = st.one_of(
 
 
 @given(signals, st.floats(0, 20))
-def test_slope_is_the_derivative(force: Signal, t: float) -> None:
+def test_derivative_is_the_derivative(force: Signal, t: float) -> None:
     """The slope integrated over a piece, by Gauss' formula of three points, is the rise."""
-    end = min(force.next_kink(t), force.next_turn(t), t + 1.0)
+    end = min(force.next_discontinuity(t), force.next_extremum(t), t + 1.0)
     half, middle = 0.5 * (end - t), 0.5 * (end + t)
     nodes = ((-(0.6**0.5), 5 / 9), (0.0, 8 / 9), (0.6**0.5, 5 / 9))
-    rise = half * sum(weight * force.slope(middle + half * x) for x, weight in nodes)
+    rise = half * sum(weight * force.derivative(middle + half * x) for x, weight in nodes)
     # Exact for the cubic; of half a wave of the sine it misses 2e-3 at most.
     assert rise == pytest.approx(force(end) - force(t), rel=5e-3, abs=1e-9)
 
 
 @given(signals, st.floats(0, 20))
 def test_a_signal_is_monotone_up_to_its_next_turn(force: Signal, t: float) -> None:
-    turn = force.next_turn(t)
+    turn = force.next_extremum(t)
     assert turn > t
-    assert force.next_kink(t) >= turn
+    assert force.next_discontinuity(t) >= turn
     values = [force(x) for x in np.linspace(t, min(turn, t + 10.0), 50)]
     steps = np.diff(values)
     rounding = 1e-11  # of values up to 20 in a phase of up to 1e4

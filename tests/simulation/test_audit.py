@@ -11,8 +11,8 @@ from frictionsim.mechanisms.pulley import build
 from frictionsim.results import failures
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.audit import audit, energy_check
-from frictionsim.simulation.single_dof import OneCoordinate
-from frictionsim.solvers.mechanism import Contact, Series
+from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers.mechanism import DryFriction, Trajectory
 from tests.support.problems import RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
@@ -21,20 +21,20 @@ SCENE = validate(DATA, SCENARIOS)
 
 
 @pytest.fixture(scope="module")
-def sound() -> Series:
-    simulation = OneCoordinate(SCENE, build(SCENE))
+def sound() -> Trajectory:
+    simulation = SingleDofSimulation(SCENE, build(SCENE))
     simulation.solve(lambda t: None)
-    return simulation.series()
+    return simulation.trajectory()
 
 
-def contact() -> Contact:
+def contact() -> DryFriction:
     found = build(SCENE).contact
     assert found is not None
     return found
 
 
-def failed(series: Series) -> set[str]:
-    checks = audit(series, contact(), SCENE.solver.rtol, SCENE.solver.atol, size=45.0)
+def failed(trajectory: Trajectory) -> set[str]:
+    checks = audit(trajectory, contact(), SCENE.solver.rtol, SCENE.solver.atol, size=45.0)
     return {name for name, check in checks.items() if not check.ok}
 
 
@@ -44,32 +44,39 @@ def with_sample(channel: Any, i: int, value: float) -> Any:
     return channel
 
 
-def test_a_sound_run_passes(sound: Series) -> None:
-    assert set(simulate(DATA).checks) == {"energy", "friction", "power", "drift"}
+def test_a_sound_run_passes(sound: Trajectory) -> None:
+    assert set(simulate(DATA).checks) == {
+        "energy_balance",
+        "friction_law",
+        "dissipation_sign",
+        "stick_drift",
+    }
     assert failed(sound) == set()
 
 
-def test_energy_that_is_missing_is_found(sound: Series) -> None:
-    lossy = sound.ledger | {"energy_friction": sound.ledger["energy_friction"] * (1.0 - 1e-5)}
-    assert failed(sound._replace(ledger=lossy)) == {"energy"}
+def test_energy_that_is_missing_is_found(sound: Trajectory) -> None:
+    lossy = sound.energy_integrals | {
+        "energy_friction": sound.energy_integrals["energy_friction"] * (1.0 - 1e-5)
+    }
+    assert failed(sound._replace(energy_integrals=lossy)) == {"energy_balance"}
 
 
-def test_friction_beyond_its_limit_is_found(sound: Series) -> None:
+def test_friction_beyond_its_limit_is_found(sound: Trajectory) -> None:
     stick, slip = np.flatnonzero(sound.mode == 0)[-1], np.flatnonzero(sound.mode == 1)[5]
     for i in (stick, slip):
         friction = with_sample(sound.friction, i, -1.1 * abs(sound.friction[i]))
-        assert failed(sound._replace(friction=friction)) == {"friction"}
+        assert failed(sound._replace(friction=friction)) == {"friction_law"}
 
 
-def test_friction_that_drives_is_found(sound: Series) -> None:
+def test_friction_that_drives_is_found(sound: Trajectory) -> None:
     slip = np.flatnonzero(sound.mode == 1)[5]
     friction = with_sample(sound.friction, slip, -sound.friction[slip])
-    assert failed(sound._replace(friction=friction)) == {"power"}
+    assert failed(sound._replace(friction=friction)) == {"dissipation_sign"}
 
 
-def test_drift_of_one_rounding_is_found(sound: Series) -> None:
+def test_drift_of_one_rounding_is_found(sound: Trajectory) -> None:
     drifted = with_sample(sound.position, -1, np.nextafter(sound.position[-1], np.inf))
-    assert "drift" in failed(sound._replace(position=drifted))
+    assert "stick_drift" in failed(sound._replace(position=drifted))
 
 
 def test_two_sticks_with_a_slip_between_samples_are_no_drift() -> None:
@@ -85,14 +92,14 @@ def test_two_sticks_with_a_slip_between_samples_are_no_drift() -> None:
 
 @pytest.mark.parametrize("rtol", [1e-10, 1e-3, 0.99])
 def test_no_tolerance_lets_an_energy_be_off_by_more_than_a_hundredth(
-    rtol: float, sound: Series
+    rtol: float, sound: Trajectory
 ) -> None:
     """The work of the force is 31 kJ; a tolerance of 1e49 J says nothing about it."""
     allowed = min(100.0 * rtol, 0.01)
     for share, passes in ((0.5, True), (1.1, False)):
-        work = sound.ledger["energy_input"]
-        lossy = sound.ledger | {"energy_input": work * (1.0 - share * allowed)}
-        check = energy_check(sound._replace(ledger=lossy), rtol, atol=1e49, size=45.0)
+        work = sound.energy_integrals["energy_input"]
+        lossy = sound.energy_integrals | {"energy_input": work * (1.0 - share * allowed)}
+        check = energy_check(sound._replace(energy_integrals=lossy), rtol, atol=1e49, size=45.0)
         assert check.limit <= 0.01
         assert check.ok is passes
 

@@ -9,7 +9,7 @@ import pytest
 from frictionsim.io import hdf5
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SINGLE_DOF
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -37,7 +37,7 @@ SETTINGS = [
 ]
 
 
-def solved(name: str, backend: str, **changes: Any) -> Run:
+def solved(name: str, backend: str, **changes: Any) -> RunResult:
     data = changed(CASES[name], solver__backend=backend, **changes)
     if backend == "published":
         # Where it chatters it would fail in adaptive steps.
@@ -58,10 +58,10 @@ def test_the_time_axis_has_the_regular_samples_and_the_events(name: str, backend
     kept = ~np.isin(regular.time, list(events))
     for channel, values in regular.channels.items():
         assert np.array_equal(found.channels[channel][elsewhere], values[kept]), channel
-    assert found.counts[:4] == regular.counts[:4]
+    assert found.statistics[:4] == regular.statistics[:4]
     sparse = solved(name, backend, output__interval=1.7)
     assert sparse.transitions == found.transitions
-    assert (sparse.counts.steps, sparse.counts.rejected) == found.counts[:2]
+    assert (sparse.statistics.steps, sparse.statistics.rejected) == found.statistics[:2]
     for side, values in found.sides.items():
         assert np.array_equal(values, sparse.sides[side]), side
 

@@ -13,11 +13,11 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetSpent, InputError
+from frictionsim.errors import BudgetExceeded, InputError
 from frictionsim.io import hdf5
-from frictionsim.scenario.loading import load, revive, validate
-from frictionsim.simulation.simulate import Run, run
-from frictionsim.simulation.single_dof import OneCoordinate
+from frictionsim.scenario.loading import load, scenario_from_result, validate
+from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.single_dof import SingleDofSimulation
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -29,11 +29,11 @@ def stopping(after: int) -> Callable[[float], None]:
     """Return a poll that stops the run at one of its calls."""
     calls = iter(range(after))
 
-    def poll(t: float) -> None:
+    def on_step(t: float) -> None:
         if next(calls, None) is None:
-            raise BudgetSpent(f"stopped at t = {t} s")
+            raise BudgetExceeded(f"stopped at t = {t} s")
 
-    return poll
+    return on_step
 
 
 def calls_of(data: Scenario) -> int:
@@ -43,10 +43,10 @@ def calls_of(data: Scenario) -> int:
     return len(times)
 
 
-def resumed(path: Path, poll: Callable[[float], Any] = lambda t: None) -> Run:
+def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> RunResult:
     """Go on with the run of a file."""
     scenario, state = hdf5.read_checkpoint(path)
-    return run(revive(path, scenario), poll, checkpoint=state)
+    return run(scenario_from_result(path, scenario), on_step, checkpoint=state)
 
 
 def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]) -> None:
@@ -55,7 +55,7 @@ def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]
     hdf5.write(simulate(data), whole)
     result = run(validate(data, SCENARIOS), stopping(places[0]))
     for place in [*places[1:], None]:
-        assert (result.status, result.failure) == ("failed", "budget")
+        assert (result.status, result.failure) == ("failed", "budget_exceeded")
         hdf5.write(result, part)
         result = resumed(part, stopping(place) if place is not None else lambda t: None)
         if result.status == "done":
@@ -125,8 +125,8 @@ def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
     result = simulate(changed(data, solver__max_steps=50))
     turns = 0
     while result.status != "done":
-        assert (result.failure, result.counts.steps + result.counts.rejected) == (
-            "budget",
+        assert (result.failure, result.statistics.steps + result.statistics.rejected) == (
+            "budget_exceeded",
             50 * (turns + 1),
         )
         hdf5.write(result, path)
@@ -143,12 +143,12 @@ def test_the_seconds_are_those_of_all_parts(
     """Of solving and of compilation, apart; what it takes to write a checkpoint is neither."""
     ticks = itertools.count()
     monkeypatch.setattr("frictionsim.simulation.simulate.perf_counter", lambda: float(next(ticks)))
-    monkeypatch.setattr(OneCoordinate, "prepare", lambda self, poll: 2.5)
+    monkeypatch.setattr(SingleDofSimulation, "prepare", lambda self, on_step: 2.5)
     path = tmp_path / "a.h5"
     result = run(validate(pulley(), SCENARIOS), stopping(5))
     for part in range(1, 4):
         # Each part looks at the clock twice, as it begins and ends.
-        seconds = result.counts.wall_seconds, result.counts.compile_seconds
+        seconds = result.statistics.wall_seconds, result.statistics.compile_seconds
         assert seconds == (1.0 * part, 2.5 * part)
         hdf5.write(result, path)
         result = resumed(path, stopping(5))
@@ -157,13 +157,13 @@ def test_the_seconds_are_those_of_all_parts(
 def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = 0.0
 
-    def poll(t: float) -> None:
+    def on_step(t: float) -> None:
         nonlocal clock
         clock += 1.0
 
-    def keep(part: Run) -> None:
+    def keep(part: RunResult) -> None:
         nonlocal clock
-        kept.append(part.counts.wall_seconds)
+        kept.append(part.statistics.wall_seconds)
         clock += 100.0
 
     kept: list[float] = []
@@ -171,8 +171,8 @@ def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) 
     data = pulley(output__checkpoint=10.0)
     calls = calls_of(data)
     clock = 0.0
-    result = run(validate(data, SCENARIOS), poll, keep)
-    assert result.counts.wall_seconds == calls
+    result = run(validate(data, SCENARIOS), on_step, keep)
+    assert result.statistics.wall_seconds == calls
     assert kept == [10.0 * number for number in range(1, calls // 10 + 1)]
 
 
@@ -182,7 +182,7 @@ def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
     scenario = validate(data, SCENARIOS)
     kept: list[Path] = []
 
-    def keep(part: Run) -> None:
+    def keep(part: RunResult) -> None:
         kept.append(tmp_path / f"{len(kept)}.h5")
         hdf5.write(part, kept[-1])
 
@@ -208,7 +208,7 @@ def test_the_command_goes_on_in_place(
     said = capsys.readouterr().err
     assert "run failed: 1e-09 s of --max-wall are spent at t = 0 s of 3 s; resume the run" in said
     assert "'frictionsim resume a.h5' goes on from there" in said
-    assert hdf5.read(Path("a.h5")).attributes["failure"] == "budget"
+    assert hdf5.read(Path("a.h5")).attributes["failure"] == "budget_exceeded"
     assert run_command_line(["resume", "a.h5", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert (summary["status"], summary["failure"], summary["output"]) == ("done", "", "a.h5")

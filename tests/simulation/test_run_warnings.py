@@ -14,8 +14,8 @@ import pytest
 
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_checks import extremes, period_of
-from frictionsim.scenario.signal_tables import PointsTable
-from frictionsim.simulation.simulate import Run
+from frictionsim.scenario.signal_tables import PiecewiseLinearTable
+from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -23,7 +23,7 @@ SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
 
 
-def said(found: Run | list[str], words: str) -> list[str]:
+def said(found: RunResult | list[str], words: str) -> list[str]:
     warnings = found if isinstance(found, list) else found.warnings
     return [warning for warning in warnings if words in warning]
 
@@ -70,7 +70,7 @@ def test_an_interval_too_long_for_the_signal_is_said(seed: int) -> None:
 def test_a_plateau_is_one_turn_and_turns_after_the_run_do_not_count() -> None:
     # It turns at 1.25 s and 2.1 s, in the middle of half a second above and 0.2 s below.
     times = (0.5, 1.0, 1.5, 2.0, 2.2, 2.7)
-    table = PointsTable(time=times, value=(0.0, 1.0, 1.0, 0.0, 0.0, 1.0))
+    table = PiecewiseLinearTable(time=times, value=(0.0, 1.0, 1.0, 0.0, 0.0, 1.0))
     # From 1.5 to 2.7 s it falls and rises again, which is shorter than twice the 0.85 s.
     assert period_of(table, 10.0) == pytest.approx(1.2, rel=1e-12)
     assert period_of(table, 2.0) == pytest.approx(1.5, rel=1e-12)
@@ -164,7 +164,7 @@ def test_a_run_without_any_moment_says_so() -> None:
     found = simulate(pulley(drive__force=LOAD))
     assert said(found, "nothing moves") == ["nothing moves: no moment is applied"]
     stopped = simulate(pulley(drive__force=LOAD, solver={"backend": "rkf45", "max_steps": 1}))
-    assert stopped.failure == "budget"
+    assert stopped.failure == "budget_exceeded"
     assert not said(stopped, "nothing moves")
 
 

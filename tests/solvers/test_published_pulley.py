@@ -12,8 +12,8 @@ import pytest
 
 from frictionsim.mechanisms.pulley import build
 from frictionsim.scenario.loading import validate
-from frictionsim.solvers.common import Recording, SampleTimes
-from frictionsim.solvers.published_pulley import solution, switch
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.published_pulley import make_solver, switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -65,7 +65,7 @@ def test_the_switch_in_each_case_of_the_paper(case: Case) -> None:
 def test_the_friction_in_each_case_is_that_of_the_printed_equation(case: Case) -> None:
     scenario = validate(pulley(solver__backend="published"), SCENARIOS)
     mechanism = build(scenario)
-    eq30 = solution(mechanism, scenario.solver, Recording(SampleTimes(1.0, 0.1)))
+    eq30 = make_solver(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
     found = eq30.friction(case.force, 0.0, case.velocity, moment(case))
     printed = moment(case) - sign(case.velocity) * R_K * (case.force + LOAD)
     # What stands to the right of I theta'', less the moment, to the rounding of both.

@@ -13,7 +13,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import BACKENDS
-from frictionsim.simulation.simulate import Run
+from frictionsim.simulation.simulate import RunResult
 from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers import regularised
 from tests.support.problems import (
@@ -31,7 +31,7 @@ from tests.support.scenarios import SCENARIOS, changed, pulley, simulate
 SMOOTHING = [name for name, backend in BACKENDS.items() if backend.regularised]
 
 
-def smoothed(backend: str, speed: float, **changes: Any) -> Run:
+def smoothed(backend: str, speed: float, **changes: Any) -> RunResult:
     data = pulley(**{"solver__rtol": 1e-7, "solver__atol": 1e-11, **changes})
     return simulate(changed(data, solver__backend=backend, solver__transition_speed=speed))
 
@@ -65,8 +65,8 @@ def test_the_smoothed_ramp_is_near_the_exact_one(backend: str) -> None:
 @pytest.mark.parametrize("backend", SMOOTHING)
 def test_only_energy_is_audited_and_it_closes(backend: str) -> None:
     run = smoothed(backend, 1e-2)
-    assert run.checks.keys() == {"energy"}
-    assert run.checks["energy"].ok
+    assert run.checks.keys() == {"energy_balance"}
+    assert run.checks["energy_balance"].ok
 
 
 def sliding_error(speed: float) -> float:
@@ -144,7 +144,7 @@ def test_a_scenario_without_friction_needs_no_speed(backend: str) -> None:
     run = simulate(pulley(effects=None, solver__backend=backend))
     # SciPy's bound is on a mean over the states, whose energies are thousands: rtol 1e-9 of them.
     assert run.channels["angle"] == pytest.approx(exact.channels["angle"], abs=1e-4)
-    assert run.checks["energy"].value < 1e-6
+    assert run.checks["energy_balance"].value < 1e-6
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
@@ -225,7 +225,7 @@ def test_our_own_steps_are_resumed_to_the_same_bits_and_scipys_are_not(backend: 
     whole = simulate_scenario(scenario, lambda t: None)
     resumed = simulate_scenario(scenario, lambda t: None, checkpoint=begun.checkpoint)
     assert resumed.transitions == whole.transitions
-    assert resumed.counts[:3] == whole.counts[:3]
+    assert resumed.statistics[:3] == whole.statistics[:3]
     assert all(
         np.array_equal(resumed.channels[name], whole.channels[name]) for name in whole.channels
     )

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.solvers.root_finding import sign_change
+from frictionsim.solvers.root_finding import bracket_root
 
 
 @given(st.floats(0.001, 0.999), st.integers(0, 4))
@@ -19,7 +19,7 @@ def test_brackets_the_root_to_rounding(root: float, shape: int) -> None:
         lambda x: -1.0 if x < root else 1e-9,  # a jump
     )
     f = functions[shape]
-    lo, hi = sign_change(f, 0.0, 1.0)
+    lo, hi = bracket_root(f, 0.0, 1.0)
     assert hi - lo <= 2 * ulp(1.0)
     assert (f(lo) > 0) == (f(0.0) > 0)
     assert (f(hi) > 0) == (f(1.0) > 0)
@@ -34,21 +34,21 @@ def test_smooth_functions_take_few_evaluations() -> None:
         calls.append(x)
         return exp(x) - 2.0
 
-    sign_change(f, 0.0, 1.0)
+    bracket_root(f, 0.0, 1.0)
     assert len(calls) < 20  # bisection would take 52
 
 
 def test_stops_at_the_resolution_that_is_asked_for() -> None:
-    lo, hi = sign_change(lambda x: x * x - 2.0, 0.0, 2.0, 1e-3)
+    lo, hi = bracket_root(lambda x: x * x - 2.0, 0.0, 2.0, 1e-3)
     assert 1e-6 < hi - lo <= 1e-3
 
 
 def test_a_zero_counts_as_not_positive() -> None:
-    lo, hi = sign_change(lambda x: max(0.0, x - 0.5), 0.0, 1.0)
+    lo, hi = bracket_root(lambda x: max(0.0, x - 0.5), 0.0, 1.0)
     assert lo == pytest.approx(0.5, abs=1e-15)
     assert hi > 0.5
 
 
 def test_no_change_of_sign_is_an_error() -> None:
     with pytest.raises(ValueError, match="no change of sign"):
-        sign_change(lambda x: 1.0 + x, 0.0, 1.0)
+        bracket_root(lambda x: 1.0 + x, 0.0, 1.0)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import SolverError
-from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.settings import Solver
-from frictionsim.solvers import runge_kutta_fehlberg, solution_of
-from frictionsim.solvers.common import Recording, SampleTimes
+from frictionsim.scenario.settings import SolverSettings
+from frictionsim.solvers import runge_kutta_fehlberg, solver_factory
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State, stages
 from tests.support.scenarios import SCENARIOS
 
@@ -38,8 +38,8 @@ def stepper(
     return RungeKuttaFehlberg45(states, rtol, atol, inf, max_steps, fixed)
 
 
-def integrate(rkf: RungeKuttaFehlberg45, rates: Callable, y: list[float], end: float) -> State:
-    rkf.begin(rates, 0.0, y)
+def integrate(rkf: RungeKuttaFehlberg45, rhs: Callable, y: list[float], end: float) -> State:
+    rkf.start(rhs, 0.0, y)
     while rkf.t < end:
         rkf.advance(end)
     return rkf.y
@@ -60,14 +60,14 @@ def test_fixed_steps_converge_with_order_5() -> None:
 def final_angle_by_fixed_steps(count: int) -> float:
     """Return the angle after two breakaways and two rests of each direction, by `events`."""
     scenario = load(SCENARIOS / "pulley_horizontal.toml")
-    mechanism = module_of(scenario.kind).build(scenario)
+    mechanism = mechanism_module(scenario.kind).build(scenario)
     end = scenario.solver.duration
-    recording = Recording(SampleTimes(end, end))
+    buffer = SampleBuffer(SampleTimes(end, end))
     # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
-    solver = Solver(duration=end, step=end / count)
-    solution_of("events")(mechanism, solver, recording).run(lambda t: None)
-    assert len(recording.transitions) == 7
-    return recording.rows[-Recording.COLUMNS - len(mechanism.ledger) + 2]
+    solver = SolverSettings(duration=end, step=end / count)
+    solver_factory("events")(mechanism, solver, buffer).run(lambda t: None)
+    assert len(buffer.transitions) == 7
+    return buffer.rows[-SampleBuffer.COLUMNS - len(mechanism.energy_integrals) + 2]
 
 
 def test_fixed_steps_keep_their_order_through_located_events() -> None:
@@ -103,17 +103,17 @@ def test_adaptive_error_is_near_its_tolerance(rtol: float) -> None:
 
 def test_state_inside_a_step_is_as_exact_as_the_step() -> None:
     rkf = stepper(2, 1e-10)
-    rkf.begin(oscillator, 0.0, [0.0, 1.0])
+    rkf.start(oscillator, 0.0, [0.0, 1.0])
     for _ in range(30):
         rkf.advance(100.0)
         for share in (0.0, 0.3, 0.9, 1.0):
-            t = rkf.t0 + share * (rkf.t - rkf.t0)
-            assert rkf.state_at(t)[0] == pytest.approx(sin(t), abs=1e-8)  # 30 steps of 1e-10
+            t = rkf.t_old + share * (rkf.t - rkf.t_old)
+            assert rkf.interpolate(t)[0] == pytest.approx(sin(t), abs=1e-8)  # 30 steps of 1e-10
 
 
 def test_steps_end_on_the_limit_exactly() -> None:
     rkf = stepper(2)
-    rkf.begin(oscillator, 0.0, [0.0, 1.0])
+    rkf.start(oscillator, 0.0, [0.0, 1.0])
     for limit in (0.1, 0.1 + 1e-9, 0.3, 1.0):
         while rkf.t < limit:
             rkf.advance(limit)
@@ -123,10 +123,10 @@ def test_steps_end_on_the_limit_exactly() -> None:
 def test_a_short_limit_does_not_shorten_the_steps_after_it() -> None:
     rkf = stepper(2)
     integrate(rkf, oscillator, [0.0, 1.0], 5.0)
-    before = rkf.t - rkf.t0
+    before = rkf.t - rkf.t_old
     rkf.advance(rkf.t + 1e-9)
     rkf.advance(10.0)
-    assert rkf.t - rkf.t0 > 0.5 * before
+    assert rkf.t - rkf.t_old > 0.5 * before
 
 
 def test_a_state_that_is_not_finite_is_reported() -> None:
@@ -151,7 +151,7 @@ def test_a_spent_budget_is_reported() -> None:
         integrate(stepper(2, max_steps=10), oscillator, [0.0, 1.0], 100.0)
 
 
-WAYS = ("to_second", "to_third", "to_fourth", "to_fifth", "to_sixth", "to_end", "to_error")
+WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "solution_5", "error_estimate_5")
 
 
 @pytest.mark.parametrize("name", WAYS)

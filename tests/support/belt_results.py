@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionsim.results import Channel, Check, Quantity
 from frictionsim.scenario.settings import Scenario
-from frictionsim.simulation.simulate import Counts, Run
+from frictionsim.simulation.simulate import RunResult, SolverStatistics
 
 Array = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ def tension_at(place: Array, under: Array, distances: Array, torque: float) -> A
 
 def belt_run(
     pulleys: Sequence[Pulley] = TWO, bodies: int = 150, samples: int = 201, **changes: Any
-) -> Run:
+) -> RunResult:
     """Return a run of 2 s; keywords replace what it holds, `effects` those of the scenario."""
     line, distances, under = lay(pulleys)
     time = np.linspace(0.0, 2.0, samples)
@@ -142,7 +142,7 @@ def belt_run(
         "pulley_index": touched,
         "tension": tension,
     }
-    return Run(
+    return RunResult(
         scenario=scenario(pulleys, bodies, changes.pop("effects", {"belt_friction": {"mu_s": MU}})),
         effects=(),
         channel_info=CHANNELS,
@@ -155,8 +155,8 @@ def belt_run(
         channels=channels,
         transitions=[],
         quantities={"final_time": Quantity(2.0, "s")},
-        checks={"energy": Check(0.0, 1e-7)},
-        counts=Counts(100, 0, 100, 6 * bodies, 0.1),
+        checks={"energy_balance": Check(0.0, 1e-7)},
+        statistics=SolverStatistics(100, 0, 100, 6 * bodies, 0.1),
         status="done",
         reason="",
         exit_code=0,

@@ -7,10 +7,10 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
-from frictionsim.errors import BudgetSpent
+from frictionsim.errors import BudgetExceeded
 from frictionsim.io import hdf5
-from frictionsim.scenario.loading import revive, validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.scenario.loading import scenario_from_result, validate
+from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, Scenario, simulate
 
 DURATION = 2.0
@@ -196,14 +196,16 @@ def assert_sound(data: Scenario, folder: Path) -> str:
     return "done"
 
 
-def assert_lawful(done: Run) -> None:
+def assert_lawful(done: RunResult) -> None:
     checks = dict(done.checks)
     # The local errors of all steps may add up, and that of an angle is relative to its size while
     # a weight feels it as it is: over many turns that is more than the audit's limit of a hundred
     # rtol, and the run is told to have failed it.
-    energy = checks.pop("energy")
+    energy = checks.pop("energy_balance")
     turns = max(1.0, float(np.max(np.abs(done.channels["angle"]))))
-    assert energy.value <= max(energy.limit, done.counts.steps * done.scenario.solver.rtol * turns)
+    assert energy.value <= max(
+        energy.limit, done.statistics.steps * done.scenario.solver.rtol * turns
+    )
     assert {name: check for name, check in checks.items() if not check.ok} == {}
     if "mode" not in done.channels or "speed" in getattr(
         done.scenario.drive, "model_fields_set", ()
@@ -215,19 +217,19 @@ def assert_lawful(done: Run) -> None:
 
 
 def assert_splitting_changes_nothing(data: Scenario, share: float, folder: Path) -> None:
-    def poll(t: float) -> None:
+    def on_step(t: float) -> None:
         if t >= share * DURATION:
-            raise BudgetSpent("split here")
+            raise BudgetExceeded("split here")
 
     whole, part = folder / "whole.h5", folder / "part.h5"
     done = simulate(data)
     if done.status != "done":  # its checkpoint has the seconds that it took, in which no two agree
         return
     hdf5.write(done, whole)
-    first = run(validate(data, SCENARIOS), poll)
+    first = run(validate(data, SCENARIOS), on_step)
     hdf5.write(first, part)
     if first.reason == "split here":
         scenario, state = hdf5.read_checkpoint(part)
-        rest = run(revive(part, scenario), lambda t: None, checkpoint=state)
+        rest = run(scenario_from_result(part, scenario), lambda t: None, checkpoint=state)
         hdf5.write(rest, part)
     assert part.read_bytes() == whole.read_bytes()

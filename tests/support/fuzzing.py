@@ -24,7 +24,7 @@ import h5py
 import numpy as np
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetSpent
+from frictionsim.errors import BudgetExceeded
 from frictionsim.io import hdf5
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
@@ -95,14 +95,14 @@ def csv_case(rng: random.Random, folder: Path) -> Case:
 def sources(folder: Path) -> list[bytes]:
     """Return result files: one that is done, and one that can go on."""
 
-    def poll(t: float) -> None:
+    def on_step(t: float) -> None:
         if t > 0.6:
-            raise BudgetSpent("stopped")
+            raise BudgetExceeded("stopped")
 
     data = changed(pulley(), output__interval=0.1)
     path = folder / "source.h5"
     found = []
-    for result in (simulate(data), run(validate(data, SCENARIOS), poll)):
+    for result in (simulate(data), run(validate(data, SCENARIOS), on_step)):
         hdf5.write(result, path)
         found.append(path.read_bytes())
     return found

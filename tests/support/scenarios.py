@@ -7,9 +7,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from frictionsim.scenario.kinds import module_of
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import Run, run
+from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.solvers.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -45,14 +45,14 @@ def changed(data: Scenario, **changes: Any) -> Scenario:
     return data
 
 
-def simulate(data: Scenario) -> Run:
+def simulate(data: Scenario) -> RunResult:
     """Run scenario data, nobody watching."""
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
-def mechanism_of(done: Run) -> Mechanism:
+def mechanism_of(done: RunResult) -> Mechanism:
     """Return the equations of a run of one coordinate."""
-    return module_of(done.scenario.kind).build(done.scenario)
+    return mechanism_module(done.scenario.kind).build(done.scenario)
 
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":

@@ -107,9 +107,9 @@ def torque_misfits(record: Record) -> Array:
     tension = mean(part.time, span_tensions(part))
     speed = part.channels["pulley_speed"]
     alpha = (speed[-1] - speed[0]) / np.ptp(part.time)
-    counts = np.array([len(j) for j in spans(touching(part)[-1], len(drive.names))])
+    statistics = np.array([len(j) for j in spans(touching(part)[-1], len(drive.names))])
     on = np.array([np.sum(touching(part)[-1] == j) for j in range(len(drive.names))])
-    bodies = on + 0.5 * (counts + np.roll(counts, 1))
+    bodies = on + 0.5 * (statistics + np.roll(statistics, 1))
     mass = record.scenario["mechanism"]["belt"]["mass_per_length"] * length * bodies
     torque = mean(part.time, part.channels["pulley_torque"])
     expected = drive.sense * (torque - drive.inertia * alpha) / drive.radius
@@ -316,11 +316,11 @@ def _efficiency(part: Record, power: Array) -> Seen:
 def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
     """Return how much of the pulleys is touched, and how much of that does not slide."""
     on = touching(part)
-    counts = {j: np.sum(on == j, axis=1).astype(float) for j in range(len(drive.names))}
+    statistics = {j: np.sum(on == j, axis=1).astype(float) for j in range(len(drive.names))}
     still = part.channels.get("sticking")
     seen = {}
     for j, name in enumerate(drive.names):
-        seen[f"arc_contact_{name}"] = _arc(part.time, counts[j], length / drive.radius[j])
+        seen[f"arc_contact_{name}"] = _arc(part.time, statistics[j], length / drive.radius[j])
         if still is not None:
             sticks = np.sum((on == j) & (still == 1.0), axis=1).astype(float)
             seen[f"arc_stick_{name}"] = _arc(part.time, sticks, length / drive.radius[j])

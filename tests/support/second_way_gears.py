@@ -122,8 +122,10 @@ def epicyclic(record: Record) -> dict[str, Seen]:
     if "gravity" in effects:
         seen["energy_potential"] = energy(gear.weights() * float(np.sin(angle[-1])))
     # A mesh without a load does not rub: a scenario of it alone has no friction to tell of.
-    rubs = "rolling_friction" in effects and (gear.radial or gear.planet_mass * gear.g > 0.0)
-    if "hinge_friction" in effects or rubs:
+    has_friction = "rolling_friction" in effects and (
+        gear.radial or gear.planet_mass * gear.g > 0.0
+    )
+    if "hinge_friction" in effects or has_friction:
         resistance = gear.resistance(angle, velocity)
         if gear.published:
             seen["energy_friction"] = integral(time, resistance * velocity)

@@ -168,7 +168,7 @@ class Machine:
 
     def torques(self, radius: float, delta: float) -> tuple[float | None, float]:
         """Return the pinion torques to lift and to hold at a place, by bisection, N m."""
-        k, moment, weight = self.ratio, self.moment(delta), self.weight(delta)
+        k, moment, weight = self.ratio, self.applied_torque(delta), self.weight(delta)
         size = (moment + radius * weight) / k or 1.0
 
         def friction(torque: float) -> float:
@@ -205,7 +205,9 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         return Seen(value, rounding)
 
     deltas = np.linspace(inside, machine.pitch - inside, 2001)
-    surplus = [machine.moment(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
+    surplus = [
+        machine.applied_torque(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))
+    ]
     quantities = {
         "torque_to_lift": seen(lift),
         "torque_to_hold": seen(hold),
@@ -237,9 +239,9 @@ def machine_statics(scenario: Table) -> dict[str, Seen]:
     """Return what is known of the machine at rest."""
     machine = Machine(scenario)
     inside, half = 1e-9 * machine.pitch, 0.5 * machine.pitch
-    worst = -least(lambda delta: -machine.moment(delta), inside, machine.pitch - inside)
+    worst = -least(lambda delta: -machine.applied_torque(delta), inside, machine.pitch - inside)
     return machine_at_rest(scenario) | {
-        "load_torque_at_transfer": Seen(machine.moment(0.0), ROUNDING * worst),
+        "load_torque_at_transfer": Seen(machine.applied_torque(0.0), ROUNDING * worst),
         "load_torque_worst": closed(worst),
         "angle_of_the_worst": closed(half),
         "friction_radius_static": closed(shaft_of(scenario)[0]),

@@ -15,15 +15,15 @@ import pytest
 from frictionsim.cli import cost_study
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, SolverError
-from frictionsim.results import Measure, Quantity, Transition
-from frictionsim.scenario.kinds import module_of
+from frictionsim.results import Metric, Quantity, Transition
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load, validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
-from frictionsim.work_precision.errors import Error, judge
+from frictionsim.work_precision.errors import Error, metric_errors
 from frictionsim.work_precision.recommendation import advise
-from frictionsim.work_precision.settings import Variants
-from frictionsim.work_precision.study import Laboratory, Row, Study, study
+from frictionsim.work_precision.settings import ScenarioVariants
+from frictionsim.work_precision.study import Benchmark, Row, Study, study
 from tests.support.problems import RAMP
 from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate
 
@@ -37,12 +37,12 @@ def ignore(what: Any) -> None:
 def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> Study:
     """Return a study of a shipped scenario, each setting timed once."""
     scenario = load(Path(path))
-    mechanism = module_of(scenario.kind).build(scenario)
+    mechanism = mechanism_module(scenario.kind).build(scenario)
     found = settings.ladders(scenario, TOLERANCES, mechanism) if chosen is None else chosen
     references = settings.references(mechanism, 1e-12)
-    arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "poll": ignore, "show": ignore}
-    measures = module_of(scenario.kind).MEASURES
-    return study(scenario, found, references, measures, **{**arguments, **options})
+    arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "on_step": ignore, "show": ignore}
+    metrics = mechanism_module(scenario.kind).METRICS
+    return study(scenario, found, references, metrics, **{**arguments, **options})
 
 
 def row(backend: str, error: float | None, seconds: float) -> Row:
@@ -94,19 +94,19 @@ class Told:
         self.quantities = {"angle": Quantity(value, "rad")}
 
 
-EVENTS, FIGURE = Measure("time", "events"), Measure("angle", "quantity", "angle")
+EVENTS, FIGURE = Metric("time", "events"), Metric("angle", "quantity", "angle")
 
 
 def test_errors_are_relative_to_what_matters() -> None:
-    errors = judge((EVENTS, FIGURE), Told(1.2, 3.0), Told(1.0, 2.0), duration=4.0)
+    errors = metric_errors((EVENTS, FIGURE), Told(1.2, 3.0), Told(1.0, 2.0), duration=4.0)
     assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
     assert errors["angle"] == (1.0, 0.5)
 
 
 def test_other_events_and_missing_figures_are_wrong_altogether() -> None:
-    errors = judge((EVENTS, FIGURE), Told(1.0, None, mode=-1), Told(1.0, 2.0), duration=4.0)
+    errors = metric_errors((EVENTS, FIGURE), Told(1.0, None, mode=-1), Told(1.0, 2.0), duration=4.0)
     assert set(errors.values()) == {Error(None, 1.0)}
-    both_none = judge((FIGURE,), Told(1.0, None), Told(1.0, None), duration=4.0)
+    both_none = metric_errors((FIGURE,), Told(1.0, None), Told(1.0, None), duration=4.0)
     assert both_none == {"angle": Error(0.0, 0.0)}
 
 
@@ -145,10 +145,10 @@ def test_smoothed_friction_converges_with_its_speed(backend: str, of_return: Any
 
 def test_the_references_are_as_exact_as_they_say() -> None:
     scenario = validate(pulley(solver__duration=5.0), SCENARIOS)
-    measures = (Measure("final_angle", "quantity", "final_angle"),)
-    laboratory = Laboratory(Variants(scenario), measures, 60.0, 1)
-    names = settings.references(module_of("pulley").build(scenario), 1e-12)
-    reference = laboratory.reference(names, ignore)
+    metrics = (Metric("final_angle", "quantity", "final_angle"),)
+    benchmark = Benchmark(ScenarioVariants(scenario), metrics, 60.0, 1)
+    names = settings.references(mechanism_module("pulley").build(scenario), 1e-12)
+    reference = benchmark.reference(names, ignore)
     exact = RAMP[3][1]
     error = abs((reference.outcome.quantities["final_angle"].value or 0.0) / exact - 1.0)
     assert 0.0 < reference.floor["final_angle"].relative < 1e-12
@@ -164,47 +164,50 @@ def test_counts_are_the_golden_ones(request: pytest.FixtureRequest) -> None:
     own = ("events", "rkf45", "published", "regularised")
     chosen = [s for s in ladders_of(PULLEY) if s.backend in own]
     rows = study_of(PULLEY, chosen).rows
-    counts = {
+    statistics = {
         f"{r.setting.backend}, {r.setting.label}": [r.steps, r.rejected, r.rhs_evaluations]
         for r in rows
     }
     if request.config.getoption("--update-golden"):
-        lines = ",\n".join(f"  {json.dumps(name)}: {list_}" for name, list_ in counts.items())
+        lines = ",\n".join(f"  {json.dumps(name)}: {list_}" for name, list_ in statistics.items())
         COUNTS.write_text(f"{{\n{lines}\n}}\n")
     golden = json.loads(COUNTS.read_text())
-    assert counts.keys() == golden.keys()
-    for name, found in counts.items():
+    assert statistics.keys() == golden.keys()
+    for name, found in statistics.items():
         # Sums in another order moved a step in 140, and two rejected ones in 3151.
         assert found == pytest.approx(golden[name], rel=0.01, abs=3), name
 
 
 def ladders_of(path: str) -> list[Setting]:
     scenario = load(Path(path))
-    mechanism = module_of(scenario.kind).build(scenario)
+    mechanism = mechanism_module(scenario.kind).build(scenario)
     return settings.ladders(scenario, TOLERANCES, mechanism)
 
 
 def test_counts_are_those_of_a_run_without_samples_between() -> None:
     found = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
     bare = simulate(pulley(solver__rtol=1e-9, solver__atol=1e-12, output__interval=3.0))
-    assert (found.steps, found.rhs_evaluations) == (bare.counts.steps, bare.counts.rhs_evaluations)
+    assert (found.steps, found.rhs_evaluations) == (
+        bare.statistics.steps,
+        bare.statistics.rhs_evaluations,
+    )
     assert found.repeats == 2
 
 
 def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
     scenario = validate(pulley(solver__backend="published", solver__step=1e-2), SCENARIOS)
-    variant = Variants(scenario).judged(with_tolerance("events", 1e-5))
+    variant = ScenarioVariants(scenario).judged(with_tolerance("events", 1e-5))
     assert (variant.solver.backend, variant.solver.step, variant.solver.rtol) == (
         *("events", None),
         1e-5,
     )
     scenario = validate(pulley(output__channels=["mode"]), SCENARIOS)
-    assert Variants(scenario).judged(with_tolerance("events", 1e-5)).output.channels is None
+    assert ScenarioVariants(scenario).judged(with_tolerance("events", 1e-5)).output.channels is None
 
 
 def test_without_friction_the_references_are_still_two_methods() -> None:
     scenario = validate(pulley(effects=None), SCENARIOS)
-    mechanism = module_of("pulley").build(scenario)
+    mechanism = mechanism_module("pulley").build(scenario)
     names = [setting.backend for setting in settings.references(mechanism, 1e-12)]
     assert names == ["events", "dop853"]
     found = settings.ladders(scenario, (1e-4,), mechanism)
@@ -226,9 +229,9 @@ def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
 def test_a_run_that_takes_too_long_is_reported() -> None:
     slow = Setting("published", "tiny steps", ("solver.step=1e-5",))
     scenario = load(Path(PULLEY))
-    laboratory = Laboratory(Variants(scenario), module_of("pulley").MEASURES, 1e-3, 1)
+    benchmark = Benchmark(ScenarioVariants(scenario), mechanism_module("pulley").METRICS, 1e-3, 1)
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
-    found = laboratory.row(slow, reference, ignore)
+    found = benchmark.row(slow, reference, ignore)
     assert found.status == "failed"
     assert found.reason.startswith("0.001 s of wall time are spent at t = ")
 
@@ -236,16 +239,16 @@ def test_a_run_that_takes_too_long_is_reported() -> None:
 def test_no_reference_is_an_error() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     scenario = load(Path(PULLEY))
-    measures = module_of("pulley").MEASURES
+    metrics = mechanism_module("pulley").METRICS
     with pytest.raises(SolverError, match="no reference to judge by: events, few: 2 steps are sp"):
-        study(scenario, [], (few,), measures, 60.0, 1, ignore, ignore)
+        study(scenario, [], (few,), metrics, 60.0, 1, ignore, ignore)
 
 
 def test_one_reference_of_two_is_enough_and_said(capsys: pytest.CaptureFixture[str]) -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     scenario = load(Path(PULLEY))
     both = (few, with_tolerance("rkf45", 1e-10))
-    found = study(scenario, [], both, module_of("pulley").MEASURES, 60.0, 1, ignore, ignore)
+    found = study(scenario, [], both, mechanism_module("pulley").METRICS, 60.0, 1, ignore, ignore)
     from frictionsim.cli.study_table import print_study
 
     print_study(found)
@@ -258,18 +261,18 @@ def stop_after(calls: int) -> Callable[..., Any]:
     """Return a watch under which a signal comes with the so many-th step."""
 
     @contextmanager
-    def watch(
+    def monitor_run(
         duration: float, with_progress: bool, max_wall: float | None
     ) -> Iterator[Callable[[float], None]]:
         left = iter(range(calls))
 
-        def poll(t: float) -> None:
+        def on_step(t: float) -> None:
             if next(left, None) is None:
                 raise Interrupted(signal.SIGINT, t)
 
-        yield poll
+        yield on_step
 
-    return watch
+    return monitor_run
 
 
 @pytest.mark.parametrize(("calls", "rows"), [(10, 0), (8_000, 2)])
@@ -280,7 +283,7 @@ def test_what_was_measured_before_a_signal_is_shown(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr(cost_study, "watch", stop_after(calls))
+    monkeypatch.setattr(cost_study, "monitor_run", stop_after(calls))
     table = tmp_path / "table.csv"
     assert run_command_line(["cost", PULLEY, "--csv", str(table)]) == 130
     said = capsys.readouterr()
@@ -375,23 +378,23 @@ def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None
 
 def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
     scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
-    kind = module_of("belt_drive")
+    kind = mechanism_module("belt_drive")
     found = kind.ladders(scenario, TOLERANCES)
     lines = ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda", "moreau", "rkf45, smoothed"]
     assert list(dict.fromkeys(s.line for s in found)) == lines
     for setting in found:
-        variant = Variants(scenario).timed(setting)
+        variant = ScenarioVariants(scenario).timed(setting)
         assert variant.solver.backend == setting.backend
         law = "regularised" if setting.family else "set-valued"
         assert variant.effects.belt_friction.law == law  # type: ignore[attr-defined]
     chosen = [setting for setting in found if setting.backend == "moreau"]
     references = kind.references(scenario, 1e-12)
-    done = study(scenario, chosen, references, kind.MEASURES, 60.0, 1, ignore, ignore)
+    done = study(scenario, chosen, references, kind.METRICS, 60.0, 1, ignore, ignore)
     assert [r.status for r in done.rows] == ["done"] * 3
     # The driving torque has just begun to rise: what moves is small and its errors relative to it.
     assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4
 
 
 def test_a_kind_that_names_no_measures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(module_of("pulley"), "MEASURES")
+    monkeypatch.delattr(mechanism_module("pulley"), "METRICS")
     assert run_command_line(["cost", PULLEY]) == 2

@@ -26,14 +26,14 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.mechanisms.belt_drive.work_precision import MEASURES, ladders, references, tighter
+from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
 from frictionsim.results import Quantities
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
 
 __all__ = [
-    "MEASURES",
+    "METRICS",
     "PANELS",
     "SCENARIO",
     "ladders",

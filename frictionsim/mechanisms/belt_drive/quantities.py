@@ -122,8 +122,8 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
     least : float, J
         No more than this is nothing.
     """
-    taken = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
-    return taken / (taken + lost) if taken + lost > least else None
+    require_array = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return require_array / (require_array + lost) if require_array + lost > least else None
 
 
 def checks_of(
@@ -139,12 +139,12 @@ def checks_of(
             residual = residual + change
     largest = max(float(np.max(np.abs(change))) for change in changes.values())
     largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
-    checks = {"energy": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
+    checks = {"energy_balance": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
     if assembly.friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
-        checks["friction"] = _relative(over, limit, ROUNDING)
+        checks["friction_law"] = _relative(over, limit, ROUNDING)
         driving, power = np.max(seen["_power"], axis=0)
-        checks["power"] = _relative(driving, power, POWER_LIMIT)
+        checks["dissipation_sign"] = _relative(driving, power, POWER_LIMIT)
     checks["torque_balance"] = torque_balance(scenario, assembly, time, seen)
     return checks
 

@@ -33,7 +33,7 @@ from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_o
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
-from frictionsim.results import Observed
+from frictionsim.results import SimulationResult
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -243,7 +243,7 @@ class Observer:
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
-    def observe(self) -> Observed:
+    def observe(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and what follows from them."""
         samples = {name: np.array(values) for name, values in self._samples.items()}
         time = samples.pop("time", np.zeros(0))
@@ -254,13 +254,13 @@ class Observer:
         seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
         time = time[:sound]
         quantities = quantities_of(self._scenario, self._assembly, time, seen)
-        return Observed(
+        return SimulationResult(
             time=time,
             channels=channels,
             transitions=[],
             quantities=quantities,
             checks=checks_of(self._scenario, self._assembly, time, seen),
-            unsound=sound < len(self._samples.get("time", ())),
+            non_finite_tail=sound < len(self._samples.get("time", ())),
             warnings=warnings_of(self._scenario, self._assembly, time, seen, quantities),
         )
 

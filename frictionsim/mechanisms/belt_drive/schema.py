@@ -9,8 +9,8 @@ from frictionsim.errors import unknown
 from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, route
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.results import Channel
-from frictionsim.scenario.schema import Params, misfit, quantity
-from frictionsim.scenario.settings import Scenario, Solver
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
 
 # A body longer than this share of a radius cannot follow the curve: two to half a turn.
@@ -41,17 +41,17 @@ CHANNELS = {
 class BeltTable(Params):
     """`[mechanism.belt]`: give either the pretension or the unstretched length."""
 
-    bodies: int = quantity("1", ge=3, le=100_000)
-    mass_per_length: float = quantity("kg/m", gt=0)
-    axial_rigidity: float = quantity("N", gt=0)
-    pretension: float | None = quantity("N", None, gt=0)
-    length: float | None = quantity("m", None, gt=0)
+    bodies: int = unit_field("1", ge=3, le=100_000)
+    mass_per_length: float = unit_field("kg/m", gt=0)
+    axial_rigidity: float = unit_field("N", gt=0)
+    pretension: float | None = unit_field("N", None, gt=0)
+    length: float | None = unit_field("m", None, gt=0)
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.pretension is None) == (self.length is None):
             found = "neither" if self.length is None else "both"
-            raise misfit(
+            raise inconsistent(
                 (), f"expected either pretension, N, or length (unstretched), m; found {found}"
             )
         return self
@@ -61,9 +61,9 @@ class PulleyTable(Params):
     """One of `[[mechanism.pulleys]]`, in the order in which the belt passes them."""
 
     name: str = Field(min_length=1, pattern=r"^[\w-]+$")
-    center: tuple[float, float] = quantity("m", strict=False)
-    radius: float = quantity("m", gt=0)
-    inertia: float = quantity("kg m^2", gt=0)
+    center: tuple[float, float] = unit_field("m", strict=False)
+    radius: float = unit_field("m", gt=0)
+    inertia: float = unit_field("kg m^2", gt=0)
     side: Literal["inside", "outside"] = "inside"
 
 
@@ -78,7 +78,7 @@ class Geometry(Params):
         names = [pulley.name for pulley in self.pulleys]
         for i, name in enumerate(names):
             if name in names[:i]:
-                raise misfit(("pulleys", i, "name"), f"there is a pulley '{name}' already")
+                raise inconsistent(("pulleys", i, "name"), f"there is a pulley '{name}' already")
         return self
 
     @property
@@ -105,12 +105,12 @@ class Geometry(Params):
         try:
             path = self.path()
         except PathError as error:
-            raise misfit(("pulleys", error.pulley), str(error)) from None
+            raise inconsistent(("pulleys", error.pulley), str(error)) from None
         self._see_length(path)
         smallest = min(self.pulleys, key=lambda pulley: pulley.radius)
         needed = ceil(path.length / (LONGEST_BODY * smallest.radius))
         if self.belt.bodies < needed:
-            raise misfit(
+            raise inconsistent(
                 ("belt", "bodies"),
                 f"{self.belt.bodies} bodies of {path.length / self.belt.bodies:.3g} m cannot follow"
                 f" the curve of '{smallest.name}', radius {smallest.radius} m; it takes at least"
@@ -125,13 +125,13 @@ class Geometry(Params):
         if belt.length is not None:
             strain = path.length / belt.length - 1.0
             if strain <= 0.0:
-                raise misfit(
+                raise inconsistent(
                     ("belt", "length"),
                     f"a belt of {belt.length} m hangs loose on its path of {path.length:.6g} m;"
                     f" make it shorter, or move the pulleys apart",
                 )
             if strain > LARGEST_STRAIN:
-                raise misfit(
+                raise inconsistent(
                     ("belt", "length"),
                     f"a belt of {belt.length} m is too short for its path of {path.length:.6g} m:"
                     f" it would stretch by {100 * strain:.3g} %, the law of its springs is good up"
@@ -139,7 +139,7 @@ class Geometry(Params):
                 )
         elif belt.pretension is not None and belt.pretension > LARGEST_STRAIN * belt.axial_rigidity:
             strain = belt.pretension / belt.axial_rigidity
-            raise misfit(
+            raise inconsistent(
                 ("belt", "pretension"),
                 f"{belt.pretension} N stretch a belt of {belt.axial_rigidity} N by"
                 f" {100 * strain:.3g} %: it would be too short for its path of"
@@ -151,14 +151,14 @@ class Geometry(Params):
 class PulleyDrive(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
-    torque: SpeedOrTimeSignal | None = quantity("N m", None)
-    speed: TimeSignal | None = quantity("rad/s", None)
+    torque: SpeedOrTimeSignal | None = unit_field("N m", None)
+    speed: TimeSignal | None = unit_field("rad/s", None)
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.torque is None) == (self.speed is None):
             found = "neither" if self.torque is None else "both"
-            raise misfit((), f"expected either torque or speed; found {found}")
+            raise inconsistent((), f"expected either torque or speed; found {found}")
         return self
 
 
@@ -169,23 +169,23 @@ class ContactTable(Params):
     mesh has its share by length, so that the mesh can be refined.
     """
 
-    c1: float = quantity("N/m^2", 0.0, ge=0)
-    c2: float = quantity("N/m", gt=0)
-    damping: float = quantity("N s/m", 0.0, ge=0)
-    p_max: float = quantity("m", 1e-3, gt=0)
-    reference_bodies: int | None = quantity("1", None, gt=0)
+    c1: float = unit_field("N/m^2", 0.0, ge=0)
+    c2: float = unit_field("N/m", gt=0)
+    damping: float = unit_field("N s/m", 0.0, ge=0)
+    p_max: float = unit_field("m", 1e-3, gt=0)
+    reference_bodies: int | None = unit_field("1", None, gt=0)
 
 
 class Coefficients(Params):
     """Friction of one pulley, or of a part of the belt."""
 
-    mu_s: float = quantity("1", ge=0)
-    mu_k: float = quantity("1", ge=0)
+    mu_s: float = unit_field("1", ge=0)
+    mu_k: float = unit_field("1", ge=0)
 
     @model_validator(mode="after")
     def _static_is_not_below_kinetic(self) -> Self:
         if self.mu_s < self.mu_k:
-            raise misfit(
+            raise inconsistent(
                 ("mu_s",), f"{self.mu_s} is below mu_k = {self.mu_k}; expected mu_s >= mu_k"
             )
         return self
@@ -195,8 +195,8 @@ class BeltFriction(Coefficients):
     """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
 
     law: Literal["set-valued", "regularised", "creep"] = "set-valued"
-    transition_speed: float | None = quantity("m/s", None, gt=0)
-    maximum_creep: float | None = quantity("m", None, gt=0)
+    transition_speed: float | None = unit_field("m/s", None, gt=0)
+    maximum_creep: float | None = unit_field("m", None, gt=0)
     pulleys: dict[str, Coefficients] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -208,24 +208,26 @@ class BeltFriction(Coefficients):
         for key, needed in needs.items():
             given = getattr(self, key) is not None
             if needed and not given:
-                raise misfit((key,), f"missing; law = '{self.law}' needs it")
+                raise inconsistent((key,), f"missing; law = '{self.law}' needs it")
             if given and not needed:
-                raise misfit((key,), f"law = '{self.law}' has no such parameter; leave it out")
+                raise inconsistent(
+                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
+                )
         return self
 
 
 class AxialDampingTable(Params):
     """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
 
-    coefficient: float = quantity("N s/m or N s", gt=0)
+    coefficient: float = unit_field("N s/m or N s", gt=0)
     basis: Literal["joint", "section"] = "joint"
 
 
 class BendingTable(Params):
     """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
 
-    rigidity: float = quantity("N m^2", gt=0)
-    damping: float = quantity("N m^2 s", 0.0, ge=0)
+    rigidity: float = unit_field("N m^2", gt=0)
+    damping: float = unit_field("N m^2 s", 0.0, ge=0)
 
 
 class Patch(Coefficients):
@@ -234,13 +236,13 @@ class Patch(Coefficients):
     Measured from where the belt leaves the first pulley at the start, in its direction.
     """
 
-    start: float = quantity("m", alias="from", ge=0)
-    end: float = quantity("m", alias="to", gt=0)
+    start: float = unit_field("m", alias="from", ge=0)
+    end: float = unit_field("m", alias="to", gt=0)
 
     @model_validator(mode="after")
     def _end_after_start(self) -> Self:
         if not self.end > self.start:
-            raise misfit(("to",), f"{self.end} m is not after from = {self.start} m")
+            raise inconsistent(("to",), f"{self.end} m is not after from = {self.start} m")
         return self
 
 
@@ -255,7 +257,7 @@ class Effects(Params):
     patch: Patch | None = None
 
 
-class BeltSolver(Solver):
+class BeltSolverSettings(SolverSettings):
     """`[solver]` of a belt: a step is accepted when the error is (rtol + atol) sizes of its states.
 
     The sizes are those that the pretension gives: the stretch of a joint or the depth of a contact,
@@ -264,11 +266,11 @@ class BeltSolver(Solver):
     """
 
     backend: str = "rkf45"
-    duration: float = quantity("s", 1.0, gt=0)
+    duration: float = unit_field("s", 1.0, gt=0)
     # Looser, the adaptive steps put energy into waves that no damper takes.
-    rtol: float = quantity("1", 1e-5, ge=1e-12, lt=1)
-    atol: float = quantity("1", 0.0, ge=0)
-    max_steps: int = quantity("1", 1_000_000_000, gt=0)
+    rtol: float = unit_field("1", 1e-5, ge=1e-12, lt=1)
+    atol: float = unit_field("1", 0.0, ge=0)
+    max_steps: int = unit_field("1", 1_000_000_000, gt=0)
 
 
 class BeltDriveScenario(Scenario):
@@ -284,7 +286,7 @@ class BeltDriveScenario(Scenario):
     mechanism: Geometry
     drive: dict[str, PulleyDrive] = Field(default_factory=dict)
     effects: Effects
-    solver: BeltSolver = BeltSolver()
+    solver: BeltSolverSettings = BeltSolverSettings()
 
     @model_validator(mode="after")
     def _names_are_of_pulleys(self) -> Self:
@@ -296,7 +298,7 @@ class BeltDriveScenario(Scenario):
             named += [((*path, name), name) for name in friction.pulleys]
         for where, name in named:
             if name not in names:
-                raise misfit(where, unknown("pulley", name, names))
+                raise inconsistent(where, unknown("pulley", name, names))
         return self
 
     @model_validator(mode="after")
@@ -305,12 +307,12 @@ class BeltDriveScenario(Scenario):
         if patch is None:
             return self
         if self.effects.belt_friction is None:
-            raise misfit(
+            raise inconsistent(
                 ("effects", "patch"), "a patch is a place of other friction; add belt_friction"
             )
         length = self.mechanism.path().length
         if patch.end > length:
-            raise misfit(
+            raise inconsistent(
                 ("effects", "patch", "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
             )
         return self
@@ -319,7 +321,7 @@ class BeltDriveScenario(Scenario):
     def _backend_can_do_the_law(self) -> Self:
         friction = self.effects.belt_friction
         if self.solver.backend == "moreau" and friction and friction.law != "set-valued":
-            raise misfit(
+            raise inconsistent(
                 ("effects", "belt_friction", "law"),
                 f"'moreau' solves for the impulses of set-valued friction; '{friction.law}' takes"
                 " backend = 'rkf45'",

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BlowUp, BudgetSpent, LeftPulleys
+from frictionsim.errors import BeltOffPulleys, BudgetExceeded, Diverged
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.kernels.contact import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
-from frictionsim.results import Observed
+from frictionsim.results import SimulationResult
 from frictionsim.scenario import methods
-from frictionsim.simulation.checkpoint import Arrays, exported, restore, taken, unfit
+from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mismatch, require_array
 from frictionsim.solvers.common import SampleTimes
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class BeltDrive:
             6 * len(bodies) + pulleys.table.shape[1] + len(pulleys.free) + self._observer.ledger
         )
 
-    def prepare(self, poll: Callable[[float], Any]) -> float:
+    def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Evaluate the start, and have all kernels of the run compiled; return how long that took.
 
         Raises
@@ -63,14 +63,14 @@ class BeltDrive:
         SolverError
         """
         stepping = self._stepping
-        with jit.compilation(stepping.compiles_in, poll) as found:
+        with jit.compilation(stepping.compiles_in, on_step) as found:
             if not self._begun:
                 stepping.begin()
             stepping.prepare()
         self._begun = True
         return found.seconds
 
-    def solve(self, poll: Callable[[float], Any]) -> None:
+    def solve(self, on_step: Callable[[float], Any]) -> None:
         """Step to the end, from the start or from what was restored.
 
         Raises
@@ -86,7 +86,7 @@ class BeltDrive:
                 self._see_energy(t)
             if stepping.t >= end * (1.0 - CLOSE):
                 return
-            poll(stepping.t)
+            on_step(stepping.t)
             self._see_budget(stepping.t)
             limit = min((kink for kink in self._kinks if kink > stepping.t), default=end)
             stepping.advance(min(limit, end), times.next, STEPS_BETWEEN_LOOKS)
@@ -94,10 +94,10 @@ class BeltDrive:
 
     def _see_budget(self, t: float) -> None:
         """Stop where the steps are spent."""
-        steps, rejected, _ = self._stepping.counts
+        steps, rejected, _ = self._stepping.statistics
         most = self._scenario.solver.max_steps
         if steps + rejected >= most:
-            raise BudgetSpent(
+            raise BudgetExceeded(
                 f"{most} steps are spent at t = {t:.9g} s; give a larger solver.max_steps, fewer"
                 " bodies, or a law of friction that is less stiff"
             )
@@ -106,7 +106,7 @@ class BeltDrive:
         """Stop where there is more energy than was stored or put in."""
         excess = self._observer.created
         if excess > MOST_CREATED:
-            raise BlowUp(
+            raise Diverged(
                 f"at t = {t:.9g} s the belt has {excess:.3g} times the energy that it was given:"
                 " the steps are unstable; give a smaller solver.step or solver.max_step, or a"
                 " smaller rtol"
@@ -117,7 +117,7 @@ class BeltDrive:
         slots = self._assembly.slots
         count = slots.first[-1]
         if count == 0:
-            raise LeftPulleys(
+            raise BeltOffPulleys(
                 f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
                 " torque too high?"
             )
@@ -129,24 +129,24 @@ class BeltDrive:
         share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
         deepest = int(np.argmax(share))
         if share[deepest] > DEEPEST:
-            raise LeftPulleys(
+            raise BeltOffPulleys(
                 f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
                 f" radius into a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the"
                 " tension"
             )
 
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
-        steps, rejected, evaluations = self._stepping.counts
+        steps, rejected, evaluations = self._stepping.statistics
         return steps, rejected, evaluations
 
     def state(self) -> Arrays | None:
         """Return all that the rest of the run depends on; None where nothing could be saved."""
-        if not self._stepping.can_go_on:
+        if not self._stepping.resumable:
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepping.arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
-        return {**numbers, **exported(self._times, "times"), **self._observer.state()}
+        return {**numbers, **dump_part(self._times, "times"), **self._observer.state()}
 
     def restore(self, state: Arrays) -> None:
         """Take over the state of another simulation of the same scenario.
@@ -157,15 +157,15 @@ class BeltDrive:
             If it is of another scenario.
         """
         for name, array in self._stepping.arrays().items():
-            values = taken(state, f"stepping.{name}", np.float64, ndim=array.ndim)
+            values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
-                raise unfit(f"stepping.{name}")
+                raise mismatch(f"stepping.{name}")
             array[...] = values
-        restore(self._times, "times", state)
+        load_part(self._times, "times", state)
         self._observer.restore(state)
         self._begun = True
 
-    def observe(self) -> Observed:
+    def observe(self) -> SimulationResult:
         """Return what was sampled so far, and what follows from it."""
         return self._observer.observe()
 
@@ -181,6 +181,6 @@ def _kinks(scenario: "BeltDriveScenario") -> list[float]:
             continue
         signal = signal_from(table)
         t = 0.0
-        while (t := signal.next_kink(t)) < scenario.solver.duration:
+        while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
             found.add(t)
     return sorted(found)

@@ -7,20 +7,20 @@ smoothed over a speed, as the literature has it.
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from frictionsim.results import ENERGY_BALANCE, Measure
+from frictionsim.results import ENERGY_BALANCE, Metric
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.scenario.variants import Setting
 
 # Places of single bodies depend on rounding before long; these do not.
-MEASURES = (
-    Measure("driven_speed", "quantity", "driven_speed", "rad/s"),
-    Measure("slip", "quantity", "slip_percent", "%"),
-    Measure("tension_tight", "quantity", "tension_tight", "N"),
-    Measure("tension_slack", "quantity", "tension_slack", "N"),
-    Measure("speed_L1", "channel", "pulley_speed", "rad/s"),
-    Measure("friction_heat", "quantity", "energy_friction", "J"),
+METRICS = (
+    Metric("driven_speed", "quantity", "driven_speed", "rad/s"),
+    Metric("slip", "quantity", "slip_percent", "%"),
+    Metric("tension_tight", "quantity", "tension_tight", "N"),
+    Metric("tension_slack", "quantity", "tension_slack", "N"),
+    Metric("speed_L1", "channel", "pulley_speed", "rad/s"),
+    Metric("friction_heat", "quantity", "energy_friction", "J"),
     ENERGY_BALANCE,
 )
 

@@ -99,18 +99,18 @@ class Compilation(event.Listener):
 
 
 @contextmanager
-def compilation(expected: float, poll: Any) -> Iterator[Compilation]:
+def compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
     """Have a block, in which kernels are called first, tell when it compiles, and how long.
 
     Parameters
     ----------
     expected : float
         Seconds that it should take.
-    poll : object
+    on_step : object
         Its method `compiling`, if it has one, is entered with them when something is compiled.
     """
     with ExitStack() as stack:
-        compiling = getattr(poll, "compiling", None)
+        compiling = getattr(on_step, "compiling", None)
         found = Compilation(
             lambda: compiling and stack.enter_context(compiling(expected)),
         )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import InputError, NotFinite
+from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.assembly import new_state
 from frictionsim.mechanisms.belt_drive.kernels.chain import TINY
 from frictionsim.mechanisms.belt_drive.kernels.contact import ALPHA, BEFORE, SPEED, Friction
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import BeltSolver
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
 
@@ -59,9 +59,9 @@ class Stepping:
         If the step is too long for the waves in the belt.
     """
 
-    can_go_on = True
+    resumable = True
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
         self._assembly = assembly
         bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
         longest = longest_step(assembly)
@@ -121,7 +121,7 @@ class Stepping:
         return float(self._walk.counts[0] * self._h)
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
         steps = int(self._walk.counts[0])
         return steps, 0, steps
@@ -162,7 +162,7 @@ class Stepping:
             *a.parts[1:],
         )
         if not finite:
-            raise NotFinite(
+            raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
             )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import NotFinite, StepUnderflow
+from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.assembly import new_state
 from frictionsim.mechanisms.belt_drive.kernels.contact import (
     ALPHA,
@@ -23,22 +23,32 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
 from frictionsim.mechanisms.belt_drive.kernels.equations import copy, motion_in, prescribe, rates
 from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
 from frictionsim.solvers import runge_kutta_fehlberg
-from frictionsim.solvers.runge_kutta_fehlberg import C2, C3, C4, C6, LEAST_ERROR, NEARLY_ALL
+from frictionsim.solvers.runge_kutta_fehlberg import (
+    C2,
+    C3,
+    C4,
+    C6,
+    MIN_ERROR_NORM,
+    STEP_END_TOLERANCE,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import BeltSolver
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
 
-to_second, to_third = kernel(runge_kutta_fehlberg.to_second), kernel(runge_kutta_fehlberg.to_third)
-to_fourth, to_fifth = kernel(runge_kutta_fehlberg.to_fourth), kernel(runge_kutta_fehlberg.to_fifth)
-to_sixth, to_end = kernel(runge_kutta_fehlberg.to_sixth), kernel(runge_kutta_fehlberg.to_end)
-to_error = kernel(runge_kutta_fehlberg.to_error)
-shrunk, grown = kernel(runge_kutta_fehlberg.shrunk), kernel(runge_kutta_fehlberg.grown)
+stage_2, stage_3 = kernel(runge_kutta_fehlberg.stage_2), kernel(runge_kutta_fehlberg.stage_3)
+stage_4, stage_5 = kernel(runge_kutta_fehlberg.stage_4), kernel(runge_kutta_fehlberg.stage_5)
+stage_6, solution_5 = kernel(runge_kutta_fehlberg.stage_6), kernel(runge_kutta_fehlberg.solution_5)
+error_estimate_5 = kernel(runge_kutta_fehlberg.error_estimate_5)
+reduced_step, next_step_size = (
+    kernel(runge_kutta_fehlberg.reduced_step),
+    kernel(runge_kutta_fehlberg.next_step_size),
+)
 
 # Bodies near pulleys are given their slots anew after so many steps. In that time a body does not
 # get through the margin, a body's length, unless it is faster than an eighth of the waves.
@@ -200,22 +210,22 @@ def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, 
     while True:
         left = limit - t0
         h = min(clock[2], longest)
-        if h >= left * NEARLY_ALL:
+        if h >= left * STEP_END_TOLERANCE:
             h = left
         elif h > 0.5 * left:
             h = 0.5 * left
         stages(t0, h, y0, k, stepper.stage, y, laws, torques, loads, speeds, room, slots, pulleys)
-        to_error(h, k[0], k[2], k[3], k[4], k[5], stepper.error)
+        error_estimate_5(h, k[0], k[2], k[3], k[4], k[5], stepper.error)
         counts[2] += 5
         error = size_of(stepper.error, stepper.per_tolerance)
-        if error <= (patience if h >= longest * NEARLY_ALL else 1.0):
+        if error <= (patience if h >= longest * STEP_END_TOLERANCE else 1.0):
             break
         counts[1] += 1
         if not error < np.inf and h < 1e-3 * longest:
             copy(y0, y)
             return NOT_FINITE
         rejected_here = True
-        clock[2] = shrunk(h, min(error, 1e10)) if error == error else 0.2 * h
+        clock[2] = reduced_step(h, min(error, 1e10)) if error == error else 0.2 * h
         if clock[2] < 4e-16 * limit:
             copy(y0, y)
             return TOO_SHORT
@@ -223,9 +233,9 @@ def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, 
     rates(clock[1], h, y, stepper.rates1, laws, torques, loads, speeds, room, slots, pulleys)
     counts[2] += 1
     counts[0] += 1
-    error = max(error, LEAST_ERROR)
+    error = max(error, MIN_ERROR_NORM)
     due = clock[2] if not rejected_here and h < clock[2] else 0.0
-    clock[2] = min(max(grown(h, error, clock[3], rejected_here), due), longest)
+    clock[2] = min(max(next_step_size(h, error, clock[3], rejected_here), due), longest)
     clock[3] = error
     if patience > 1.0 and clock[2] < longest:
         counts[4] = (counts[4] + 1) % STEPS_BETWEEN_TRIES
@@ -241,17 +251,17 @@ def stages(t, h, y, k, stage, y_new, laws, torques, loads, speeds, room, slots, 
     As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
     have to be compiled anew in every process.
     """
-    to_second(h, y, k[0], stage)
+    stage_2(h, y, k[0], stage)
     rates(t + C2 * h, h, stage, k[1], laws, torques, loads, speeds, room, slots, pulleys)
-    to_third(h, y, k[0], k[1], stage)
+    stage_3(h, y, k[0], k[1], stage)
     rates(t + C3 * h, h, stage, k[2], laws, torques, loads, speeds, room, slots, pulleys)
-    to_fourth(h, y, k[0], k[1], k[2], stage)
+    stage_4(h, y, k[0], k[1], k[2], stage)
     rates(t + C4 * h, h, stage, k[3], laws, torques, loads, speeds, room, slots, pulleys)
-    to_fifth(h, y, k[0], k[1], k[2], k[3], stage)
+    stage_5(h, y, k[0], k[1], k[2], k[3], stage)
     rates(t + h, h, stage, k[4], laws, torques, loads, speeds, room, slots, pulleys)
-    to_sixth(h, y, k[0], k[1], k[2], k[3], k[4], stage)
+    stage_6(h, y, k[0], k[1], k[2], k[3], k[4], stage)
     rates(t + C6 * h, h, stage, k[5], laws, torques, loads, speeds, room, slots, pulleys)
-    to_end(h, y, k[0], k[2], k[3], k[4], k[5], y_new)
+    solution_5(h, y, k[0], k[2], k[3], k[4], k[5], y_new)
 
 
 @kernel
@@ -300,10 +310,10 @@ class Stepping:
     """
 
     per_impulse = 1.0  # the slots hold forces
-    can_go_on = True
+    resumable = True
     compiles_in = COMPILES_IN
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
         self._assembly = assembly
         bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
         oscillating, decaying = assembly.fastest
@@ -340,7 +350,7 @@ class Stepping:
         return float(self._stepper.clock[1])
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
         steps, rejected, evaluations = self._stepper.counts[:3]
         return int(steps), int(rejected), int(evaluations)
@@ -377,7 +387,7 @@ class Stepping:
             *a.parts,
         )
         if trouble == NOT_FINITE:
-            raise NotFinite(
+            raise NonFinite(
                 f"the state is not finite after t = {self.t:.9g} s; is a stiffness, a torque or a"
                 " speed of the scenario too large?"
             )

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import Assembly
-    from frictionsim.mechanisms.belt_drive.schema import BeltSolver
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
 
 COMPILES_IN = 10.0  # s, as of the adaptive method
 LARGE = 1e30  # the tolerance of an energy: none
-LEAST_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
+MIN_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
 
 
 @entry
@@ -45,11 +45,11 @@ def fresh_rates(
 class _BeltStepper(ScipyStepper):
     """A method of SciPy that evaluates a compiled right-hand side."""
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
         method = methods.BACKENDS[settings.backend].integrator
         super().__init__(
             method,
-            rtol=LEAST_RTOL,
+            rtol=MIN_RTOL,
             atol=1.0,
             max_step=settings.max_step or np.inf,
             max_steps=settings.max_steps,
@@ -62,7 +62,7 @@ class _BeltStepper(ScipyStepper):
         self._rate = new_state(assembly.laws.chain.bodies, assembly.pulleys)
 
     def _rates_of(self, t: float, y: Any) -> Any:
-        self.evaluations += 1
+        self.nfev += 1
         self.evaluate(t, y)
         return self._rate.copy()
 
@@ -78,10 +78,10 @@ class Stepping:
     """A belt drive on its way, as the run of it sees it."""
 
     per_impulse = 1.0  # the slots hold forces
-    can_go_on = False  # what a method remembers of its steps is its own
+    resumable = False  # what a method remembers of its steps is its own
     compiles_in = COMPILES_IN
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolver") -> None:
+    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
         self._assembly = assembly
         self._stepper = _BeltStepper(assembly, settings)
 
@@ -91,13 +91,13 @@ class Stepping:
         return self._stepper.t
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
-        return self._stepper.steps, self._stepper.rejected, self._stepper.evaluations
+        return self._stepper.steps, self._stepper.rejected, self._stepper.nfev
 
     def begin(self) -> None:
         """Evaluate the start."""
-        self._stepper.begin(lambda t, y, dy: None, 0.0, self._assembly.state.tolist())
+        self._stepper.start(lambda t, y, dy: None, 0.0, self._assembly.state.tolist())
         self._stepper.evaluate(0.0, self._assembly.state)
 
     def prepare(self) -> None:
@@ -120,7 +120,7 @@ class Stepping:
 
     def look(self, t: float) -> "Array":
         """Return the state at a time in the last step; the forces are in the assembly's room."""
-        return self._stepper.evaluate(t, self._stepper.state_at(t))
+        return self._stepper.evaluate(t, self._stepper.interpolate(t))
 
     def arrays(self) -> dict[str, "Array"]:
         """Return nothing: there is no going on from it."""
