@@ -72,8 +72,8 @@ class EnergyMonitor:
 class Solver:
     """A backend at work on a mechanism of one coordinate; each backend is a subclass.
 
-    It alternates between steps and the samples inside the last one. Whenever it calls on_step, its state
-    is whole: what is saved there goes on to the same bits.
+    It alternates between steps and the samples inside the last one. Whenever it calls on_step, its
+    state is whole: what is saved there goes on to the same bits.
 
     Parameters
     ----------
