@@ -281,7 +281,7 @@ def test_the_pace_is_that_of_this_process(begin: float, monkeypatch: pytest.Monk
     """A run that is resumed at 6 s has not come there in no time; nor is compilation pace."""
     clock = 100.0
     monkeypatch.setattr(monitor, "monotonic", lambda: clock)
-    monkeypatch.setattr(monitor, "CALLS_BETWEEN_LOOKS", 1)
+    monkeypatch.setattr(monitor, "STEPS_BETWEEN_UPDATES", 1)
     monkeypatch.setattr("frictionsim.cli.tables.ProgressBar", Bar)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with monitor.monitor_run(10.0, with_progress=True) as on_step:
