@@ -19,8 +19,8 @@ from frictionsim.cli.monitor import monitor_run
 from frictionsim.cli.tables import print_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.kernels.jit import compilation
-from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
