@@ -181,7 +181,7 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
         delta_max=(law.maximum_creep if law else None) or 1.0,
         torque=lambda t, theta, omega: torques(scenario, t, omega),
         prescribed={
-            j: signal_from(scenario.drive[p.name].speed).slope
+            j: signal_from(scenario.drive[p.name].speed).derivative
             for j, p in enumerate(pulleys)
             if p.name in scenario.drive and scenario.drive[p.name].speed is not None
         },
