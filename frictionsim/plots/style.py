@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from frictionsim.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 # Okabe and Ito: told apart also by colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
