@@ -6,10 +6,12 @@ from frictionsim.scenario.schema import Params, unit_field
 class Gravity(Params):
     """Weight of all that has a mass."""
 
-    g: float = unit_field("m/s^2", 9.81, ge=0)
+    g: float = unit_field("m/s^2", "Acceleration of gravity.", 9.81, ge=0)
 
 
 class AirDrag(Params):
     """Viscous resistance of the air: a torque -b w."""
 
-    coefficient: float = unit_field("N m s", ge=0)
+    coefficient: float = unit_field(
+        "N m s", "Torque per angular velocity, against the motion.", ge=0
+    )
