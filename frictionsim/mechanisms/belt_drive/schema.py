@@ -42,11 +42,17 @@ CHANNELS = {
 class BeltTable(Params):
     """`[mechanism.belt]`: give either the pretension or the unstretched length."""
 
-    bodies: int = unit_field("1", ge=3, le=100_000)
-    mass_per_length: float = unit_field("kg/m", gt=0)
-    axial_rigidity: float = unit_field("N", gt=0)
-    pretension: float | None = unit_field("N", None, gt=0)
-    length: float | None = unit_field("m", None, gt=0)
+    bodies: int = unit_field("1", "Number of bodies of the belt.", ge=3, le=100_000)
+    mass_per_length: float = unit_field("kg/m", "Mass of the belt per unstretched length.", gt=0)
+    axial_rigidity: float = unit_field(
+        "N", "Axial rigidity EA of the section: force over strain.", gt=0
+    )
+    pretension: float | None = unit_field(
+        "N", "Mean tension at the start; give this or length.", None, gt=0
+    )
+    length: float | None = unit_field(
+        "m", "Unstretched length of the belt; give this or pretension.", None, gt=0
+    )
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -61,11 +67,17 @@ class BeltTable(Params):
 class PulleyTable(Params):
     """One of `[[mechanism.pulleys]]`, in the order in which the belt passes them."""
 
-    name: str = Field(min_length=1, pattern=r"^[\w-]+$")
-    center: tuple[float, float] = unit_field("m", strict=False)
-    radius: float = unit_field("m", gt=0)
-    inertia: float = unit_field("kg m^2", gt=0)
-    side: Literal["inside", "outside"] = "inside"
+    name: str = Field(
+        min_length=1,
+        pattern=r"^[\w-]+$",
+        description="Name, for the drive, friction and quantities of this pulley.",
+    )
+    center: tuple[float, float] = unit_field("m", "Position of the axis, x and y.", strict=False)
+    radius: float = unit_field("m", "Radius of the rim.", gt=0)
+    inertia: float = unit_field("kg m^2", "Moment of inertia.", gt=0)
+    side: Literal["inside", "outside"] = Field(
+        "inside", description="Whether it is inside the loop or on the back of the belt."
+    )
 
 
 class Geometry(Params):
@@ -152,8 +164,12 @@ class Geometry(Params):
 class PulleyDrive(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
-    torque: SpeedOrTimeSignal | None = unit_field("N m", None)
-    speed: TimeSignal | None = unit_field("rad/s", None)
+    torque: SpeedOrTimeSignal | None = unit_field(
+        "N m", "Torque, positive counter-clockwise, over time or own speed; or give speed.", None
+    )
+    speed: TimeSignal | None = unit_field(
+        "rad/s", "Given angular velocity, positive counter-clockwise; or give torque.", None
+    )
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -170,18 +186,22 @@ class ContactTable(Params):
     mesh has its share by length, so that the mesh can be refined.
     """
 
-    c1: float = unit_field("N/m^2", 0.0, ge=0)
-    c2: float = unit_field("N/m", gt=0)
-    damping: float = unit_field("N s/m", 0.0, ge=0)
-    p_max: float = unit_field("m", 1e-3, gt=0)
-    reference_bodies: int | None = unit_field("1", None, gt=0)
+    c1: float = unit_field("N/m^2", "Quadratic stiffness of the contact of a body.", 0.0, ge=0)
+    c2: float = unit_field("N/m", "Linear stiffness of the contact of a body.", gt=0)
+    damping: float = unit_field("N s/m", "Damping of the contact of a body.", 0.0, ge=0)
+    p_max: float = unit_field(
+        "m", "Penetration from which on the damping acts in full.", 1e-3, gt=0
+    )
+    reference_bodies: int | None = unit_field(
+        "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
+    )
 
 
 class Coefficients(Params):
     """Friction of one pulley, or of a part of the belt."""
 
-    mu_s: float = unit_field("1", ge=0)
-    mu_k: float = unit_field("1", ge=0)
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
 
     @model_validator(mode="after")
     def _static_is_not_below_kinetic(self) -> Self:
@@ -197,9 +217,15 @@ class BeltFriction(Coefficients):
 
     LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
 
-    law: Literal["set-valued", "regularised", "creep"] = "set-valued"
-    transition_speed: float | None = unit_field("m/s", None, gt=0)
-    maximum_creep: float | None = unit_field("m", None, gt=0)
+    law: Literal["set-valued", "regularised", "creep"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "m/s", "Speed over which a regularised law rises to its full friction.", None, gt=0
+    )
+    maximum_creep: float | None = unit_field(
+        "m", "Creep at which a contact without slip has its full friction, eq 13.", None, gt=0
+    )
     pulleys: dict[str, Coefficients] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -222,15 +248,24 @@ class BeltFriction(Coefficients):
 class AxialDampingTable(Params):
     """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
 
-    coefficient: float = unit_field("N s/m or N s", gt=0)
-    basis: Literal["joint", "section"] = "joint"
+    coefficient: float = unit_field(
+        "N s/m or N s", "Damping along the belt: of a joint, N s/m, or of the section, N s.", gt=0
+    )
+    basis: Literal["joint", "section"] = Field(
+        "joint",
+        description="What the coefficient belongs to; of the section a joint has coefficient/l.",
+    )
 
 
 class BendingTable(Params):
     """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
 
-    rigidity: float = unit_field("N m^2", gt=0)
-    damping: float = unit_field("N m^2 s", 0.0, ge=0)
+    rigidity: float = unit_field(
+        "N m^2", "Bending rigidity EI of the section; a joint has EI/l.", gt=0
+    )
+    damping: float = unit_field(
+        "N m^2 s", "Bending damping of the section; a joint has it over l.", 0.0, ge=0
+    )
 
 
 class Patch(Coefficients):
@@ -239,8 +274,15 @@ class Patch(Coefficients):
     Measured from where the belt leaves the first pulley at the start, in its direction.
     """
 
-    start: float = unit_field("m", alias="from", ge=0)
-    end: float = unit_field("m", alias="to", gt=0)
+    start: float = unit_field(
+        "m",
+        "Start of the patch, from where the belt leaves the first pulley at the start.",
+        alias="from",
+        ge=0,
+    )
+    end: float = unit_field(
+        "m", "End of the patch, in the direction of the belt.", alias="to", gt=0
+    )
 
     @model_validator(mode="after")
     def _end_after_start(self) -> Self:
@@ -268,12 +310,20 @@ class BeltSolverSettings(SolverSettings):
     swing, m/s, over the length of a body and over the smallest radius, rad/s.
     """
 
-    backend: str = "rkf45"
-    duration: float = unit_field("s", 1.0, gt=0)
+    backend: str = Field("rkf45", description="Integration method.")
+    duration: float = unit_field("s", "Simulated time.", 1.0, gt=0)
     # Looser, the adaptive steps put energy into waves that no damper takes.
-    rtol: float = unit_field("1", 1e-5, ge=1e-12, lt=1)
-    atol: float = unit_field("1", 0.0, ge=0)
-    max_steps: int = unit_field("1", 1_000_000_000, gt=0)
+    rtol: float = unit_field(
+        "1",
+        "Tolerance, relative to the size that the pretension gives each state.",
+        1e-5,
+        ge=1e-12,
+        lt=1,
+    )
+    atol: float = unit_field("1", "Is added to rtol.", 0.0, ge=0)
+    max_steps: int = unit_field(
+        "1", "Budget of steps; a resumed run has as many again.", 1_000_000_000, gt=0
+    )
 
 
 class BeltDriveScenario(Scenario):
