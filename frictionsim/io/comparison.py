@@ -101,8 +101,8 @@ def compare(
     _check_patterns(ignore, {*result.channels, *golden.channels, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
-    pairs = _pairs(result, golden)
-    _compare_times(result, golden, pairs, comparison, f"{result_path} and {golden_path}")
+    common = _common_samples(result, golden)
+    _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
     for key in ("backend", "frictionsim_version", "scenario"):
         if result.attributes[key] != golden.attributes[key]:
             comparison.notes.append(f"note: the two files differ in their {key}")
@@ -112,7 +112,7 @@ def compare(
 
     for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
         if wanted(name):
-            row = _compare_channel(name, result, golden, pairs, rtol, atol, time_atol)
+            row = _compare_channel(name, result, golden, common, rtol, atol, time_atol)
             comparison.rows.append(row)
     if wanted("events"):
         events = _compare_events(result, golden, time_atol)
@@ -146,7 +146,7 @@ def _compare_status(result: "Result", golden: "Result", comparison: Comparison) 
         comparison.rows.append(Row("status", None, None, None, False, note))
 
 
-class _Pairs(NamedTuple):
+class _CommonSamples(NamedTuple):
     """Indices of the samples common to two results, in each of them.
 
     `complete`: all other samples are at events, whose times differ between the results.
@@ -157,7 +157,7 @@ class _Pairs(NamedTuple):
     complete: bool
 
 
-def _pairs(result: "Result", golden: "Result") -> _Pairs:
+def _common_samples(result: "Result", golden: "Result") -> _CommonSamples:
     times, expected = result.channels["time"], golden.channels["time"]
     (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
@@ -165,7 +165,7 @@ def _pairs(result: "Result", golden: "Result") -> _Pairs:
         and np.all(also_found | np.isin(expected, golden.events["time"]))
     )
     of_golden, of_result = np.unique(places[found], return_index=True)
-    return _Pairs(np.flatnonzero(found)[of_result], of_golden, complete)
+    return _CommonSamples(np.flatnonzero(found)[of_result], of_golden, complete)
 
 
 def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
@@ -181,11 +181,11 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
 
 
 def _compare_times(
-    result: "Result", golden: "Result", pairs: _Pairs, comparison: Comparison, pair: str
+    result: "Result", golden: "Result", common: _CommonSamples, comparison: Comparison, pair: str
 ) -> None:
     """Raise InputError if two runs that are done differ in sample times; else add a row."""
     times, expected = result.channels["time"], golden.channels["time"]
-    if pairs.complete:
+    if common.complete:
         return
     counts = f"{times.size} and {expected.size} samples"
     if result.attributes["status"] == golden.attributes["status"] == "done":
@@ -201,7 +201,7 @@ def _compare_channel(
     name: str,
     result: "Result",
     golden: "Result",
-    pairs: _Pairs,
+    common: _CommonSamples,
     rtol: float,
     atol: float,
     time_atol: float,
@@ -214,8 +214,8 @@ def _compare_channel(
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
         return Row(name, None, None, None, False, "different axis or members of the axis")
-    found, expected = result.channels[name][pairs.result], golden.channels[name][pairs.golden]
-    time = golden.channels["time"][pairs.golden]
+    found, expected = result.channels[name][common.result], golden.channels[name][common.golden]
+    time = golden.channels["time"][common.golden]
     away = _outside_event_windows(golden.events["time"], time, time_atol)
     found, expected, time = found[away], expected[away], time[away]
     if not found.size:
