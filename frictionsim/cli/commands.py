@@ -273,6 +273,9 @@ def cost(
     backends: Annotated[
         str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
     ] = None,
+    laws: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Friction laws to use. [all that apply]")
+    ] = None,
     tolerances: Annotated[
         str | None,
         typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
@@ -291,7 +294,7 @@ def cost(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Measure error against run time for every backend at several settings."""
+    """Measure error against run time for every friction law and backend at several settings."""
     from frictionsim.scenario.loading import load
 
     loaded = load(scenario, overrides)
@@ -301,7 +304,7 @@ def cost(
     from frictionsim.work_precision.report import study_json
 
     options = cost_study.Options(
-        backends, tolerances, max_wall, repeats, output, csv, plot, no_clobber
+        backends, laws, tolerances, max_wall, repeats, output, csv, plot, no_clobber
     )
     study = cost_study.study_scenario(loaded, options)
     if as_json:

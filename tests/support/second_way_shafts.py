@@ -83,8 +83,10 @@ def pulley(record: Record) -> dict[str, Seen]:
     seen["energy_input"] = integral(time, force * arm * velocity)
     seen["energy_kinetic"] = energy(0.5 * geometry["inertia"] * float(velocity[-1]) ** 2)
     seen["energy_potential"] = energy(load * arm * float(record.channels["angle"][-1]))
-    if "air_drag" in effects:
-        seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
+    if "viscous_damping" in effects:
+        seen["energy_damping"] = integral(
+            time, effects["viscous_damping"]["coefficient"] * velocity**2
+        )
     if "shaft_friction" in effects:
         seen |= of_stick_and_slip(record)
         vertical = scenario["drive"]["direction"] == "vertical"
@@ -273,8 +275,10 @@ def marble_machine(record: Record) -> dict[str, Seen]:
     seen["energy_kinetic"] = energy(0.5 * machine.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
         seen["energy_potential"] = _lifted(record, machine)
-    if "air_drag" in effects:
-        seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
+    if "viscous_damping" in effects:
+        seen["energy_damping"] = integral(
+            time, effects["viscous_damping"]["coefficient"] * velocity**2
+        )
     if "shaft_friction" in effects:
         seen |= of_stick_and_slip(record)
         inert = machine.motor_inertia * machine.ratio * record.channels["angular_acceleration"]
