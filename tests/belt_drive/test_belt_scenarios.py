@@ -10,12 +10,12 @@ from tests.support.scenarios import Scenario
 
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
 def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
-    assembly = assemble(scenario_of(data))
-    touching = np.bincount(assembly.rest.pulley[assembly.rest.pulley >= 0])
+    model = assemble(scenario_of(data))
+    touching = np.bincount(model.equilibrium.pulley[model.equilibrium.pulley >= 0])
     assert len(touching) == len(data["mechanism"]["pulleys"])
     assert np.all(touching >= 3)
     # Contact damping is neither nearly absent nor in full at the depth of rest.
-    depth = assembly.rest.normal_force.max() / data["effects"]["contact"]["c2"]
+    depth = model.equilibrium.normal_force.max() / data["effects"]["contact"]["c2"]
     assert 0.1e-3 < depth < 1e-3
 
 

@@ -188,7 +188,7 @@ STATES = {
 @pytest.mark.parametrize("name", STATES)
 def test_states_are_those_of_the_effects(name: str) -> None:
     """Six of a body, an angle of a pulley, a speed of a free one, an energy of what has one."""
-    from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
+    from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 
     data, states = STATES[name]
     simulation = BeltDrive(scenario_of(data))

@@ -34,11 +34,11 @@ def test_a_short_way_is_that_of_the_reference() -> None:
     )
     end = stepped(data, kick(0.05))
     start = stepped({**data, "solver": {"duration": 1e-12}}, kick(0.05))
-    belt = reference(scenario_of(data), end.assembly.laws.chain.length)
+    belt = reference(scenario_of(data), end.model.laws.chain.length)
     times = np.array([0.0, 1e-3])
-    y0 = pack(*kinematics(start.state, start.assembly))
+    y0 = pack(*kinematics(start.state, start.model))
     expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
-    found = pack(*kinematics(end.state, end.assembly))
+    found = pack(*kinematics(end.state, end.model))
     moved = np.abs(expected - y0)
     for part, size in zip(np.split(found - expected, PARTS), np.split(moved, PARTS), strict=True):
         # Of the way from the start. Both step over the switches of friction as their error

@@ -9,12 +9,12 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
     kernels           forces of chain and contacts, exact stick, and the equations of motion
     steppers          the integration methods
     stability_limits  the fastest frequency and decay, which bound the steps
-    simulation        from step to step
+    belt_simulation   from step to step
     sampling          what is recorded
     spans             the tension of each span
     quantities        the summary and the audit, of which torque_balance is a part
     run_warnings      what to know before trusting them
-    statics           the belt at rest
+    equilibrium_quantities  tensions, lengths and loads at rest
     work_precision    what the cost of accuracy is judged by, and the settings to compare
 
 References
@@ -52,13 +52,13 @@ PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
 def simulation(scenario: BeltDriveScenario) -> "Simulation":
     """Return what simulates a scenario."""
     # numba, if it is needed at all
-    from frictionsim.mechanisms.belt_drive.simulation import BeltDrive
+    from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 
     return BeltDrive(scenario)
 
 
 def statics(scenario: BeltDriveScenario) -> Quantities:
     """Return the belt at rest at its pretension, without friction."""
-    from frictionsim.mechanisms.belt_drive.statics import equilibrium_quantities
+    from frictionsim.mechanisms.belt_drive.equilibrium_quantities import equilibrium_quantities
 
     return equilibrium_quantities(scenario)

@@ -5,9 +5,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ScenarioError
-from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium, NoEquilibrium, equilibrium
+from frictionsim.mechanisms.belt_drive.equilibrium import (
+    Equilibrium,
+    NoEquilibrium,
+    find_equilibrium,
+)
 from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    ROOM_ROWS,
+    WORKSPACE_ROWS,
     AxialDamping,
     Bending,
     Chain,
@@ -16,27 +20,33 @@ from frictionsim.mechanisms.belt_drive.kernels.chain import (
 from frictionsim.mechanisms.belt_drive.kernels.contact import (
     PULLEY_RADIUS,
     ROWS,
-    VECTOR,
+    SIMD_WIDTH,
     Contact,
     ContactDamping,
-    Creep,
-    ExactStick,
-    Friction,
+    Contacts,
+    CreepFriction,
+    FrictionCoefficients,
     Pulleys,
-    Regularised,
-    Slots,
+    RegularisedFriction,
+    SetValuedFriction,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import LEDGER, Laws, Loads, Speeds, Torques
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
+    N_ENERGIES,
+    ForceLaws,
+    PrescribedSpeeds,
+    SpeedTorques,
+    TimeTorques,
+)
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
     linear_pieces,
     pieces_in_time,
-    pieces_of,
     sines_of,
+    stack_pieces,
 )
 from frictionsim.mechanisms.belt_drive.stability_limits import (
     contact_stiffness,
-    fastest,
-    fastest_bending,
+    max_bending_frequency,
+    max_frequency_and_decay,
 )
 from frictionsim.scenario.signal_tables import SpeedTable
 
@@ -51,10 +61,10 @@ if TYPE_CHECKING:
 
 # s: a body that sticks has lost its slip after the time in which a wave gets from body to body, so
 # before anything else can have happened; and the results do not depend on it below this.
-LONGEST_CAPTURE = 1e-5
+MAX_RELAXATION_TIME = 1e-5
 
 
-class Assembly(NamedTuple):
+class BeltModel(NamedTuple):
     """A belt drive ready to be stepped.
 
     Attributes
@@ -75,35 +85,35 @@ class Assembly(NamedTuple):
         What an error in each state is measured by; infinite for energies.
     """
 
-    laws: Laws
-    torques: Torques | None
-    loads: Loads | None
-    speeds: Speeds | None
-    room: "Array"
-    slots: Slots
+    laws: ForceLaws
+    torques: TimeTorques | None
+    loads: SpeedTorques | None
+    speeds: PrescribedSpeeds | None
+    workspace: "Array"
+    contacts: Contacts
     pulleys: Pulleys
-    friction: Friction | None
-    hysteresis: bool | None
-    rest: Equilibrium
+    friction: FrictionCoefficients | None
+    distinct_static_friction: bool | None
+    equilibrium: Equilibrium
     state: "Array"
-    sizes: "Array"
+    error_scales: "Array"
 
     @property
-    def fastest(self) -> tuple[float, float]:
+    def max_frequency_and_decay(self) -> tuple[float, float]:
         """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
-        return fastest(self.laws, self.rest)
+        return max_frequency_and_decay(self.laws, self.equilibrium)
 
     @property
-    def fastest_bending(self) -> float:
+    def max_bending_frequency(self) -> float:
         """The highest angular frequency of waves in which the belt bends, rad/s."""
-        return fastest_bending(self.laws, self.rest)
+        return max_bending_frequency(self.laws, self.equilibrium)
 
-    def memory(self) -> dict[str, Any]:
+    def contact_state(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""
         return {
-            "slots_first": self.slots.first,
-            "slots_body": self.slots.body,
-            "slots": self.slots.table,
+            "slots_first": self.contacts.offsets,
+            "slots_body": self.contacts.body,
+            "slots": self.contacts.table,
             "pulleys": self.pulleys.table,
         }
 
@@ -115,19 +125,19 @@ class Assembly(NamedTuple):
             self.torques,
             self.loads,
             self.speeds,
-            self.room,
-            self.slots,
+            self.workspace,
+            self.contacts,
             self.pulleys,
         )
 
 
-def share_of_reference(scenario: "BeltDriveScenario") -> float:
+def mesh_scale(scenario: "BeltDriveScenario") -> float:
     """Return by how much the contact of a body differs from the one that the scenario gives."""
     reference = scenario.effects.contact.reference_bodies
     return 1.0 if reference is None else reference / scenario.mechanism.belt.bodies
 
 
-def rest_of(scenario: "BeltDriveScenario") -> Equilibrium:
+def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
     """Return the belt at rest, without friction.
 
     Raises
@@ -135,9 +145,9 @@ def rest_of(scenario: "BeltDriveScenario") -> Equilibrium:
     ScenarioError
     """
     belt, effects = scenario.mechanism.belt, scenario.effects
-    share = share_of_reference(scenario)
+    share = mesh_scale(scenario)
     try:
-        return equilibrium(
+        return find_equilibrium(
             scenario.mechanism.path(),
             scenario.mechanism.circles,
             belt.bodies,
@@ -154,45 +164,45 @@ def rest_of(scenario: "BeltDriveScenario") -> Equilibrium:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def assemble(scenario: "BeltDriveScenario") -> Assembly:
+def assemble(scenario: "BeltDriveScenario") -> BeltModel:
     """Find the belt's rest position and compose its equations of the effects of the scenario."""
-    rest = rest_of(scenario)
-    laws, pulleys = laws_of(scenario, rest.body_length), _pulleys(scenario)
-    friction = _coefficients(scenario, rest.body_length)
+    equilibrium = solve_equilibrium(scenario)
+    laws, pulleys = force_laws(scenario, equilibrium.body_length), _pulleys(scenario)
+    friction = _coefficients(scenario, equilibrium.body_length)
     differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
     bodies = scenario.mechanism.belt.bodies
-    return Assembly(
+    return BeltModel(
         laws,
         _torques(scenario),
         _loads(scenario),
         _speeds(scenario),
-        aligned(ROOM_ROWS, width_of(bodies)),
+        aligned_zeros(WORKSPACE_ROWS, padded_width(bodies)),
         _slots(bodies, pulleys.table.shape[1]),
         pulleys,
         friction,
-        True if differ and laws.exact is not None else None,
-        rest,
-        start_of(rest, pulleys),
-        sizes_of(rest, laws, pulleys),
+        True if differ and laws.set_valued is not None else None,
+        equilibrium,
+        initial_state(equilibrium, pulleys),
+        error_scales_of(equilibrium, laws, pulleys),
     )
 
 
-def laws_of(scenario: "BeltDriveScenario", body_length: float) -> Laws:
+def force_laws(scenario: "BeltDriveScenario", body_length: float) -> ForceLaws:
     """Return what acts in a scenario whose bodies are so long."""
     table, effects = scenario.mechanism.belt, scenario.effects
     mass = table.mass_per_length * body_length
     stiffness = table.axial_rigidity / body_length
     damping, bending, law = effects.axial_damping, effects.bending, effects.belt_friction
-    share, contact = share_of_reference(scenario), effects.contact
-    exact = law is not None and law.law == "set-valued"
-    return Laws(
+    share, contact = mesh_scale(scenario), effects.contact
+    set_valued = law is not None and law.law == "set-valued"
+    return ForceLaws(
         chain=Chain(
             table.bodies,
             body_length,
             mass,
             mass * body_length**2 / 12.0,
             stiffness,
-            scenario.mechanism.path().turn,
+            scenario.mechanism.path().total_turning,
         ),
         contact=Contact(contact.c1 * share, contact.c2 * share),
         axial_damping=AxialDamping(
@@ -207,9 +217,13 @@ def laws_of(scenario: "BeltDriveScenario", body_length: float) -> Laws:
         contact_damping=ContactDamping(contact.damping * share, contact.p_max)
         if contact.damping
         else None,
-        exact=ExactStick(min(float(np.sqrt(mass / stiffness)), LONGEST_CAPTURE)) if exact else None,
-        regularised=Regularised(law.transition_speed) if law and law.transition_speed else None,
-        creep=Creep(law.maximum_creep) if law and law.maximum_creep else None,
+        set_valued=SetValuedFriction(min(float(np.sqrt(mass / stiffness)), MAX_RELAXATION_TIME))
+        if set_valued
+        else None,
+        regularised=RegularisedFriction(law.transition_speed)
+        if law and law.transition_speed
+        else None,
+        creep=CreepFriction(law.maximum_creep) if law and law.maximum_creep else None,
     )
 
 
@@ -223,30 +237,30 @@ def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
     return Pulleys(np.array(free, dtype=np.int64), table)
 
 
-def _slots(bodies: int, pulleys: int) -> Slots:
+def _slots(bodies: int, pulleys: int) -> Contacts:
     """Return slots for as many bodies as could ever be near a pulley: all of them."""
-    slots = (bodies + VECTOR) * pulleys // VECTOR * VECTOR
-    return Slots(
+    contacts = (bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
+    return Contacts(
         np.zeros(pulleys + 1, dtype=np.int64),
-        np.zeros(slots, dtype=np.uint64),  # an index that is never negative needs no look
-        aligned(ROWS, slots),
+        np.zeros(contacts, dtype=np.uint64),  # an index that is never negative needs no look
+        aligned_zeros(ROWS, contacts),
         np.zeros((2, bodies)),
     )
 
 
-def width_of(bodies: int) -> int:
+def padded_width(bodies: int) -> int:
     """Return the length of a row over the joints, with the copy of the first, in full vectors."""
-    return -(-(bodies + 1) // VECTOR) * VECTOR
+    return -(-(bodies + 1) // SIMD_WIDTH) * SIMD_WIDTH
 
 
-def aligned(rows: int, width: int) -> "Array":
+def aligned_zeros(rows: int, width: int) -> "Array":
     """Return zeros that begin where the widest vector is loaded fastest."""
-    spare = np.zeros(rows * width + VECTOR)
-    offset = -spare.ctypes.data // spare.itemsize % VECTOR
+    spare = np.zeros(rows * width + SIMD_WIDTH)
+    offset = -spare.ctypes.data // spare.itemsize % SIMD_WIDTH
     return spare[offset : offset + rows * width].reshape(rows, width)
 
 
-def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction | None:
+def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> FrictionCoefficients | None:
     """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
     law, patch = scenario.effects.belt_friction, scenario.effects.patch
     if law is None:
@@ -260,7 +274,7 @@ def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction
     if patch is not None:
         inside = patch_bodies(scenario, body_length)
         static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
-    return Friction(static, kinetic)
+    return FrictionCoefficients(static, kinetic)
 
 
 def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
@@ -283,64 +297,66 @@ def _driven(scenario: "BeltDriveScenario", key: str, of_speed: bool) -> tuple["I
     return np.array([j for j, _ in found], dtype=np.int64), [table for _, table in found]
 
 
-def _torques(scenario: "BeltDriveScenario") -> Torques | None:
-    which, tables = _driven(scenario, "torque", of_speed=False)
+def _torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
+    targets, tables = _driven(scenario, "torque", of_speed=False)
     if not tables:
         return None
-    return Torques(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))
+    return TimeTorques(targets, stack_pieces([pieces_in_time(t) for t in tables]), sines_of(tables))
 
 
-def _loads(scenario: "BeltDriveScenario") -> Loads | None:
-    which, tables = _driven(scenario, "torque", of_speed=True)
+def _loads(scenario: "BeltDriveScenario") -> SpeedTorques | None:
+    targets, tables = _driven(scenario, "torque", of_speed=True)
     if not tables:
         return None
-    return Loads(which, pieces_of([linear_pieces(t.speed, t.value) for t in tables]))
+    return SpeedTorques(targets, stack_pieces([linear_pieces(t.speed, t.value) for t in tables]))
 
 
-def _speeds(scenario: "BeltDriveScenario") -> Speeds | None:
-    which, tables = _driven(scenario, "speed", of_speed=False)
+def _speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
+    targets, tables = _driven(scenario, "speed", of_speed=False)
     if not tables:
         return None
-    return Speeds(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))
+    return PrescribedSpeeds(
+        targets, stack_pieces([pieces_in_time(t) for t in tables]), sines_of(tables)
+    )
 
 
-def start_of(rest: Equilibrium, pulleys: Pulleys) -> "Array":
+def initial_state(equilibrium: Equilibrium, pulleys: Pulleys) -> "Array":
     """Return the state at the start: the belt at rest, free pulleys at rest."""
-    n, width = len(rest.x), width_of(len(rest.x))
-    state = new_state(n, pulleys)
+    n, width = len(equilibrium.x), padded_width(len(equilibrium.x))
+    state = zero_state(n, pulleys)
     state[0:n], state[width : width + n], state[2 * width : 2 * width + n] = (
-        rest.x,
-        rest.y,
-        rest.angle,
+        equilibrium.x,
+        equilibrium.y,
+        equilibrium.angle,
     )
     return state
 
 
-def new_state(bodies: int, pulleys: Pulleys) -> "Array":
+def zero_state(bodies: int, pulleys: Pulleys) -> "Array":
     """Return a state vector of zeros, or a rate, for so many bodies."""
-    size = 6 * width_of(bodies) + pulleys.table.shape[1] + len(pulleys.free) + LEDGER
-    return aligned(1, size + -size % VECTOR)[0]
+    size = 6 * padded_width(bodies) + pulleys.table.shape[1] + len(pulleys.free) + N_ENERGIES
+    return aligned_zeros(1, size + -size % SIMD_WIDTH)[0]
 
 
-def sizes_of(rest: Equilibrium, laws: Laws, pulleys: Pulleys) -> "Array":
+def error_scales_of(equilibrium: Equilibrium, laws: ForceLaws, pulleys: Pulleys) -> "Array":
     """Return the size of each state that its error is measured by."""
-    width, m, free = width_of(len(rest.x)), pulleys.table.shape[1], len(pulleys.free)
+    width, m, free = padded_width(len(equilibrium.x)), pulleys.table.shape[1], len(pulleys.free)
     length, stiffness, mass = laws.chain.length, laws.chain.stiffness, laws.chain.mass
     radius = float(np.min(pulleys.table[PULLEY_RADIUS]))
-    contact = contact_stiffness(laws, rest)
-    depth = float(np.max(rest.normal_force, initial=0.0)) / contact
+    contact = contact_stiffness(laws, equilibrium)
+    depth = float(np.max(equilibrium.normal_force, initial=0.0)) / contact
     # What is the smaller of the two decides how exactly positions have to be known.
-    stretch = float(np.mean(rest.tension)) / stiffness
-    speed = min(stretch * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
-    stretch = min(stretch, depth)
+    joint_forces = float(np.mean(equilibrium.tension)) / stiffness
+    speed = min(joint_forces * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
+    joint_forces = min(joint_forces, depth)
     parts = [
-        (2 * width, stretch),
-        (width, stretch / length),
+        (2 * width, joint_forces),
+        (width, joint_forces / length),
         (2 * width, speed),
         (width, speed / length),
-        (m, stretch / radius),
+        (m, joint_forces / radius),
         (free, speed / radius),
     ]
-    sizes = np.full(len(new_state(len(rest.x), pulleys)), np.inf)
-    sizes[: 6 * width + m + free] = np.concatenate([np.full(c, size) for c, size in parts])
-    return sizes
+    error_scales = np.full(len(zero_state(len(equilibrium.x), pulleys)), np.inf)
+    error_scales[: 6 * width + m + free] = np.concatenate([np.full(c, size) for c, size in parts])
+    return error_scales

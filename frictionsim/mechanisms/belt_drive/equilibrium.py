@@ -26,45 +26,45 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, route
+from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, belt_path
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-LARGEST_STRAIN = 0.5
-FEWEST_BODIES = 4
+MAX_STRAIN = 0.5
+MIN_BODIES = 4
 
 # The largest unbalanced force over the tension: sought, well enough for the correction of the
 # tension to end, accepted, and near enough to a rest position to tell a saddle from a minimum.
-SOUGHT, RESIDUAL, ACCEPTED, NEAR = 1e-10, 1e-9, 1e-7, 1e-5
+TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, NEAR_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
 # What rounded coordinates leave of the force on a body, in its stiffness times a unit in the last
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
 # The mean tension, relative.
-TENSION = 1e-9
+TENSION_TOLERANCE = 1e-9
 
-STEPS = 300
-CORRECTIONS = 40
+MAX_NEWTON_STEPS = 300
+MAX_TENSION_ITERATIONS = 40
 
 # A saddle is told from rounding by a negative stiffness of this part of c.
-NOISE = 1e-11
+NEGATIVE_CURVATURE_TOL = 1e-11
 # A stiffness above this part of c moves no body any more.
-STIFFEST = 1e3
+MAX_SHIFT = 1e3
 # The largest step: of the smallest radius, in rad, and of the length of a body.
 STEP_IN_RADII, STEP_IN_ANGLE, STEP_IN_LENGTH = 0.2, 0.3, 0.2
 
 # Of the length of a body from that of the path: no belt that stays on its pulleys gets so far.
-LARGEST_CHANGE = 5.0
+MAX_LENGTH_RATIO = 5.0
 
 BAND = 8
 LOWER = np.array([[0, 1, 1, 2, 2, 2], [0, 0, 1, 0, 1, 2]])
 
 # Bodies from the middle of the first arc to a centre: mirror images of themselves, and not.
-MIRRORED, ASKEW = (0.0, 0.5), 0.25
+SYMMETRIC_PHASES, ASYMMETRIC_PHASE = (0.0, 0.5), 0.25
 
 # What a first guess of the tension in a belt of given length is at least, over EA.
-LEAST_GUESS = 1e-4
-GUESSES = 8
+MIN_STRAIN_GUESS = 1e-4
+MAX_LENGTH_ITERATIONS = 8
 
 
 class NoEquilibrium(ValueError):
@@ -102,7 +102,7 @@ class Equilibrium(NamedTuple):
     residual_moment: float
 
 
-class _Cells(NamedTuple):
+class _BandLayout(NamedTuple):
     """Where the bodies stand in the folded numbering, and their blocks in the band."""
 
     order: Indices
@@ -125,10 +125,10 @@ class _Belt(NamedTuple):
     c2: float
     gravity: Array
     scale: float  # m, makes a length of an angle
-    cells: _Cells
+    layout: _BandLayout
 
 
-class _Laws(NamedTuple):
+class _HeldParameters(NamedTuple):
     """What is held while the energy is minimised; pull None: the bodies keep their length."""
 
     bending: float
@@ -150,14 +150,14 @@ class _Contact(NamedTuple):
     force: Array
 
 
-class _Shape(NamedTuple):
+class _Evaluation(NamedTuple):
     """A state, and what energy, gradient and Hessian have in common."""
 
     state: _State
     along: Array  # u_k
-    across: Array  # z x u_k
+    transverse_frequencies: Array  # z x u_k
     force: Array  # of joint k on body k - 1
-    bend: Array  # of joint k
+    add_bending: Array  # of joint k
     contact: _Contact
     energies: Array
 
@@ -179,7 +179,7 @@ class _Factors(NamedTuple):
     corner: float
 
 
-def equilibrium(
+def find_equilibrium(
     path: Path,
     pulleys: Sequence[Pulley],
     bodies: int,
@@ -231,8 +231,8 @@ def equilibrium(
     """
     if (pretension is None) == (length is None):
         raise ValueError("give either the pretension or the length of the belt")
-    if bodies < FEWEST_BODIES:
-        raise NoEquilibrium(f"a belt needs at least {FEWEST_BODIES} bodies, not {bodies}")
+    if bodies < MIN_BODIES:
+        raise NoEquilibrium(f"a belt needs at least {MIN_BODIES} bodies, not {bodies}")
     belt = _Belt(
         path,
         pulleys,
@@ -246,31 +246,31 @@ def equilibrium(
         c2,
         np.array(gravity),
         path.length / bodies,
-        _cells(bodies),
+        _band_layout(bodies),
     )
-    _refuse_strain(belt, pretension, length)
-    for phase in MIRRORED:
+    _check_strain(belt, pretension, length)
+    for phase in SYMMETRIC_PHASES:
         with suppress(NoEquilibrium):
-            return _result(belt, _rest(belt, phase, pretension, length))
-    return _result(belt, _rest(belt, ASKEW, pretension, length))
+            return _result(belt, _solve(belt, phase, pretension, length))
+    return _result(belt, _solve(belt, ASYMMETRIC_PHASE, pretension, length))
 
 
-def _refuse_strain(belt: _Belt, pretension: float | None, length: float | None) -> None:
+def _check_strain(belt: _Belt, pretension: float | None, length: float | None) -> None:
     if pretension is not None:
         strain = pretension / belt.axial_rigidity
-        if strain > LARGEST_STRAIN:
+        if strain > MAX_STRAIN:
             raise NoEquilibrium(
                 f"the pretension of {pretension:.6g} N strains the belt by {strain:.4g}, more "
-                f"than {LARGEST_STRAIN}: its axial rigidity is {belt.axial_rigidity:.6g} N"
+                f"than {MAX_STRAIN}: its axial rigidity is {belt.axial_rigidity:.6g} N"
             )
     if length is not None:
         strain = belt.path.length / length - 1.0
-        if strain > LARGEST_STRAIN:
+        if strain > MAX_STRAIN:
             raise NoEquilibrium(
                 f"the belt is too short for its path: {length:.6g} m unstretched on "
-                f"{belt.path.length:.6g} m, a strain of {strain:.4g}, more than {LARGEST_STRAIN}"
+                f"{belt.path.length:.6g} m, a strain of {strain:.4g}, more than {MAX_STRAIN}"
             )
-        taut = belt.bodies * _layout(belt, 0.0).pitch
+        taut = belt.bodies * _discrete_layout(belt, 0.0).pitch
         if length >= taut:
             raise NoEquilibrium(
                 f"the belt is slack: it is {length:.6g} m long unstretched, its path "
@@ -279,38 +279,50 @@ def _refuse_strain(belt: _Belt, pretension: float | None, length: float | None) 
             )
 
 
-def _rest(belt: _Belt, phase: float, pretension: float | None, length: float | None) -> _Shape:
-    settle = phase == ASKEW
+def _solve(
+    belt: _Belt, phase: float, pretension: float | None, length: float | None
+) -> _Evaluation:
+    leave_saddles = phase == ASYMMETRIC_PHASE
     if pretension is not None:
-        return _tighten(belt, _lay(belt, pretension, phase), pretension, settle)
+        return _solve_for_tension(
+            belt, _initial_guess(belt, pretension, phase), pretension, leave_saddles
+        )
     assert length is not None
     # First near the length by way of the tension, which keeps the belt taut throughout.
     size = length / belt.bodies
-    tension = belt.axial_rigidity * max(_layout(belt, 0.0).pitch / size - 1.0, LEAST_GUESS)
-    state = _lay(belt, tension, phase)
-    for _ in range(GUESSES):
-        state = _tighten(belt, state, tension, settle).state
+    tension = belt.axial_rigidity * max(
+        _discrete_layout(belt, 0.0).pitch / size - 1.0, MIN_STRAIN_GUESS
+    )
+    state = _initial_guess(belt, tension, phase)
+    for _ in range(MAX_LENGTH_ITERATIONS):
+        state = _solve_for_tension(belt, state, tension, leave_saddles).state
         if abs(state.length - size) <= 0.01 * (tension / belt.axial_rigidity) * size:
             break
         stretched = (belt.axial_rigidity + tension) * state.length
         tension = max(stretched / size - belt.axial_rigidity, 0.1 * tension)
     state = state._replace(length=size)
-    return _minimum(belt, _laws(belt, size, None), state, tension, settle)
+    return _minimum(belt, _held_parameters(belt, size, None), state, tension, leave_saddles)
 
 
-def _tighten(belt: _Belt, state: _State, tension: float, settle: bool) -> _Shape:
+def _solve_for_tension(
+    belt: _Belt, state: _State, tension: float, leave_saddles: bool
+) -> _Evaluation:
     """Find the minimum at a mean tension."""
     pull = tension * (1.0 + 0.5 * tension / belt.axial_rigidity)
-    for _ in range(CORRECTIONS):
-        shape = _minimum(belt, _laws(belt, state.length, pull), state, tension, settle)
-        state = shape.state
-        mean = float(np.mean(_size(shape.force)))
-        residual = _residual(_gradient(belt, _laws(belt, state.length, None), shape))
-        goal = _goal(belt, shape, tension)
-        if abs(mean - tension) <= max(TENSION * tension, goal) and residual <= max(
+    for _ in range(MAX_TENSION_ITERATIONS):
+        evaluation = _minimum(
+            belt, _held_parameters(belt, state.length, pull), state, tension, leave_saddles
+        )
+        state = evaluation.state
+        mean = float(np.mean(_norms(evaluation.force)))
+        residual = _residual(
+            _gradient(belt, _held_parameters(belt, state.length, None), evaluation)
+        )
+        goal = _force_tolerance(belt, evaluation, tension)
+        if abs(mean - tension) <= max(TENSION_TOLERANCE * tension, goal) and residual <= max(
             RESIDUAL * tension, goal
         ):
-            return shape
+            return evaluation
         pull *= tension / mean
     raise NoEquilibrium(
         f"no rest position of the belt was found: its mean tension stays {mean - tension:.3g} N "
@@ -318,35 +330,37 @@ def _tighten(belt: _Belt, state: _State, tension: float, settle: bool) -> _Shape
     )
 
 
-def _laws(belt: _Belt, length: float, pull: float | None) -> _Laws:
-    return _Laws(belt.bending_rigidity / length, belt.mass_per_length * length * belt.gravity, pull)
+def _held_parameters(belt: _Belt, length: float, pull: float | None) -> _HeldParameters:
+    return _HeldParameters(
+        belt.bending_rigidity / length, belt.mass_per_length * length * belt.gravity, pull
+    )
 
 
-class _Layout(NamedTuple):
+class _DiscreteLayout(NamedTuple):
     """Bodies as tangents on the circles that their centres are pressed to."""
 
     path: Path
     pitch: float
-    marks: Array  # of the path, in lengths of bodies laid
+    breakpoints: Array  # of the path, in lengths of bodies laid
 
 
-def _layout(belt: _Belt, tension: float) -> _Layout:
+def _discrete_layout(belt: _Belt, tension: float) -> _DiscreteLayout:
     pitch = belt.scale
     for _ in range(10):
         normal = tension * 2.0 * np.sin(np.arctan(0.5 * pitch / belt.radii))
         depth = 2.0 * normal / (belt.c2 + np.sqrt(belt.c2**2 + 4.0 * belt.c1 * normal))
         radii = belt.radii - depth
-        path = _pressed(belt, tension, depth)
+        path = _compressed_path(belt, tension, depth)
         # A body takes less of an arc than its own length.
         half = 0.5 * pitch / radii
-        lengths = np.diff(path.marks)
+        lengths = np.diff(path.breakpoints)
         lengths[1::2] *= np.roll(half / np.arctan(half), -1)
-        marks = np.concatenate([[0.0], np.cumsum(lengths)])
-        pitch = float(marks[-1]) / belt.bodies
-    return _Layout(path, pitch, marks)
+        breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
+        pitch = float(breakpoints[-1]) / belt.bodies
+    return _DiscreteLayout(path, pitch, breakpoints)
 
 
-def _pressed(belt: _Belt, tension: float, depth: Array) -> Path:
+def _compressed_path(belt: _Belt, tension: float, depth: Array) -> Path:
     """Return the path round circles that are smaller by the depth of the contact."""
     deepest = int(np.argmax(depth / belt.radii))
     if depth[deepest] >= belt.radii[deepest]:
@@ -361,102 +375,116 @@ def _pressed(belt: _Belt, tension: float, depth: Array) -> Path:
     ]
     # A pulley that the belt barely touches may be lost so, though not in the end.
     with suppress(PathError):
-        return route(smaller)
+        return belt_path(smaller)
     return belt.path
 
 
-def _lay(belt: _Belt, tension: float, phase: float) -> _State:
-    path, pitch, marks = _layout(belt, tension)
-    middle = 0.5 * (marks[-2] + marks[-1])
+def _initial_guess(belt: _Belt, tension: float, phase: float) -> _State:
+    path, pitch, breakpoints = _discrete_layout(belt, tension)
+    middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
     places = (middle + phase * pitch) % pitch + pitch * np.arange(belt.bodies)
-    line = path.at(np.interp(places, marks, path.marks))
+    line = path.at(np.interp(places, breakpoints, path.breakpoints))
     return _State(line.position, line.angle, pitch / (1.0 + tension / belt.axial_rigidity))
 
 
-def _minimum(belt: _Belt, laws: _Laws, state: _State, tension: float, settle: bool) -> _Shape:
+def _minimum(
+    belt: _Belt, laws: _HeldParameters, state: _State, tension: float, leave_saddles: bool
+) -> _Evaluation:
     """Minimise the energy; `settle`: leave a saddle rather than give up at one."""
-    noise, shift = NOISE * belt.axial_rigidity / state.length, 0.0
-    shape = _shape(belt, laws, state)
-    for _ in range(STEPS):
-        gradient = _gradient(belt, laws, shape)
+    tolerance, shift = NEGATIVE_CURVATURE_TOL * belt.axial_rigidity / state.length, 0.0
+    evaluation = _evaluate(belt, laws, state)
+    for _ in range(MAX_NEWTON_STEPS):
+        gradient = _gradient(belt, laws, evaluation)
         residual = _residual(gradient)
-        if residual <= _goal(belt, shape, tension):
+        if residual <= _force_tolerance(belt, evaluation, tension):
             break
-        hessian = _hessian(belt, laws, shape)
-        if not settle and residual <= NEAR * tension:
-            _refuse_saddle(belt, hessian, noise)
-        lower, shift = _descend(belt, laws, shape, hessian, gradient, shift)
+        hessian = _hessian(belt, laws, evaluation)
+        if not leave_saddles and residual <= NEAR_RESIDUAL * tension:
+            _check_minimum(belt, hessian, tolerance)
+        lower, shift = _damped_newton_step(belt, laws, evaluation, hessian, gradient, shift)
         if lower is None:
             break
-        shape = lower
-        _refuse_runaway(belt, shape.state.length)
-        shift = 0.1 * shift if shift > noise else 0.0
-    residual = _residual(_gradient(belt, laws, shape))
-    if residual > max(ACCEPTED * tension, _goal(belt, shape, tension)):
+        evaluation = lower
+        _check_length(belt, evaluation.state.length)
+        shift = 0.1 * shift if shift > tolerance else 0.0
+    residual = _residual(_gradient(belt, laws, evaluation))
+    if residual > max(ACCEPTABLE_RESIDUAL * tension, _force_tolerance(belt, evaluation, tension)):
         raise NoEquilibrium(
             f"no rest position of the belt was found: a force of {residual:.3g} N on a body stays "
             f"unbalanced at a tension of {tension:.6g} N. Raise the pretension or the number of "
             "bodies"
         )
-    if not settle:
-        _refuse_saddle(belt, _hessian(belt, laws, shape), noise)
-    return shape
+    if not leave_saddles:
+        _check_minimum(belt, _hessian(belt, laws, evaluation), tolerance)
+    return evaluation
 
 
-def _refuse_runaway(belt: _Belt, length: float) -> None:
+def _check_length(belt: _Belt, length: float) -> None:
     """Refuse a belt that has contracted off its pulleys, or hangs through without end."""
-    if length < belt.scale / LARGEST_CHANGE:
-        shortest = float(np.min(belt.radii * [abs(arc.sweep) for arc in belt.path.arcs]))
+    if length < belt.scale / MAX_LENGTH_RATIO:
+        shortest = float(np.min(belt.radii * [abs(arc.wrap_angle) for arc in belt.path.arcs]))
         raise NoEquilibrium(
             f"the belt slips off its pulleys: bodies of {belt.scale:.4g} m are too long for its "
             f"arcs, of which the shortest has {shortest:.4g} m, or the contact is too soft. Take "
             "more bodies or raise its stiffness"
         )
-    if length > belt.scale * LARGEST_CHANGE:
+    if length > belt.scale * MAX_LENGTH_RATIO:
         raise NoEquilibrium(
             "the belt hangs through: its weight or its bending carries it further than the "
             "pretension can hold. Raise the pretension"
         )
 
 
-def _refuse_saddle(belt: _Belt, hessian: _Hessian, noise: float) -> None:
-    if _factors(belt, hessian, noise) is None:
+def _check_minimum(belt: _Belt, hessian: _Hessian, tolerance: float) -> None:
+    if _factors(belt, hessian, tolerance) is None:
         raise NoEquilibrium("the belt is at a saddle of its energy, and slides when touched")
 
 
-def _descend(
-    belt: _Belt, laws: _Laws, shape: _Shape, hessian: _Hessian, gradient: Array, shift: float
-) -> tuple[_Shape | None, float]:
+def _damped_newton_step(
+    belt: _Belt,
+    laws: _HeldParameters,
+    evaluation: _Evaluation,
+    hessian: _Hessian,
+    gradient: Array,
+    shift: float,
+) -> tuple[_Evaluation | None, float]:
     """Raise the shift of the Hessian until a step lowers the energy; None where none does."""
-    stiffness = belt.axial_rigidity / shape.state.length
-    while shift <= STIFFEST * stiffness:
-        lower = _step(belt, laws, shape, hessian, gradient, shift)
+    stiffness = belt.axial_rigidity / evaluation.state.length
+    while shift <= MAX_SHIFT * stiffness:
+        lower = _step(belt, laws, evaluation, hessian, gradient, shift)
         if lower is not None:
             return lower, shift
-        shift = max(4.0 * shift, NOISE * stiffness)
+        shift = max(4.0 * shift, NEGATIVE_CURVATURE_TOL * stiffness)
     return None, shift
 
 
 def _step(
-    belt: _Belt, laws: _Laws, shape: _Shape, hessian: _Hessian, gradient: Array, shift: float
-) -> _Shape | None:
+    belt: _Belt,
+    laws: _HeldParameters,
+    evaluation: _Evaluation,
+    hessian: _Hessian,
+    gradient: Array,
+    shift: float,
+) -> _Evaluation | None:
     """Make a step that lowers the energy; None where this shift of the Hessian gives none."""
     factors = _factors(belt, hessian, shift)
     if factors is None:
         return None
-    step = _solve(belt, factors, -gradient)
-    trial = _shape(belt, laws, _moved(belt, shape.state, step))
-    if _falls(shape, trial):
+    step = _solve_banded(belt, factors, -gradient)
+    trial = _evaluate(belt, laws, _apply_step(belt, evaluation.state, step))
+    if _decreases(evaluation, trial):
         return trial
     # The bodies turn on a curve: what the straight step has left is of second order, and a second
     # step with the same matrix takes it away.
     left = _gradient(belt, laws, trial)
     left[:-1] += shift * step[:-1]
-    trial = _shape(belt, laws, _moved(belt, shape.state, step - _solve(belt, factors, left)))
-    return trial if _falls(shape, trial) else None
+    trial = _evaluate(
+        belt, laws, _apply_step(belt, evaluation.state, step - _solve_banded(belt, factors, left))
+    )
+    return trial if _decreases(evaluation, trial) else None
 
 
-def _falls(before: _Shape, after: _Shape) -> bool:
+def _decreases(before: _Evaluation, after: _Evaluation) -> bool:
     change = float(np.sum(after.energies - before.energies))
     return change <= float_info.epsilon * float(np.sum(np.abs(before.energies)))
 
@@ -466,15 +494,15 @@ def _residual(gradient: Array) -> float:
     return max(float(np.max(np.abs(gradient[:-1]))), 3.0 * abs(float(gradient[-1])) / gradient.size)
 
 
-def _goal(belt: _Belt, shape: _Shape, tension: float) -> float:
+def _force_tolerance(belt: _Belt, evaluation: _Evaluation, tension: float) -> float:
     """Return the force to get below: what is sought, or what rounded coordinates leave."""
-    unit = float(np.spacing(np.max(np.abs(shape.state.position))))
-    stiffness = 2.0 * belt.axial_rigidity / shape.state.length
-    stiffness += float(np.max(_radial_stiffness(belt, shape.contact)))
-    return max(SOUGHT * tension, ROUNDING * stiffness * unit)
+    unit = float(np.spacing(np.max(np.abs(evaluation.state.position))))
+    stiffness = 2.0 * belt.axial_rigidity / evaluation.state.length
+    stiffness += float(np.max(_radial_stiffness(belt, evaluation.contact)))
+    return max(TARGET_RESIDUAL * tension, ROUNDING * stiffness * unit)
 
 
-def _moved(belt: _Belt, state: _State, step: Array) -> _State:
+def _apply_step(belt: _Belt, state: _State, step: Array) -> _State:
     bodies, length = step[:-1].reshape(-1, 3), float(step[-1])
     excess = max(
         float(np.max(np.abs(bodies[:, :2]))) / (STEP_IN_RADII * float(np.min(belt.radii))),
@@ -489,30 +517,30 @@ def _moved(belt: _Belt, state: _State, step: Array) -> _State:
     )
 
 
-def _size(vectors: Array) -> Array:
+def _norms(vectors: Array) -> Array:
     return np.hypot(vectors[:, 0], vectors[:, 1])
 
 
-def _shape(belt: _Belt, laws: _Laws, state: _State) -> _Shape:
+def _evaluate(belt: _Belt, laws: _HeldParameters, state: _State) -> _Evaluation:
     position, angle, length = state
     along = np.column_stack([np.cos(angle), np.sin(angle)])
-    across = np.column_stack([-along[:, 1], along[:, 0]])
+    transverse_frequencies = np.column_stack([-along[:, 1], along[:, 0]])
     # The difference of neighbours is exact: only the rounding of the coordinates is left.
     gap = position - np.roll(position, 1, axis=0)
     gap -= 0.5 * length * (along + np.roll(along, 1, axis=0))
-    bend = angle - np.roll(angle, 1)
-    bend[0] += belt.path.turn
+    add_bending = angle - np.roll(angle, 1)
+    add_bending[0] += belt.path.total_turning
     contact = _contact(belt, position)
     # One for each body, so that a small change is not lost in the sum.
     energies = (
         0.5 * belt.axial_rigidity / length * np.sum(gap**2, axis=1)
-        + 0.5 * laws.bending * bend**2
+        + 0.5 * laws.bending * add_bending**2
         + (belt.c1 * contact.depth / 3.0 + 0.5 * belt.c2) * contact.depth**2
         - position @ laws.weight
         + (laws.pull or 0.0) * length
     )
     force = belt.axial_rigidity / length * gap
-    return _Shape(state, along, across, force, bend, contact, energies)
+    return _Evaluation(state, along, transverse_frequencies, force, add_bending, contact, energies)
 
 
 def _contact(belt: _Belt, position: Array) -> _Contact:
@@ -526,53 +554,59 @@ def _contact(belt: _Belt, position: Array) -> _Contact:
     return _Contact(pulley, normal, distance, depth, (belt.c1 * depth + belt.c2) * depth)
 
 
-def _gradient(belt: _Belt, laws: _Laws, shape: _Shape) -> Array:
+def _gradient(belt: _Belt, laws: _HeldParameters, evaluation: _Evaluation) -> Array:
     """Return the derivatives by x, y and scale times angle of the bodies, last by the length."""
-    force, moment = shape.force, laws.bending * shape.bend
+    force, moment = evaluation.force, laws.bending * evaluation.add_bending
     ahead = np.roll(force, -1, axis=0)
     bodies = np.empty((belt.bodies, 3))
     bodies[:, :2] = force - ahead - laws.weight
-    bodies[:, :2] -= shape.contact.force[:, None] * shape.contact.normal
+    bodies[:, :2] -= evaluation.contact.force[:, None] * evaluation.contact.normal
     bodies[:, 2] = moment - np.roll(moment, -1)
-    bodies[:, 2] -= 0.5 * shape.state.length * np.sum(shape.across * (force + ahead), axis=1)
+    bodies[:, 2] -= (
+        0.5
+        * evaluation.state.length
+        * np.sum(evaluation.transverse_frequencies * (force + ahead), axis=1)
+    )
     bodies[:, 2] /= belt.scale
     length = 0.0
     if laws.pull is not None:
-        pulls = (_mean_direction(shape) + 0.5 / belt.axial_rigidity * force) * force
+        pulls = (_mean_direction(evaluation) + 0.5 / belt.axial_rigidity * force) * force
         length = belt.bodies * laws.pull - float(np.sum(pulls))
     return np.append(bodies, length)
 
 
-def _mean_direction(shape: _Shape) -> Array:
-    return 0.5 * (shape.along + np.roll(shape.along, 1, axis=0))
+def _mean_direction(evaluation: _Evaluation) -> Array:
+    return 0.5 * (evaluation.along + np.roll(evaluation.along, 1, axis=0))
 
 
-def _hessian(belt: _Belt, laws: _Laws, shape: _Shape) -> _Hessian:
-    n, c, h = belt.bodies, belt.axial_rigidity / shape.state.length, belt.scale
-    arm, bending = 0.5 * shape.state.length / h, laws.bending / h**2
-    forces = shape.force + np.roll(shape.force, -1, axis=0)
+def _hessian(belt: _Belt, laws: _HeldParameters, evaluation: _Evaluation) -> _Hessian:
+    n, c, h = belt.bodies, belt.axial_rigidity / evaluation.state.length, belt.scale
+    arm, bending = 0.5 * evaluation.state.length / h, laws.bending / h**2
+    forces = evaluation.force + np.roll(evaluation.force, -1, axis=0)
     own = np.zeros((n, 3, 3))
-    own[:, :2, :2] = 2.0 * c * np.eye(2) + _contact_stiffness(belt, shape.contact)
-    own[:, 2, 2] = arm / h * np.sum(shape.along * forces, axis=1)
+    own[:, :2, :2] = 2.0 * c * np.eye(2) + _contact_stiffness(belt, evaluation.contact)
+    own[:, 2, 2] = arm / h * np.sum(evaluation.along * forces, axis=1)
     own[:, 2, 2] += 2.0 * (c * arm**2 + bending)
-    before = np.roll(shape.across, 1, axis=0)
+    before = np.roll(evaluation.transverse_frequencies, 1, axis=0)
     coupling = np.empty((n, 3, 3))  # of body k with body k - 1
     coupling[:, :2, :2] = -c * np.eye(2)
     coupling[:, :2, 2] = -c * arm * before
-    coupling[:, 2, :2] = c * arm * shape.across
-    coupling[:, 2, 2] = c * arm**2 * np.sum(shape.across * before, axis=1) - bending
+    coupling[:, 2, :2] = c * arm * evaluation.transverse_frequencies
+    coupling[:, 2, 2] = (
+        c * arm**2 * np.sum(evaluation.transverse_frequencies * before, axis=1) - bending
+    )
     band = np.zeros((BAND + 1, 3 * n))
-    band.flat[belt.cells.own] = own[:, LOWER[0], LOWER[1]].ravel()
-    band.flat[belt.cells.coupling] = coupling.ravel()
+    band.flat[belt.layout.own] = own[:, LOWER[0], LOWER[1]].ravel()
+    band.flat[belt.layout.coupling] = coupling.ravel()
     if laws.pull is None:
         return _Hessian(band, None, 0.0)
-    change = -c * _mean_direction(shape) - shape.force / shape.state.length
+    change = -c * _mean_direction(evaluation) - evaluation.force / evaluation.state.length
     ahead = np.roll(change, -1, axis=0)
     border = np.empty((n, 3))
     border[:, :2] = change - ahead
-    turning = forces + shape.state.length * (change + ahead)
-    border[:, 2] = -0.5 / h * np.sum(shape.across * turning, axis=1)
-    return _Hessian(band, border[belt.cells.order].ravel(), float(np.sum(change**2)) / c)
+    turning = forces + evaluation.state.length * (change + ahead)
+    border[:, 2] = -0.5 / h * np.sum(evaluation.transverse_frequencies * turning, axis=1)
+    return _Hessian(band, border[belt.layout.order].ravel(), float(np.sum(change**2)) / c)
 
 
 def _radial_stiffness(belt: _Belt, contact: _Contact) -> Array:
@@ -586,7 +620,7 @@ def _contact_stiffness(belt: _Belt, contact: _Contact) -> Array:
     return radial[:, None, None] * outward + around[:, None, None] * np.eye(2)
 
 
-def _cells(n: int) -> _Cells:
+def _band_layout(n: int) -> _BandLayout:
     k = np.arange(n)
     place = np.minimum(2 * k, 2 * (n - k) - 1)
     start, inner = 3 * place, np.arange(3)
@@ -594,7 +628,7 @@ def _cells(n: int) -> _Cells:
     row = (start[:, None] + inner)[:, :, None]
     column = (np.roll(start, 1)[:, None] + inner)[:, None, :]
     coupling = np.abs(row - column) * 3 * n + np.minimum(row, column)
-    return _Cells(np.argsort(place), own.ravel(), coupling.ravel())
+    return _BandLayout(np.argsort(place), own.ravel(), coupling.ravel())
 
 
 def _factors(belt: _Belt, hessian: _Hessian, shift: float) -> _Factors | None:
@@ -614,47 +648,49 @@ def _factors(belt: _Belt, hessian: _Hessian, shift: float) -> _Factors | None:
     return _Factors(band, hessian.border, eliminated, corner) if corner > 0.0 else None
 
 
-def _solve(belt: _Belt, factors: _Factors, right: Array) -> Array:
+def _solve_banded(belt: _Belt, factors: _Factors, right: Array) -> Array:
     from scipy.linalg import cho_solve_banded
 
-    folded = right[:-1].reshape(-1, 3)[belt.cells.order].ravel()
+    folded = right[:-1].reshape(-1, 3)[belt.layout.order].ravel()
     found = cho_solve_banded((factors.band, True), folded, check_finite=False)
     length = 0.0
     if factors.border is not None:
         length = (right[-1] - float(factors.border @ found)) / factors.corner
         found -= length * factors.eliminated
     step = np.empty((belt.bodies, 3))
-    step[belt.cells.order] = found.reshape(-1, 3)
+    step[belt.layout.order] = found.reshape(-1, 3)
     return np.append(step, length)
 
 
-def _result(belt: _Belt, shape: _Shape) -> Equilibrium:
-    state, contact = shape.state, shape.contact
+def _result(belt: _Belt, evaluation: _Evaluation) -> Equilibrium:
+    state, contact = evaluation.state, evaluation.contact
     pulley = np.where(contact.depth > 0.0, contact.pulley, -1)
-    _refuse_untouched(belt, shape, pulley)
-    rest = _gradient(belt, _laws(belt, state.length, None), shape)[:-1].reshape(-1, 3)
+    _check_all_pulleys_touched(belt, evaluation, pulley)
+    rest = _gradient(belt, _held_parameters(belt, state.length, None), evaluation)[:-1].reshape(
+        -1, 3
+    )
     return Equilibrium(
         body_length=state.length,
         x=state.position[:, 0].copy(),
         y=state.position[:, 1].copy(),
         angle=state.angle,
-        tension=_size(shape.force),
+        tension=_norms(evaluation.force),
         normal_force=contact.force,
         pulley=pulley,
-        residual=float(np.max(_size(rest[:, :2]))),
+        residual=float(np.max(_norms(rest[:, :2]))),
         residual_moment=float(np.max(np.abs(rest[:, 2]))) * belt.scale,
     )
 
 
-def _refuse_untouched(belt: _Belt, shape: _Shape, pulley: Indices) -> None:
+def _check_all_pulleys_touched(belt: _Belt, evaluation: _Evaluation, pulley: Indices) -> None:
     """Refuse a pulley that lies between two bodies, or that the belt has jumped over."""
-    normal, along = shape.contact.normal, shape.along
+    normal, along = evaluation.contact.normal, evaluation.along
     sense = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]
     for i, arc in enumerate(belt.path.arcs):
-        if not np.any((pulley == i) & (sense * arc.sweep > 0.0)):
+        if not np.any((pulley == i) & (sense * arc.wrap_angle > 0.0)):
             raise NoEquilibrium(
                 f"no body of the belt rests on pulley {belt.pulleys[i].name}: bodies of "
                 f"{belt.scale:.4g} m are too long for its arc of "
-                f"{belt.radii[i] * abs(arc.sweep):.4g} m, or the belt leaves it. Take more bodies "
-                "or raise the pretension"
+                f"{belt.radii[i] * abs(arc.wrap_angle):.4g} m, or the belt leaves it. Take more"
+                " bodies or raise the pretension"
             )

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from frictionsim.errors import unknown
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, route
+from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, belt_path
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.results import Channel
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
@@ -14,8 +14,8 @@ from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
 
 # A body longer than this share of a radius cannot follow the curve: two to half a turn.
-LONGEST_BODY = pi / 2
-LARGEST_STRAIN = 0.5  # of a law that is linear
+MAX_BODY_OVER_RADIUS = pi / 2
+MAX_STRAIN = 0.5  # of a law that is linear
 
 CHANNELS = {
     "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
@@ -98,7 +98,7 @@ class Geometry(Params):
         ------
         PathError
         """
-        return route(self.circles)
+        return belt_path(self.circles)
 
     @model_validator(mode="after")
     def _belt_fits_its_path(self) -> Self:
@@ -106,9 +106,9 @@ class Geometry(Params):
             path = self.path()
         except PathError as error:
             raise inconsistent(("pulleys", error.pulley), str(error)) from None
-        self._see_length(path)
+        self._check_length(path)
         smallest = min(self.pulleys, key=lambda pulley: pulley.radius)
-        needed = ceil(path.length / (LONGEST_BODY * smallest.radius))
+        needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
         if self.belt.bodies < needed:
             raise inconsistent(
                 ("belt", "bodies"),
@@ -119,7 +119,7 @@ class Geometry(Params):
             )
         return self
 
-    def _see_length(self, path: Path) -> None:
+    def _check_length(self, path: Path) -> None:
         """Refuse a belt that its path would stretch beyond what the linear law is good for."""
         belt = self.belt
         if belt.length is not None:
@@ -130,21 +130,21 @@ class Geometry(Params):
                     f"a belt of {belt.length} m hangs loose on its path of {path.length:.6g} m;"
                     f" make it shorter, or move the pulleys apart",
                 )
-            if strain > LARGEST_STRAIN:
+            if strain > MAX_STRAIN:
                 raise inconsistent(
                     ("belt", "length"),
                     f"a belt of {belt.length} m is too short for its path of {path.length:.6g} m:"
                     f" it would stretch by {100 * strain:.3g} %, the law of its springs is good up"
-                    f" to {100 * LARGEST_STRAIN:.0f} %",
+                    f" to {100 * MAX_STRAIN:.0f} %",
                 )
-        elif belt.pretension is not None and belt.pretension > LARGEST_STRAIN * belt.axial_rigidity:
+        elif belt.pretension is not None and belt.pretension > MAX_STRAIN * belt.axial_rigidity:
             strain = belt.pretension / belt.axial_rigidity
             raise inconsistent(
                 ("belt", "pretension"),
                 f"{belt.pretension} N stretch a belt of {belt.axial_rigidity} N by"
                 f" {100 * strain:.3g} %: it would be too short for its path of"
                 f" {path.length:.6g} m; the law of its springs is good up to"
-                f" {100 * LARGEST_STRAIN:.0f} %",
+                f" {100 * MAX_STRAIN:.0f} %",
             )
 
 

@@ -18,29 +18,31 @@ import numpy as np
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
-    from frictionsim.mechanisms.belt_drive.kernels.equations import Laws
+    from frictionsim.mechanisms.belt_drive.kernels.equations import ForceLaws
 
 WAVES = 65  # wave numbers from 0 to pi; the highest frequency is at an end or between two of them
-DEEPER = 2.0  # contacts may be pressed so many times as deep as at rest
+CONTACT_LOAD_FACTOR = 2.0  # contacts may be pressed so many times as deep as at rest
 
 
-def fastest(laws: "Laws", rest: "Equilibrium") -> tuple[float, float]:
+def max_frequency_and_decay(laws: "ForceLaws", equilibrium: "Equilibrium") -> tuple[float, float]:
     """Return the highest angular frequency, rad/s, and the fastest decay rate, 1/s.
 
     Bounds for a belt on its pulleys: each wave is taken as if it ran on a pulley throughout.
     """
-    k, c, m = contact_stiffness(laws, rest), laws.chain.stiffness, laws.chain.mass
+    k, c, m = contact_stiffness(laws, equilibrium), laws.chain.stiffness, laws.chain.mass
     along = (4.0 * c + k) / m
-    _, turning = across(laws, rest, k)
-    return float(np.sqrt(max(turning, along))), fastest_decay(laws)
+    _, turning = transverse_frequencies(laws, equilibrium, k)
+    return float(np.sqrt(max(turning, along))), max_decay_rate(laws)
 
 
-def fastest_bending(laws: "Laws", rest: "Equilibrium") -> float:
+def max_bending_frequency(laws: "ForceLaws", equilibrium: "Equilibrium") -> float:
     """Return the highest angular frequency of waves in which the belt bends, rad/s."""
-    return float(np.sqrt(across(laws, rest, 0.0)[0]))
+    return float(np.sqrt(transverse_frequencies(laws, equilibrium, 0.0)[0]))
 
 
-def across(laws: "Laws", rest: "Equilibrium", k: float) -> tuple[float, float]:
+def transverse_frequencies(
+    laws: "ForceLaws", equilibrium: "Equilibrium", k: float
+) -> tuple[float, float]:
     """Return the largest squares of the frequencies in the two branches of waves across the belt.
 
     In the lower one bodies move across the belt and turn along with it, against tension and
@@ -49,7 +51,7 @@ def across(laws: "Laws", rest: "Equilibrium", k: float) -> tuple[float, float]:
     chain = laws.chain
     c, m, length = chain.stiffness, chain.mass, chain.length
     bending = laws.bending.stiffness if laws.bending else 0.0
-    tension = DEEPER * float(np.max(rest.tension))
+    tension = CONTACT_LOAD_FACTOR * float(np.max(equilibrium.tension))
     kappa = np.linspace(0.0, np.pi, WAVES)
     shift, lever = 1.0 - np.exp(-1j * kappa), -0.5 * length * (1.0 + np.exp(-1j * kappa))
     yy = (c * np.abs(shift) ** 2 + k) / m
@@ -62,14 +64,14 @@ def across(laws: "Laws", rest: "Equilibrium", k: float) -> tuple[float, float]:
     return float(np.max(lower)), float(np.max(mean + half))
 
 
-def contact_stiffness(laws: "Laws", rest: "Equilibrium") -> float:
+def contact_stiffness(laws: "ForceLaws", equilibrium: "Equilibrium") -> float:
     """Return dN/dp of a contact that is pressed deeper than any is at rest, N/m."""
     c1, c2 = laws.contact
-    force = DEEPER * float(np.max(rest.normal_force, initial=0.0))
+    force = CONTACT_LOAD_FACTOR * float(np.max(equilibrium.normal_force, initial=0.0))
     return float(np.sqrt(c2 * c2 + 4.0 * c1 * force))
 
 
-def fastest_decay(laws: "Laws") -> float:
+def max_decay_rate(laws: "ForceLaws") -> float:
     """Return the fastest decay rate that dampers and exact stick have, 1/s."""
     m, inertia = laws.chain.mass, laws.chain.inertia
     rate = 0.0
@@ -79,6 +81,6 @@ def fastest_decay(laws: "Laws") -> float:
         rate += laws.contact_damping.coefficient / m
     if laws.bending is not None:
         rate = max(rate, 4.0 * laws.bending.damping / inertia)
-    if laws.exact is not None:
-        rate = max(rate, 1.0 / laws.exact.tau)
+    if laws.set_valued is not None:
+        rate = max(rate, 1.0 / laws.set_valued.relaxation_time)
     return rate

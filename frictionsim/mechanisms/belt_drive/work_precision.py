@@ -39,8 +39,8 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
 
     found = [with_tolerance("rkf45", rtol) for rtol in _suiting(tolerances)]
     found += [with_tolerance(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
-    longest = _longest_step(scenario)
-    found += [_with_step(longest, part) for part in PARTS]
+    step_limit = _default_step(scenario)
+    found += [_with_step(step_limit, part) for part in PARTS]
     friction = scenario.effects.belt_friction
     if friction is None or friction.law != "set-valued":
         return found
@@ -59,14 +59,14 @@ def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Se
     from frictionsim.scenario.variants import with_tolerance
 
     adaptive = with_tolerance("rkf45", max(rtol, REFERENCE_TOLERANCE))
-    return adaptive, _with_step(_longest_step(scenario), REFERENCE_PART)
+    return adaptive, _with_step(_default_step(scenario), REFERENCE_PART)
 
 
 def tighter(scenario: "BeltDriveScenario") -> "Setting | None":
     """Return half the step, also where `moreau` takes its own; None where tolerances decide."""
     if scenario.solver.backend != "moreau":
         return None
-    return _with_step(scenario.solver.step or _longest_step(scenario), 2)
+    return _with_step(scenario.solver.step or _default_step(scenario), 2)
 
 
 def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
@@ -77,17 +77,17 @@ def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
     return TOLERANCES if asked == USUAL else asked
 
 
-def _with_step(longest: float, part: int) -> "Setting":
+def _with_step(step_limit: float, part: int) -> "Setting":
     from frictionsim.scenario.variants import Setting, short
 
-    step = float(f"{longest / part:.3g}")
+    step = float(f"{step_limit / part:.3g}")
     return Setting("moreau", f"step {short(step)}", (f"solver.step={step:.3g}",))
 
 
-def _longest_step(scenario: "BeltDriveScenario") -> float:
+def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
     from frictionsim.mechanisms.belt_drive.assembly import assemble
-    from frictionsim.mechanisms.belt_drive.steppers.moreau import Stepping
+    from frictionsim.mechanisms.belt_drive.steppers.moreau import BeltStepper
 
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
-    return 1.0 / Stepping(assemble(scenario), settings).per_impulse
+    return 1.0 / BeltStepper(assemble(scenario), settings).force_per_impulse

@@ -26,11 +26,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 
 TINY = 1e-300  # a joint of no length pulls nowhere
 
-TURN = 2.0 * pi
+FULL_TURN = 2.0 * pi
 
 # sin(z)/z and (1 - cos(z))/z^2 in powers of z^2; the next term is below 1e-16 for |z| <= pi/4.
 S3, S5, S7, S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
@@ -86,12 +86,12 @@ X, Y, ANGLE, VX, VY, SPIN = range(6)
 
 # Rows of the room to work in, (12, n + 1 and more), over bodies or joints; the last three are the
 # pull of a damper over that of its spring, and its components, N.
-COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, PULL_X, PULL_Y, MOMENT = range(9)
+COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, FORCE_X, FORCE_Y, MOMENT = range(9)
 DAMPER, DAMPER_X, DAMPER_Y = range(9, 12)
-ROOM_ROWS = 12
+WORKSPACE_ROWS = 12
 
 
-@kernel
+@inline_kernel
 def cos_sin(n, angle, cos, sin):
     """Write the cosine and sine of angles, to a rounding of the angle itself.
 
@@ -99,7 +99,7 @@ def cos_sin(n, angle, cos, sin):
     gives the angle back. In contrast to a library's functions this needs no branch.
     """
     for i in range(n):
-        z = 0.25 * (angle[i] - TURN * np.floor(angle[i] / TURN + 0.5))
+        z = 0.25 * (angle[i] - FULL_TURN * np.floor(angle[i] / FULL_TURN + 0.5))
         u = z * z
         series = S3 + u * (S5 + u * (S7 + u * (S9 + u * (S11 + u * (S13 + u * S15)))))
         s = z + z * u * series
@@ -111,13 +111,18 @@ def cos_sin(n, angle, cos, sin):
         cos[i] = 1.0 - 2.0 * s2 * s2
 
 
-@kernel
-def stretch(chain, motion, room):
+@inline_kernel
+def joint_forces(chain, kinematics, workspace):
     """Write the pull of every joint's spring on the body before it, N."""
     n, half = chain.bodies, 0.5 * chain.length
-    cos, sin, x, y = room[COS], room[SIN], motion[X], motion[Y]
-    right_x, right_y, pull_x, pull_y = room[RIGHT_X], room[RIGHT_Y], room[PULL_X], room[PULL_Y]
-    cos_sin(n, motion[ANGLE], cos, sin)
+    cos, sin, x, y = workspace[COS], workspace[SIN], kinematics[X], kinematics[Y]
+    right_x, right_y, force_x, force_y = (
+        workspace[RIGHT_X],
+        workspace[RIGHT_Y],
+        workspace[FORCE_X],
+        workspace[FORCE_Y],
+    )
+    cos_sin(n, kinematics[ANGLE], cos, sin)
     for k in range(n):
         right_x[k + 1] = x[k] + half * cos[k]
     for k in range(n):
@@ -125,13 +130,13 @@ def stretch(chain, motion, room):
     right_x[0], right_y[0] = right_x[n], right_y[n]
     c = chain.stiffness
     for k in range(n):
-        pull_x[k] = c * (x[k] - half * cos[k] - right_x[k])
+        force_x[k] = c * (x[k] - half * cos[k] - right_x[k])
     for k in range(n):
-        pull_y[k] = c * (y[k] - half * sin[k] - right_y[k])
+        force_y[k] = c * (y[k] - half * sin[k] - right_y[k])
 
 
-@kernel
-def damp_axially(chain, motion, room, damping):
+@inline_kernel
+def add_joint_damping(chain, kinematics, workspace, damping):
     """Add the dampers along the joints to their pull; return the power they take, W.
 
     With the spring's pull F = c d the damper's is b (d' . F) F / F^2: no root, and no direction
@@ -140,35 +145,41 @@ def damp_axially(chain, motion, room, damping):
     heat = 0.0
     if damping is not None:
         n, half = chain.bodies, 0.5 * chain.length
-        cos, sin, vx, vy, spin = room[COS], room[SIN], motion[VX], motion[VY], motion[SPIN]
-        right_vx, right_vy = room[RIGHT_VX], room[RIGHT_VY]
-        pull_x, pull_y = room[PULL_X], room[PULL_Y]
+        cos, sin, vx, vy, spin = (
+            workspace[COS],
+            workspace[SIN],
+            kinematics[VX],
+            kinematics[VY],
+            kinematics[SPIN],
+        )
+        right_vx, right_vy = workspace[RIGHT_VX], workspace[RIGHT_VY]
+        force_x, force_y = workspace[FORCE_X], workspace[FORCE_Y]
         for k in range(n):
             right_vx[k + 1] = vx[k] - half * sin[k] * spin[k]
         for k in range(n):
             right_vy[k + 1] = vy[k] + half * cos[k] * spin[k]
         right_vx[0], right_vy[0] = right_vx[n], right_vy[n]
-        b, damper = damping.coefficient, room[DAMPER]
-        damper_x, damper_y = room[DAMPER_X], room[DAMPER_Y]
+        b, damper = damping.coefficient, workspace[DAMPER]
+        damper_x, damper_y = workspace[DAMPER_X], workspace[DAMPER_Y]
         for k in range(n):
-            rate = pull_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k]) + pull_y[k] * (
+            rate = force_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k]) + force_y[k] * (
                 vy[k] - half * cos[k] * spin[k] - right_vy[k]
             )
-            damper[k] = b * rate / (pull_x[k] * pull_x[k] + pull_y[k] * pull_y[k] + TINY)
+            damper[k] = b * rate / (force_x[k] * force_x[k] + force_y[k] * force_y[k] + TINY)
             heat += damper[k] * rate
         for k in range(n):
-            damper_x[k] = damper[k] * pull_x[k]
+            damper_x[k] = damper[k] * force_x[k]
         for k in range(n):
-            damper_y[k] = damper[k] * pull_y[k]
+            damper_y[k] = damper[k] * force_y[k]
         for k in range(n):
-            pull_x[k] += damper_x[k]
+            force_x[k] += damper_x[k]
         for k in range(n):
-            pull_y[k] += damper_y[k]
+            force_y[k] += damper_y[k]
     return heat
 
 
-@kernel
-def heat_of_acceleration(chain, before, middle, after, room, spare, damping):
+@inline_kernel
+def joint_damping_correction(chain, before, middle, after, workspace, spare, damping):
     """Return what dampers along the belt take beyond their heat at the velocities `middle`, W.
 
     Their force is that of `middle`, which is extrapolated; what it takes goes by the mean of the
@@ -182,7 +193,12 @@ def heat_of_acceleration(chain, before, middle, after, room, spare, damping):
             off, v0, v1, expected = spare[row], before[row], after[row], middle[row]
             for k in range(n):
                 off[k] = 0.5 * (v0[k] + v1[k]) - expected[k]
-        cos, sin, damper_x, damper_y = room[COS], room[SIN], room[DAMPER_X], room[DAMPER_Y]
+        cos, sin, damper_x, damper_y = (
+            workspace[COS],
+            workspace[SIN],
+            workspace[DAMPER_X],
+            workspace[DAMPER_Y],
+        )
         off_x, off_y, off_spin = spare[VX], spare[VY], spare[SPIN]
         off_right_x, off_right_y = spare[X], spare[Y]
         for k in range(n):
@@ -197,31 +213,36 @@ def heat_of_acceleration(chain, before, middle, after, room, spare, damping):
     return heat
 
 
-@kernel
-def accelerate(chain, room, ax, ay, spin_up):
+@inline_kernel
+def body_accelerations(chain, workspace, ax, ay, aphi):
     """Write the accelerations of the bodies under the pull of their joints."""
     n = chain.bodies
-    cos, sin, pull_x, pull_y = room[COS], room[SIN], room[PULL_X], room[PULL_Y]
-    pull_x[n], pull_y[n] = pull_x[0], pull_y[0]
-    per_mass = 1.0 / chain.mass
+    cos, sin, force_x, force_y = (
+        workspace[COS],
+        workspace[SIN],
+        workspace[FORCE_X],
+        workspace[FORCE_Y],
+    )
+    force_x[n], force_y[n] = force_x[0], force_y[0]
+    inv_mass = 1.0 / chain.mass
     lever = 0.5 * chain.length / chain.inertia
     for k in range(n):
-        ax[k] = per_mass * (pull_x[k + 1] - pull_x[k])
+        ax[k] = inv_mass * (force_x[k + 1] - force_x[k])
     for k in range(n):
-        ay[k] = per_mass * (pull_y[k + 1] - pull_y[k])
+        ay[k] = inv_mass * (force_y[k + 1] - force_y[k])
     for k in range(n):
-        spin_up[k] = lever * cos[k] * (pull_y[k] + pull_y[k + 1])
+        aphi[k] = lever * cos[k] * (force_y[k] + force_y[k + 1])
     for k in range(n):
-        spin_up[k] -= lever * sin[k] * (pull_x[k] + pull_x[k + 1])
+        aphi[k] -= lever * sin[k] * (force_x[k] + force_x[k + 1])
 
 
-@kernel
-def bend(chain, motion, room, spin_up, bending):
+@inline_kernel
+def add_bending(chain, kinematics, workspace, aphi, bending):
     """Add the torsion springs and dampers of the joints; return the power these take, W."""
     heat = 0.0
     if bending is not None:
         n = chain.bodies
-        angle, spin, moment = motion[ANGLE], motion[SPIN], room[MOMENT]
+        angle, spin, moment = kinematics[ANGLE], kinematics[SPIN], workspace[MOMENT]
         stiffness, damping = bending.stiffness, bending.damping
         turned = angle[0] - angle[n - 1] + chain.turn
         turning = spin[0] - spin[n - 1]
@@ -233,14 +254,14 @@ def bend(chain, motion, room, spin_up, bending):
             turning = spin[k] - spin[k - 1]
             heat += damping * turning * turning
         moment[n] = moment[0]
-        per_inertia = 1.0 / chain.inertia
+        inv_inertia = 1.0 / chain.inertia
         for k in range(n):
-            spin_up[k] += per_inertia * (moment[k + 1] - moment[k])
+            aphi[k] += inv_inertia * (moment[k + 1] - moment[k])
     return heat
 
 
-@kernel
-def weigh(chain, ax, ay, weight):
+@inline_kernel
+def add_gravity(chain, ax, ay, weight):
     """Add the acceleration of gravity."""
     if weight is not None:
         for k in range(chain.bodies):

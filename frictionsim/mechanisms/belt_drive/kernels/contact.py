@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.chain import VX, VY, X, Y
-from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
 
-VECTOR = 8  # numbers of double precision in the widest vector
-MOST_SWEEPS = 100  # each halves the bracket at least; two or three are the rule
-CLOSE = 1e-13  # two values of alpha, over the largest that counts
+SIMD_WIDTH = 8  # numbers of double precision in the widest vector
+MAX_SWEEPS = 100  # each halves the bracket at least; two or three are the rule
+PULLEY_TOLERANCE = 1e-13  # two values of alpha, over the largest that counts
 
 
 class Contact(NamedTuple):
@@ -63,25 +63,25 @@ class ContactDamping(NamedTuple):
     full_depth: float
 
 
-class ExactStick(NamedTuple):
+class SetValuedFriction(NamedTuple):
     """Set-valued friction; a body that sticks loses its slip within the time tau, s."""
 
-    tau: float
+    relaxation_time: float
 
 
-class Regularised(NamedTuple):
+class RegularisedFriction(NamedTuple):
     """Friction as a function of the slip: eq 12 and Fig. 6, with the transition speed, m/s."""
 
     speed: float
 
 
-class Creep(NamedTuple):
+class CreepFriction(NamedTuple):
     """The blend of eq 13: the creep, m, at which a contact without slip has its full friction."""
 
-    most: float
+    max_creep: float
 
 
-class Friction(NamedTuple):
+class FrictionCoefficients(NamedTuple):
     """Coefficients of friction of every body at every pulley, (np, n): static and kinetic."""
 
     static: "Array"
@@ -101,20 +101,20 @@ class Pulleys(NamedTuple):
 # Rows: where a pulley is, m, and its inertia, kg m^2; what it does now: angular velocity and
 # acceleration, rad/s and rad/s^2, the torque on it from outside, N m, and what its angular velocity
 # was at the start of a fixed step.
-PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, BEFORE = range(8)
+PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, SPEED_OLD = range(8)
 
 
-class Slots(NamedTuple):
+class Contacts(NamedTuple):
     """The bodies near pulleys; the slots of pulley j are first[j] to first[j + 1] - 1.
 
     `first` is (np + 1,), `body` (slots,), `table` (20, slots) with rows as named below; `kept`,
     (2, n), has mode and stick of the bodies while the slots are dealt anew.
     """
 
-    first: "Indices"
+    offsets: "Indices"
     body: "Indices"
     table: "Array"
-    kept: "Array"
+    saved_modes: "Array"
 
 
 # Rows: of the slot's pulley, m, with a radius of zero where the slot is empty,
@@ -122,85 +122,90 @@ CENTRE_X, CENTRE_Y, RADIUS = range(3)
 # coefficients of friction at rest and sliding, and those in force for T > 0 and for T < 0,
 STATIC, KINETIC, FORWARD, BACKWARD = range(3, 7)
 # the unit vector n and 1/r, and the velocity of the body, m/s,
-NX, NY, PER_R, BODY_VX, BODY_VY = range(7, 12)
+NX, NY, INV_DISTANCE, BODY_VX, BODY_VY = range(7, 12)
 # N, and the limits of T > 0 and of T < 0, in N or N s; the slip, m/s; g above; T; 1 where T is
 # within its limits, else 0; and the mode, 0 where the static coefficient holds, else the direction
 # of the slip.
-NORMAL, FORWARD_LIMIT, BACKWARD_LIMIT, SLIP, WISH, FRICTION, STUCK, MODE = range(12, 20)
+NORMAL, FORWARD_LIMIT, BACKWARD_LIMIT, SLIP, STICK_BIAS, FRICTION, STICKING, MODE = range(12, 20)
 ROWS = 20
 
-NEW = 2.0  # in the place of a mode: the body had no slot
+NEW_CONTACT = 2.0  # in the place of a mode: the body had no slot
 
 
-@kernel
-def deal_slots(motion, bodies, pulleys, margin, slots, friction):
+@inline_kernel
+def find_contact_candidates(kinematics, bodies, pulleys, skin, contacts, friction):
     """Give a slot to each body within a margin of a pulley's rim."""
-    x, y, table, count = motion[X], motion[Y], pulleys.table, pulleys.table.shape[1]
-    body, radius, mode, stuck = (
-        slots.body,
-        slots.table[RADIUS],
-        slots.table[MODE],
-        slots.table[STUCK],
+    x, y, table, count = kinematics[X], kinematics[Y], pulleys.table, pulleys.table.shape[1]
+    body, radius, mode, sticking = (
+        contacts.body,
+        contacts.table[RADIUS],
+        contacts.table[MODE],
+        contacts.table[STICKING],
     )
-    kept_mode, kept_stuck = slots.kept[0], slots.kept[1]
-    kept_mode[:] = NEW
-    for s in range(slots.first[count]):
+    saved_mode, saved_sticking = contacts.saved_modes[0], contacts.saved_modes[1]
+    saved_mode[:] = NEW_CONTACT
+    for s in range(contacts.offsets[count]):
         if radius[s] > 0.0:
-            kept_mode[body[s]], kept_stuck[body[s]] = mode[s], stuck[s]
+            saved_mode[body[s]], saved_sticking[body[s]] = mode[s], sticking[s]
     s = 0
     for j in range(count):
-        slots.first[j] = s
-        reach = (table[PULLEY_RADIUS, j] + margin) ** 2
+        contacts.offsets[j] = s
+        reach = (table[PULLEY_RADIUS, j] + skin) ** 2
         for i in range(bodies):
             if (x[i] - table[PULLEY_X, j]) ** 2 + (y[i] - table[PULLEY_Y, j]) ** 2 < reach:
                 body[s], radius[s] = i, table[PULLEY_RADIUS, j]
-                mode[s], stuck[s] = kept_mode[i], kept_stuck[i]
+                mode[s], sticking[s] = saved_mode[i], saved_sticking[i]
                 s += 1
         filled = s
-        s += -(s - slots.first[j]) % VECTOR
+        s += -(s - contacts.offsets[j]) % SIMD_WIDTH
         for k in range(filled, s):
-            body[k], radius[k], mode[k], stuck[k] = 0, 0.0, 0.0, 0.0
-        for k in range(slots.first[j], s):
-            slots.table[CENTRE_X, k] = table[PULLEY_X, j]
-            slots.table[CENTRE_Y, k] = table[PULLEY_Y, j]
-            slots.table[FRICTION, k] = 0.0
-    slots.first[count] = s
-    begin_contacts(motion, slots, pulleys)
-    lay_coefficients(slots, count, friction)
+            body[k], radius[k], mode[k], sticking[k] = 0, 0.0, 0.0, 0.0
+        for k in range(contacts.offsets[j], s):
+            contacts.table[CENTRE_X, k] = table[PULLEY_X, j]
+            contacts.table[CENTRE_Y, k] = table[PULLEY_Y, j]
+            contacts.table[FRICTION, k] = 0.0
+    contacts.offsets[count] = s
+    initial_contact_modes(kinematics, contacts, pulleys)
+    assign_friction_coefficients(contacts, count, friction)
 
 
-@kernel
-def begin_contacts(motion, slots, pulleys):
+@inline_kernel
+def initial_contact_modes(kinematics, contacts, pulleys):
     """Have bodies that are new at a pulley stick if they have no slip, else slide."""
-    slot, pulley = slots.table, pulleys.table
+    contact_table, pulley = contacts.table, pulleys.table
     for j in range(pulley.shape[1]):
-        for s in range(slots.first[j], slots.first[j + 1]):
-            if slot[MODE, s] == NEW:
-                i = slots.body[s]
-                dx, dy = motion[X, i] - slot[CENTRE_X, s], motion[Y, i] - slot[CENTRE_Y, s]
-                along = (motion[VY, i] * dx - motion[VX, i] * dy) / np.sqrt(dx * dx + dy * dy)
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            if contact_table[MODE, s] == NEW_CONTACT:
+                i = contacts.body[s]
+                dx, dy = (
+                    kinematics[X, i] - contact_table[CENTRE_X, s],
+                    kinematics[Y, i] - contact_table[CENTRE_Y, s],
+                )
+                along = (kinematics[VY, i] * dx - kinematics[VX, i] * dy) / np.sqrt(
+                    dx * dx + dy * dy
+                )
                 slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
-                slot[SLIP, s], slot[MODE, s] = slip, np.sign(slip)
-                slot[STUCK, s] = 1.0 if slip == 0.0 else 0.0
+                contact_table[SLIP, s], contact_table[MODE, s] = slip, np.sign(slip)
+                contact_table[STICKING, s] = 1.0 if slip == 0.0 else 0.0
 
 
-@kernel
-def lay_coefficients(slots, pulleys, friction):
+@inline_kernel
+def assign_friction_coefficients(contacts, pulleys, friction):
     """Write the coefficients of the bodies that have a slot."""
     if friction is not None:
         for j in range(pulleys):
-            for s in range(slots.first[j], slots.first[j + 1]):
-                slots.table[STATIC, s] = friction.static[j, slots.body[s]]
-                slots.table[KINETIC, s] = friction.kinetic[j, slots.body[s]]
-        choose_coefficients(slots)
+            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+                contacts.table[STATIC, s] = friction.static[j, contacts.body[s]]
+                contacts.table[KINETIC, s] = friction.kinetic[j, contacts.body[s]]
+        select_friction_coefficients(contacts)
 
 
-@kernel
-def choose_coefficients(slots):
+@inline_kernel
+def select_friction_coefficients(contacts):
     """Write the coefficients that are in force; return whether that changes a limit."""
-    table = slots.table
+    table = contacts.table
     changed = 0.0
-    for s in range(slots.first[-1]):
+    for s in range(contacts.offsets[-1]):
         static, kinetic, mode = table[STATIC, s], table[KINETIC, s], table[MODE, s]
         against = 0.0 if static > kinetic else static
         forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
@@ -211,30 +216,30 @@ def choose_coefficients(slots):
     return changed > 0.0
 
 
-@kernel
-def remember(slots):
+@inline_kernel
+def update_friction_coefficients(contacts):
     """Take over from the last step who sticks and who slides where to.
 
     A body that sticks lets go in the direction of its friction. One that slides goes on until its
     slip has come to zero. Return whether that changes a limit.
     """
-    table = slots.table
-    for s in range(slots.first[-1]):
+    table = contacts.table
+    for s in range(contacts.offsets[-1]):
         mode, slip, friction = table[MODE, s], table[SLIP, s], table[FRICTION, s]
-        if table[STUCK, s] > 0.0 or mode * slip < 0.0:
+        if table[STICKING, s] > 0.0 or mode * slip < 0.0:
             mode = 0.0
         elif mode == 0.0:
             mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
         table[MODE, s] = mode
-    return choose_coefficients(slots)
+    return select_friction_coefficients(contacts)
 
 
-@kernel
-def press(motion, slots, contact):
+@inline_kernel
+def contact_forces(kinematics, contacts, contact):
     """Write where the bodies are on their pulleys, how they move, and the spring's share of N."""
-    x, y, vx, vy = motion[X], motion[Y], motion[VX], motion[VY]
-    body, table, count = slots.body, slots.table, slots.first[-1]
-    nx, ny, normal, per_r = table[NX], table[NY], table[NORMAL], table[PER_R]
+    x, y, vx, vy = kinematics[X], kinematics[Y], kinematics[VX], kinematics[VY]
+    body, table, count = contacts.body, contacts.table, contacts.offsets[-1]
+    nx, ny, normal, inv_distance = table[NX], table[NY], table[NORMAL], table[INV_DISTANCE]
     centre_x, centre_y, radius = table[CENTRE_X], table[CENTRE_Y], table[RADIUS]
     body_vx, body_vy = table[BODY_VX], table[BODY_VY]
     for s in range(count):
@@ -243,27 +248,27 @@ def press(motion, slots, contact):
         body_vx[s], body_vy[s] = vx[i], vy[i]
     c1, c2 = contact.c1, contact.c2
     for s in range(count):
-        per_r[s] = 1.0 / np.sqrt(nx[s] * nx[s] + ny[s] * ny[s])
+        inv_distance[s] = 1.0 / np.sqrt(nx[s] * nx[s] + ny[s] * ny[s])
     for s in range(count):
-        p = max(radius[s] - 1.0 / per_r[s], 0.0)
+        p = max(radius[s] - 1.0 / inv_distance[s], 0.0)
         normal[s] = p * (c1 * p + c2)
     for s in range(count):
-        nx[s] *= per_r[s]
+        nx[s] *= inv_distance[s]
     for s in range(count):
-        ny[s] *= per_r[s]
+        ny[s] *= inv_distance[s]
 
 
-@kernel
-def damp_contact(slots, damping):
+@inline_kernel
+def add_contact_damping(contacts, damping):
     """Add the damping's share of N, which never pulls; return the power it takes, W."""
     heat = 0.0
     if damping is not None:
-        table = slots.table
+        table = contacts.table
         normal, nx, ny, vx, vy = table[NORMAL], table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        radius, per_r = table[RADIUS], table[PER_R]
-        per_depth = 1.0 / damping.full_depth
-        for s in range(slots.first[-1]):
-            depth = min(max((radius[s] - 1.0 / per_r[s]) * per_depth, 0.0), 1.0)
+        radius, inv_distance = table[RADIUS], table[INV_DISTANCE]
+        inv_full_depth = 1.0 / damping.full_depth
+        for s in range(contacts.offsets[-1]):
+            depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
             coefficient = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
             rate = -(vx[s] * nx[s] + vy[s] * ny[s])
             damped = max(normal[s] + coefficient * rate, 0.0)
@@ -272,51 +277,53 @@ def damp_contact(slots, damping):
     return heat
 
 
-@kernel
-def push(slots, per_mass, ax, ay):
+@inline_kernel
+def add_normal_forces(contacts, inv_mass, ax, ay):
     """Add what the normal forces accelerate."""
-    normal, nx, ny = slots.table[NORMAL], slots.table[NX], slots.table[NY]
-    for s in range(slots.first[-1]):
-        i = slots.body[s]
-        ax[i] += per_mass * normal[s] * nx[s]
-        ay[i] += per_mass * normal[s] * ny[s]
+    normal, nx, ny = contacts.table[NORMAL], contacts.table[NX], contacts.table[NY]
+    for s in range(contacts.offsets[-1]):
+        i = contacts.body[s]
+        ax[i] += inv_mass * normal[s] * nx[s]
+        ay[i] += inv_mass * normal[s] * ny[s]
 
 
-@kernel
-def slide(slots, pulleys):
+@inline_kernel
+def slip_velocities(contacts, pulleys):
     """Write the slip."""
-    table = slots.table
+    table = contacts.table
     nx, ny, vx, vy, slip = table[NX], table[NY], table[BODY_VX], table[BODY_VY], table[SLIP]
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[SPEED, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
             slip[s] = rim - (vy[s] * nx[s] - vx[s] * ny[s])
 
 
-@kernel
-def stick(slots, pulleys, mass, ax, ay, exact):
+@inline_kernel
+def solve_sticking(contacts, pulleys, mass, ax, ay, set_valued):
     """Solve for the friction of exact stick, and for what free pulleys do."""
-    if exact is not None:
-        table, body, count = slots.table, slots.body, slots.first[-1]
+    if set_valued is not None:
+        table, body, count = contacts.table, contacts.body, contacts.offsets[-1]
         nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        wish, slip, per_r = table[WISH], table[SLIP], table[PER_R]
-        per_tau = 1.0 / exact.tau
+        stick_bias, slip, inv_distance = table[STICK_BIAS], table[SLIP], table[INV_DISTANCE]
+        inv_relaxation_time = 1.0 / set_valued.relaxation_time
         for s in range(count):
             i = body[s]
             along = vy[s] * nx[s] - vx[s] * ny[s]
-            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * per_r[s]
-            wish[s] = slip[s] * per_tau - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
-        limit_friction(slots, 1.0)
+            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
+            stick_bias[s] = (
+                slip[s] * inv_relaxation_time - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
+            )
+        friction_limits(contacts, 1.0)
         alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
         for j in pulleys.free:
-            alpha[j] = meet(j, alpha[j], torque[j], slots, pulleys, mass)
-        share_friction(slots, pulleys, mass, alpha)
+            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
+        project_friction(contacts, pulleys, mass, alpha)
 
 
-@kernel
-def limit_friction(slots, duration):
+@inline_kernel
+def friction_limits(contacts, duration):
     """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
-    table, count = slots.table, slots.first[-1]
+    table, count = contacts.table, contacts.offsets[-1]
     normal, forward, backward = table[NORMAL], table[FORWARD], table[BACKWARD]
     forward_limit, backward_limit = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
     for s in range(count):
@@ -325,33 +332,33 @@ def limit_friction(slots, duration):
         backward_limit[s] = duration * backward[s] * normal[s]
 
 
-@kernel
-def meet(j, guess, offer, slots, pulleys, mass):
+@inline_kernel
+def solve_pulley_motion(j, guess, external, contacts, pulleys, mass):
     """Return the x with I x = offer - R sum clip(m (R x + g_i)), for pulley j.
 
     x is its angular acceleration and `offer` the torque on it; or its angular velocity, and
     `offer` the angular momentum that it would have.
     """
     radius, inertia = pulleys.table[PULLEY_RADIUS, j], pulleys.table[INERTIA, j]
-    wish = slots.table[WISH]
-    forward, backward = slots.table[FORWARD_LIMIT], slots.table[BACKWARD_LIMIT]
+    stick_bias = contacts.table[STICK_BIAS]
+    forward, backward = contacts.table[FORWARD_LIMIT], contacts.table[BACKWARD_LIMIT]
     low, high = -np.inf, np.inf
     x = guess
-    for _ in range(MOST_SWEEPS):
-        force = following = 0.0
-        for block in range(slots.first[j], slots.first[j + 1], VECTOR):
-            for s in range(block, block + VECTOR):
-                needed = mass * (radius * x + wish[s])
+    for _ in range(MAX_SWEEPS):
+        force = n_sticking = 0.0
+        for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
+            for s in range(block, block + SIMD_WIDTH):
+                needed = mass * (radius * x + stick_bias[s])
                 limited = min(max(needed, -backward[s]), forward[s])
                 force += limited
-                following += 1.0 if limited == needed else 0.0
-        excess = inertia * x - offer + radius * force
+                n_sticking += 1.0 if limited == needed else 0.0
+        excess = inertia * x - external + radius * force
         if excess > 0.0:
             high = x
         else:
             low = x
-        change = excess / (inertia + radius * radius * mass * following)
-        if abs(change) <= CLOSE * (abs(x) + abs(offer) / inertia):
+        change = excess / (inertia + radius * radius * mass * n_sticking)
+        if abs(change) <= PULLEY_TOLERANCE * (abs(x) + abs(external) / inertia):
             return x - change
         x -= change
         if not low < x < high:
@@ -359,91 +366,91 @@ def meet(j, guess, offer, slots, pulleys, mass):
     return x
 
 
-@kernel
-def share_friction(slots, pulleys, mass, x):
+@inline_kernel
+def project_friction(contacts, pulleys, mass, x):
     """Write the friction, with the x of each pulley, and who sticks."""
-    table = slots.table
-    wish, friction, stuck = table[WISH], table[FRICTION], table[STUCK]
+    table = contacts.table
+    stick_bias, friction, sticking = table[STICK_BIAS], table[FRICTION], table[STICKING]
     forward, backward = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            friction[s] = min(max(mass * (rim + wish[s]), -backward[s]), forward[s])
-        for s in range(slots.first[j], slots.first[j + 1]):
-            stuck[s] = 1.0 if friction[s] == mass * (rim + wish[s]) else 0.0
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            friction[s] = min(max(mass * (rim + stick_bias[s]), -backward[s]), forward[s])
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            sticking[s] = 1.0 if friction[s] == mass * (rim + stick_bias[s]) else 0.0
 
 
-@kernel
-def drag(slots, per_mass, ax, ay):
+@inline_kernel
+def add_friction_forces(contacts, inv_mass, ax, ay):
     """Add what the friction accelerates."""
-    friction, nx, ny = slots.table[FRICTION], slots.table[NX], slots.table[NY]
-    for s in range(slots.first[-1]):
-        i = slots.body[s]
-        ax[i] -= per_mass * friction[s] * ny[s]
-        ay[i] += per_mass * friction[s] * nx[s]
+    friction, nx, ny = contacts.table[FRICTION], contacts.table[NX], contacts.table[NY]
+    for s in range(contacts.offsets[-1]):
+        i = contacts.body[s]
+        ax[i] -= inv_mass * friction[s] * ny[s]
+        ay[i] += inv_mass * friction[s] * nx[s]
 
 
-@kernel
-def smooth_half(z):
+@inline_kernel
+def smoothstep_upper(z):
     """Return the upper half of the smooth step of eq 10, from 0 at z = 0 to 1 at z = 1."""
     z = min(z, 1.0)
     return 0.5 * z * (3.0 - z * z)
 
 
-@kernel
-def rub(slots, pulleys, regularised, creep, elementary_time):
+@inline_kernel
+def regularised_friction(contacts, pulleys, regularised, creep, elementary_time):
     """Write the friction that a regularised law has for the slip, and turn the free pulleys.
 
     With a creep the contact that hardly slips has the friction mu_1 of the way s dt that it
     slips in the elementary time dt of the integration: a law that depends on the step.
     """
     if regularised is not None:
-        table = slots.table
+        table = contacts.table
         slip, friction, normal = table[SLIP], table[FRICTION], table[NORMAL]
-        static, kinetic, stuck = table[STATIC], table[KINETIC], table[STUCK]
-        for s in range(slots.first[-1]):
+        static, kinetic, sticking = table[STATIC], table[KINETIC], table[STICKING]
+        for s in range(contacts.offsets[-1]):
             size = abs(slip[s])
-            share = smooth_half(size / regularised.speed)
-            resting = creep_share(size, elementary_time, creep)
+            ratio = smoothstep_upper(size / regularised.speed)
+            resting = creep_ratio(size, elementary_time, creep)
             d = min(max(2.0 * (size / regularised.speed - 1.0), 0.0), 1.0)
-            mu = static[s] * (share + (1.0 - share) * resting)
+            mu = static[s] * (ratio + (1.0 - ratio) * resting)
             mu += (kinetic[s] - static[s]) * d * d * (3.0 - 2.0 * d)
             friction[s] = np.copysign(mu * normal[s], slip[s])
-            stuck[s] = 1.0 if size < regularised.speed else 0.0
-        turn_freely(slots, pulleys)
+            sticking[s] = 1.0 if size < regularised.speed else 0.0
+        pulley_accelerations(contacts, pulleys)
 
 
-@kernel
-def creep_share(slip, elementary_time, creep):
+@inline_kernel
+def creep_ratio(slip, elementary_time, creep):
     """Return mu_1/mu_s of eq 13, Fig. 6b; without creep a contact at rest has no friction."""
     if creep is not None:
-        return smooth_half(slip * elementary_time / creep.most)
+        return smoothstep_upper(slip * elementary_time / creep.max_creep)
     return 0.0
 
 
-@kernel
-def turn_freely(slots, pulleys):
+@inline_kernel
+def pulley_accelerations(contacts, pulleys):
     """Write the angular accelerations of free pulleys under a friction that is known."""
     table = pulleys.table
     for j in pulleys.free:
-        moment = table[TORQUE, j] - table[PULLEY_RADIUS, j] * grip(j, slots)
+        moment = table[TORQUE, j] - table[PULLEY_RADIUS, j] * total_friction(j, contacts)
         table[ALPHA, j] = moment / table[INERTIA, j]
 
 
-@kernel
-def grip(j, slots):
+@inline_kernel
+def total_friction(j, contacts):
     """Return the sum of the friction on the bodies at pulley j, N."""
     force = 0.0
-    for s in range(slots.first[j], slots.first[j + 1]):
-        force += slots.table[FRICTION, s]
+    for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+        force += contacts.table[FRICTION, s]
     return force
 
 
-@kernel
-def friction_heat(slots):
+@inline_kernel
+def friction_power(contacts):
     """Return the power that the friction takes, W."""
-    friction, slip = slots.table[FRICTION], slots.table[SLIP]
+    friction, slip = contacts.table[FRICTION], contacts.table[SLIP]
     heat = 0.0
-    for s in range(slots.first[-1]):
+    for s in range(contacts.offsets[-1]):
         heat += friction[s] * slip[s]
     return heat

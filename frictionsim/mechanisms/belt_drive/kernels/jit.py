@@ -20,7 +20,7 @@ import numba
 from numba.core import event
 
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
-REORDERING = {"reassoc", "contract", "arcp", "nsz", "afn"}
+FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
 
 
 @cache
@@ -62,16 +62,16 @@ FOLDER = _usable(cache_folder())
 numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def inline_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as a part of each kernel that calls it: the call costs nothing."""
     return numba.njit(
-        function, cache=True, fastmath=REORDERING, error_model="numpy", forceinline=True
+        function, cache=True, fastmath=FASTMATH_FLAGS, error_model="numpy", forceinline=True
     )
 
 
-def entry(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls, or that is too large to be repeated."""
-    return numba.njit(function, cache=True, fastmath=REORDERING, error_model="numpy")
+    return numba.njit(function, cache=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 
 
 class Compilation(event.Listener):
@@ -99,7 +99,7 @@ class Compilation(event.Listener):
 
 
 @contextmanager
-def compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
+def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
     """Have a block, in which kernels are called first, tell when it compiles, and how long.
 
     Parameters

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
-class Pieces(NamedTuple):
+class PiecewiseCubics(NamedTuple):
     """Cubic pieces over time or speed u: c0 + c1 (u - knot) + ... from each knot to the next.
 
     The pieces of signal j are first[j] to first[j + 1] - 1; the first one has no lower end.
     `table` is (pieces, 5): knot, c0, c1, c2, c3.
     """
 
-    first: "Indices"
+    offsets: "Indices"
     table: "Array"
 
 
@@ -34,10 +34,10 @@ Piece = tuple[float, float, float, float, float]
 """Knot and four coefficients."""
 
 
-def pieces_of(signals: Sequence[Sequence[Piece]]) -> Pieces:
+def stack_pieces(signals: Sequence[Sequence[Piece]]) -> PiecewiseCubics:
     """Put the pieces of several signals into one table."""
-    first = np.cumsum([0, *(len(signal) for signal in signals)], dtype=np.int64)
-    return Pieces(first, np.array([piece for signal in signals for piece in signal]))
+    offsets = np.cumsum([0, *(len(signal) for signal in signals)], dtype=np.int64)
+    return PiecewiseCubics(offsets, np.array([piece for signal in signals for piece in signal]))
 
 
 def linear_pieces(points: Sequence[float], values: Sequence[float]) -> list[Piece]:
@@ -84,10 +84,10 @@ def sines_of(tables: Sequence[Any]) -> "Array | None":
     return sines
 
 
-@kernel
-def piece_at(pieces, j, u):
+@inline_kernel
+def find_piece(pieces, j, u):
     """Return the piece of signal j at u: knot and coefficients."""
-    low, high = pieces.first[j], pieces.first[j + 1]
+    low, high = pieces.offsets[j], pieces.offsets[j + 1]
     while high - low > 1:
         middle = (low + high) // 2
         if pieces.table[middle, 0] <= u:
@@ -98,33 +98,33 @@ def piece_at(pieces, j, u):
     return p[0], p[1], p[2], p[3], p[4]
 
 
-@kernel
+@inline_kernel
 def value(pieces, j, u):
     """Return the value of signal j at u."""
-    knot, c0, c1, c2, c3 = piece_at(pieces, j, u)
+    knot, c0, c1, c2, c3 = find_piece(pieces, j, u)
     x = u - knot
     return c0 + x * (c1 + x * (c2 + x * c3))
 
 
-@kernel
-def slope(pieces, j, u):
+@inline_kernel
+def derivative(pieces, j, u):
     """Return the derivative of signal j at u."""
-    knot, _, c1, c2, c3 = piece_at(pieces, j, u)
+    knot, _, c1, c2, c3 = find_piece(pieces, j, u)
     x = u - knot
     return c1 + x * (2.0 * c2 + x * 3.0 * c3)
 
 
-@kernel
-def add_sine(values, which, t, sines):
+@inline_kernel
+def add_sine(values, targets, t, sines):
     """Add the sines at time t to the values of the pulleys `which`."""
     if sines is not None:
-        for k in range(len(which)):
-            values[which[k]] += sines[k, 0] * np.sin(sines[k, 1] * t + sines[k, 2])
+        for k in range(len(targets)):
+            values[targets[k]] += sines[k, 0] * np.sin(sines[k, 1] * t + sines[k, 2])
 
 
-@kernel
-def add_sine_slope(values, which, t, sines):
+@inline_kernel
+def add_sine_derivative(values, targets, t, sines):
     """Add the derivatives of the sines at time t."""
     if sines is not None:
-        for k in range(len(which)):
-            values[which[k]] += sines[k, 0] * sines[k, 1] * np.cos(sines[k, 1] * t + sines[k, 2])
+        for k in range(len(targets)):
+            values[targets[k]] += sines[k, 0] * sines[k, 1] * np.cos(sines[k, 1] * t + sines[k, 2])

@@ -26,44 +26,49 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.chain import (
     COS,
-    PULL_X,
-    PULL_Y,
+    FORCE_X,
+    FORCE_Y,
     SIN,
     VX,
     VY,
-    heat_of_acceleration,
+    joint_damping_correction,
 )
 from frictionsim.mechanisms.belt_drive.kernels.contact import (
     ALPHA,
-    BEFORE,
     BODY_VX,
     BODY_VY,
     FRICTION,
     INERTIA,
+    INV_DISTANCE,
     NORMAL,
     NX,
     NY,
-    PER_R,
     PULLEY_RADIUS,
     RADIUS,
     SLIP,
     SPEED,
+    SPEED_OLD,
+    STICK_BIAS,
     TORQUE,
-    WISH,
-    deal_slots,
-    drag,
-    grip,
-    limit_friction,
-    meet,
-    remember,
-    share_friction,
+    add_friction_forces,
+    find_contact_candidates,
+    friction_limits,
+    project_friction,
+    solve_pulley_motion,
+    total_friction,
+    update_friction_coefficients,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import act, copy, load, prescribe
-from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
+    copy,
+    prescribed_speeds,
+    pulley_torques,
+    smooth_accelerations,
+)
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
-    damp_and_strike,
-    expect_dampers,
-    forget,
+    add_predicted_damping,
+    reset_damping_prediction,
+    solve_damping_and_friction,
 )
 
 if TYPE_CHECKING:
@@ -74,12 +79,12 @@ if TYPE_CHECKING:
 
 # Bodies near pulleys are given their slots anew after so many steps, in which none gets through the
 # margin, a body's length, unless it is faster than a sixteenth of the waves along the belt.
-STEPS_OF_A_DEAL = 16
+CANDIDATE_UPDATE_INTERVAL = 16
 
-MOST_OBLIQUE = 2.0  # the sum of two sin^2: there is no more
+MAX_OBLIQUITY = 2.0  # the sum of two sin^2: there is no more
 
 
-class Walk(NamedTuple):
+class MoreauState(NamedTuple):
     """An integration between two steps, in arrays that its kernels write to.
 
     Attributes
@@ -100,19 +105,19 @@ class Walk(NamedTuple):
     middle: "Array"
     rate: "Array"
     motion0: "Array"
-    motion: "Array"
+    kinematics: "Array"
     motion_middle: "Array"
     counts: "Indices"
 
 
-@entry
-def walk(
+@kernel
+def integrate(
     steps,
     h,
-    walk,
-    margin,
+    integrate,
+    skin,
     friction,
-    hysteresis,
+    distinct_static_friction,
     damping,
     contact_damping,
     obliquity,
@@ -121,8 +126,8 @@ def walk(
     torques,
     loads,
     speeds,
-    room,
-    slots,
+    workspace,
+    contacts,
     pulleys,
 ):
     """Take so many steps of length h; return whether the state is still finite.
@@ -130,19 +135,21 @@ def walk(
     `laws` have the dampers along the belt, `undamped` leave them to be solved for, as they are
     where a body has more of the obliquity than there may be.
     """
-    counts = walk.counts
+    counts = integrate.counts
     for _ in range(steps):
         if counts[1] == 0:
-            deal_slots(walk.motion, laws.chain.bodies, pulleys, margin, slots, friction)
-            counts[2] = oblique(room, laws.chain, obliquity)
+            find_contact_candidates(
+                integrate.kinematics, laws.chain.bodies, pulleys, skin, contacts, friction
+            )
+            counts[2] = has_oblique_joints(workspace, laws.chain, obliquity)
             if counts[2] == 0:
-                forget(damping)
+                reset_damping_prediction(damping)
         t = counts[0] * h
         if counts[2] > 0:
             solve_step(
                 t,
                 h,
-                walk,
+                integrate,
                 friction,
                 damping,
                 contact_damping,
@@ -150,8 +157,8 @@ def walk(
                 torques,
                 loads,
                 speeds,
-                room,
-                slots,
+                workspace,
+                contacts,
                 pulleys,
             )
             counts[3] += 1
@@ -159,7 +166,7 @@ def walk(
             step(
                 t,
                 h,
-                walk,
+                integrate,
                 friction,
                 None,
                 contact_damping,
@@ -167,46 +174,51 @@ def walk(
                 torques,
                 loads,
                 speeds,
-                room,
-                slots,
+                workspace,
+                contacts,
                 pulleys,
             )
-            add_heat_of_acceleration(h, walk, laws, room, pulleys)
-        keep_in_mind(slots, hysteresis)
+            correct_joint_damping(h, integrate, laws, workspace, pulleys)
+        update_contact_modes(contacts, distinct_static_friction)
         counts[0] += 1
-        counts[1] = (counts[1] + 1) % STEPS_OF_A_DEAL
+        counts[1] = (counts[1] + 1) % CANDIDATE_UPDATE_INTERVAL
     total = 0.0
-    for i in range(len(walk.y)):
-        total += abs(walk.y[i])
+    for i in range(len(integrate.y)):
+        total += abs(integrate.y[i])
     return total < np.inf
 
 
-@kernel
-def oblique(room, chain, most):
+@inline_kernel
+def has_oblique_joints(workspace, chain, max_obliquity):
     """Return whether the dampers of a body's joints turn it too fast for extrapolation.
 
     A joint without much tension may point anywhere; its damper then meets the small inertia of
     the bodies that it turns. sin^2 of the angle between joint and body is the share in that.
     """
-    if most >= MOST_OBLIQUE:
+    if max_obliquity >= MAX_OBLIQUITY:
         return 0
-    cos, sin, pull_x, pull_y = room[COS], room[SIN], room[PULL_X], room[PULL_Y]
+    cos, sin, force_x, force_y = (
+        workspace[COS],
+        workspace[SIN],
+        workspace[FORCE_X],
+        workspace[FORCE_Y],
+    )
     count = 0.0
     for k in range(chain.bodies):
-        x0, y0, x1, y1 = pull_x[k], pull_y[k], pull_x[k + 1], pull_y[k + 1]
+        x0, y0, x1, y1 = force_x[k], force_y[k], force_x[k + 1], force_y[k + 1]
         before, after = y0 * cos[k] - x0 * sin[k], y1 * cos[k] - x1 * sin[k]
         size0, size1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
         # before^2/size0 + after^2/size1 > most, without the divisions
         share = before * before * size1 + after * after * size0
-        count += 1.0 if share > most * size0 * size1 else 0.0
+        count += 1.0 if share > max_obliquity * size0 * size1 else 0.0
     return 1 if count > 0.0 else 0
 
 
-@kernel
+@inline_kernel
 def solve_step(
     t,
     h,
-    walk,
+    integrate,
     friction,
     damping,
     contact_damping,
@@ -214,8 +226,8 @@ def solve_step(
     torques,
     loads,
     speeds,
-    room,
-    slots,
+    workspace,
+    contacts,
     pulleys,
 ):
     """Take one step in which the dampers along the belt are solved for, if there are any."""
@@ -223,7 +235,7 @@ def solve_step(
         step(
             t,
             h,
-            walk,
+            integrate,
             friction,
             damping,
             contact_damping,
@@ -231,41 +243,43 @@ def solve_step(
             torques,
             loads,
             speeds,
-            room,
-            slots,
+            workspace,
+            contacts,
             pulleys,
         )
 
 
-@kernel
-def add_heat_of_acceleration(h, walk, laws, room, pulleys):
+@inline_kernel
+def correct_joint_damping(h, integrate, laws, workspace, pulleys):
     """Add to the energies what dampers along the belt take beyond what was expected of them."""
     if laws.axial_damping is not None:
-        spare = walk.rate[: 6 * room.shape[1]].reshape((6, room.shape[1]))
-        heat = heat_of_acceleration(
+        spare = integrate.rate[: 6 * workspace.shape[1]].reshape((6, workspace.shape[1]))
+        heat = joint_damping_correction(
             laws.chain,
-            walk.motion0,
-            walk.motion_middle,
-            walk.motion,
-            room,
+            integrate.motion0,
+            integrate.motion_middle,
+            integrate.kinematics,
+            workspace,
             spare,
             laws.axial_damping,
         )
-        walk.y[6 * room.shape[1] + pulleys.table.shape[1] + len(pulleys.free) + 2] += h * heat
+        integrate.y[6 * workspace.shape[1] + pulleys.table.shape[1] + len(pulleys.free) + 2] += (
+            h * heat
+        )
 
 
-@kernel
-def keep_in_mind(slots, hysteresis):
+@inline_kernel
+def update_contact_modes(contacts, distinct_static_friction):
     """Take over who sticks now, if static and kinetic friction differ."""
-    if hysteresis is not None:
-        remember(slots)
+    if distinct_static_friction is not None:
+        update_friction_coefficients(contacts)
 
 
-@kernel
+@inline_kernel
 def step(
     t,
     h,
-    walk,
+    integrate,
     friction,
     damping,
     contact_damping,
@@ -273,70 +287,80 @@ def step(
     torques,
     loads,
     speeds,
-    room,
-    slots,
+    workspace,
+    contacts,
     pulleys,
 ):
     """Take one step from time t."""
-    y0, y, middle, rate = walk.y0, walk.y, walk.middle, walk.rate
-    pulley, free, width = pulleys.table, pulleys.free, room.shape[1]
+    y0, y, middle, rate = integrate.y0, integrate.y, integrate.middle, integrate.rate
+    pulley, free, width = pulleys.table, pulleys.free, workspace.shape[1]
     count = pulley.shape[1]
     angles, speed = 6 * width, 6 * width + count
-    ledger = speed + len(free)
-    go_to_middle(h, y0, y, middle, 3 * width)
-    for k in range(speed, ledger):
+    energies = speed + len(free)
+    predict_midpoint(h, y0, y, middle, 3 * width)
+    for k in range(speed, energies):
         middle[k] = y[k] + 0.5 * (y[k] - y0[k])
     copy(y, y0)
-    note_speeds(t, y[speed:ledger], pulleys, speeds)
+    store_pulley_speeds(t, y[speed:energies], pulleys, speeds)
     for k in range(len(free)):
         pulley[SPEED, free[k]] = middle[speed + k]
-    prescribe(t + 0.5 * h, pulleys, speeds)
-    load(t + 0.5 * h, pulleys, torques, loads)
+    prescribed_speeds(t + 0.5 * h, pulleys, speeds)
+    pulley_torques(t + 0.5 * h, pulleys, torques, loads)
     ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    damped = act(laws, walk.motion_middle, room, slots, ax, ay, rate[5 * width : 6 * width])
-    expect(h, walk.motion0, slots, ax, ay)
-    expect_dampers(slots, damping)
-    damped += damp_midway(h, laws.chain.mass, slots, ax, ay, contact_damping)
-    prescribe(t + h, pulleys, speeds)
-    accelerate(h, y[3 * width : 6 * width], rate[3 * width : 6 * width])
-    rubbed, braked = strike(
-        h, walk.motion0, walk.motion, laws.chain, room, slots, pulleys, friction, damping
+    damped = smooth_accelerations(
+        laws, integrate.motion_middle, workspace, contacts, ax, ay, rate[5 * width : 6 * width]
     )
-    go_on(h, y, middle, 3 * width)
+    predict_contact_velocities(h, integrate.motion0, contacts, ax, ay)
+    add_predicted_damping(contacts, damping)
+    damped += add_midpoint_contact_damping(h, laws.chain.mass, contacts, ax, ay, contact_damping)
+    prescribed_speeds(t + h, pulleys, speeds)
+    update_velocities(h, y[3 * width : 6 * width], rate[3 * width : 6 * width])
+    rubbed, braked = solve_contact_impulses(
+        h,
+        integrate.motion0,
+        integrate.kinematics,
+        laws.chain,
+        workspace,
+        contacts,
+        pulleys,
+        friction,
+        damping,
+    )
+    update_positions(h, y, middle, 3 * width)
     for k in range(len(free)):
         y[speed + k] = pulley[ALPHA, free[k]]
-    react(h, slots, pulleys, speeds)
+    reaction_torques(h, contacts, pulleys, speeds)
     for j in range(count):
-        mean = 0.5 * (pulley[BEFORE, j] + pulley[ALPHA, j])
+        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
         y[angles + j] += h * mean
-        y[ledger] += h * pulley[TORQUE, j] * mean
+        y[energies] += h * pulley[TORQUE, j] * mean
         pulley[SPEED, j] = pulley[ALPHA, j]
-    y[ledger + 1] += rubbed
-    y[ledger + 2] += h * damped + braked
+    y[energies + 1] += rubbed
+    y[energies + 2] += h * damped + braked
 
 
-@kernel
-def note_speeds(t, state, pulleys, speeds):
+@inline_kernel
+def store_pulley_speeds(t, state, pulleys, speeds):
     """Write the speeds of all pulleys at the start of a step."""
-    prescribe(t, pulleys, speeds)
+    prescribed_speeds(t, pulleys, speeds)
     for k in range(len(pulleys.free)):
         pulleys.table[SPEED, pulleys.free[k]] = state[k]
     for j in range(pulleys.table.shape[1]):
-        pulleys.table[BEFORE, j] = pulleys.table[SPEED, j]
+        pulleys.table[SPEED_OLD, j] = pulleys.table[SPEED, j]
 
 
-@kernel
-def expect(h, before, slots, ax, ay):
+@inline_kernel
+def predict_contact_velocities(h, before, contacts, ax, ay):
     """Write the velocities of the bodies at pulleys in the middle of the step, without friction."""
-    body_vx, body_vy = slots.table[BODY_VX], slots.table[BODY_VY]
-    for s in range(slots.first[-1]):
-        i = slots.body[s]
+    body_vx, body_vy = contacts.table[BODY_VX], contacts.table[BODY_VY]
+    for s in range(contacts.offsets[-1]):
+        i = contacts.body[s]
         body_vx[s] = before[VX, i] + 0.5 * h * ax[i]
         body_vy[s] = before[VY, i] + 0.5 * h * ay[i]
 
 
-@kernel
-def damp_midway(h, mass, slots, ax, ay, damping):
+@inline_kernel
+def add_midpoint_contact_damping(h, mass, contacts, ax, ay, damping):
     """Add the dampers of the contacts, at the mean of the old and the new velocity along n.
 
     With the acceleration A along n without it and the coefficient b that mean is
@@ -344,38 +368,45 @@ def damp_midway(h, mass, slots, ax, ay, damping):
     """
     heat = 0.0
     if damping is not None:
-        table = slots.table
-        normal, nx, ny, more = table[NORMAL], table[NX], table[NY], table[WISH]
-        vx, vy, radius, per_r = table[BODY_VX], table[BODY_VY], table[RADIUS], table[PER_R]
-        per_mass, per_depth, count = 1.0 / mass, 1.0 / damping.full_depth, slots.first[-1]
+        table = contacts.table
+        normal, nx, ny, more = table[NORMAL], table[NX], table[NY], table[STICK_BIAS]
+        vx, vy, radius, inv_distance = (
+            table[BODY_VX],
+            table[BODY_VY],
+            table[RADIUS],
+            table[INV_DISTANCE],
+        )
+        inv_mass, inv_full_depth, count = 1.0 / mass, 1.0 / damping.full_depth, contacts.offsets[-1]
         for s in range(count):
             more[s] = vx[s] * nx[s] + vy[s] * ny[s]
         for s in range(count):
-            depth = min(max((radius[s] - 1.0 / per_r[s]) * per_depth, 0.0), 1.0)
+            depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
             b = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
-            rate = -more[s] / (1.0 + 0.5 * h * b * per_mass)
+            rate = -more[s] / (1.0 + 0.5 * h * b * inv_mass)
             more[s] = max(b * rate, -normal[s])
             heat += more[s] * rate
         for s in range(count):
-            i = slots.body[s]
+            i = contacts.body[s]
             normal[s] += more[s]
-            ax[i] += per_mass * more[s] * nx[s]
-            ay[i] += per_mass * more[s] * ny[s]
+            ax[i] += inv_mass * more[s] * nx[s]
+            ay[i] += inv_mass * more[s] * ny[s]
     return heat
 
 
-@entry
-def look(walk, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
-    """Evaluate the forces without friction at the start."""
-    motion, rate, width = walk.motion, walk.rate, room.shape[1]
-    prescribe(0.0, pulleys, speeds)
-    deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
-    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    act(laws, motion, room, slots, ax, ay, rate[5 * width : 6 * width])
-
-
 @kernel
-def go_to_middle(h, y0, y, middle, size):
+def evaluate_forces(
+    integrate, skin, friction, laws, torques, loads, speeds, workspace, contacts, pulleys
+):
+    """Evaluate the forces without friction at the start."""
+    kinematics, rate, width = integrate.kinematics, integrate.rate, workspace.shape[1]
+    prescribed_speeds(0.0, pulleys, speeds)
+    find_contact_candidates(kinematics, laws.chain.bodies, pulleys, skin, contacts, friction)
+    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
+    smooth_accelerations(laws, kinematics, workspace, contacts, ax, ay, rate[5 * width : 6 * width])
+
+
+@inline_kernel
+def predict_midpoint(h, y0, y, middle, size):
     """Write the positions half a step on, and the velocities there by extrapolation."""
     velocities = y[size : 2 * size]
     for i in range(size):
@@ -385,88 +416,96 @@ def go_to_middle(h, y0, y, middle, size):
         between[i] = velocities[i] + 0.5 * (velocities[i] - before[i])
 
 
-@kernel
-def accelerate(h, velocities, accelerations):
+@inline_kernel
+def update_velocities(h, velocities, accelerations):
     """Add what the forces do to the velocities in a step."""
     for i in range(len(velocities)):
         velocities[i] += h * accelerations[i]
 
 
-@kernel
-def go_on(h, y, middle, size):
+@inline_kernel
+def update_positions(h, y, middle, size):
     """Write the positions at the end of a step."""
     velocities = y[size : 2 * size]
     for i in range(size):
         y[i] = middle[i] + 0.5 * h * velocities[i]
 
 
-@kernel
-def strike(h, before, after, chain, room, slots, pulleys, friction, damping):
+@inline_kernel
+def solve_contact_impulses(
+    h, before, after, chain, workspace, contacts, pulleys, friction, damping
+):
     """Solve for the impulses and add them; write the new speeds into ALPHA.
 
     Return the heat of friction and of stiff dampers. Where a speed is prescribed SPEED is the new
     one already.
     """
-    pulley, table = pulleys.table, slots.table
+    pulley, table = pulleys.table, contacts.table
     for j in range(pulley.shape[1]):
         pulley[ALPHA, j] = pulley[SPEED, j]
     for j in pulleys.free:
-        pulley[ALPHA, j] = pulley[BEFORE, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
+        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
     if friction is None:
         return 0.0, 0.0
-    wish, slip = table[WISH], table[SLIP]
-    along_of(before[VX], before[VY], slots, slip)
-    along_of(after[VX], after[VY], slots, wish)
-    for s in range(slots.first[-1]):
-        wish[s] = -wish[s]
-    limit_friction(slots, h)
-    settle(chain.mass, slots, pulleys, damping)
-    damped = damp(h, before, after, chain, room, slots, pulleys, damping)
-    drag(slots, 1.0 / chain.mass, after[VX], after[VY])
-    along_of(after[VX], after[VY], slots, wish)
+    stick_bias, slip = table[STICK_BIAS], table[SLIP]
+    tangential_velocities(before[VX], before[VY], contacts, slip)
+    tangential_velocities(after[VX], after[VY], contacts, stick_bias)
+    for s in range(contacts.offsets[-1]):
+        stick_bias[s] = -stick_bias[s]
+    friction_limits(contacts, h)
+    solve_friction(chain.mass, contacts, pulleys, damping)
+    damped = solve_stiff_damping(h, before, after, chain, workspace, contacts, pulleys, damping)
+    add_friction_forces(contacts, 1.0 / chain.mass, after[VX], after[VY])
+    tangential_velocities(after[VX], after[VY], contacts, stick_bias)
     rubbed = 0.0
     for j in range(pulley.shape[1]):
-        mean = 0.5 * pulley[PULLEY_RADIUS, j] * (pulley[BEFORE, j] + pulley[ALPHA, j])
+        mean = 0.5 * pulley[PULLEY_RADIUS, j] * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
         rim = pulley[PULLEY_RADIUS, j] * pulley[ALPHA, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            rubbed += table[FRICTION, s] * (mean - 0.5 * (slip[s] + wish[s]))
-            slip[s] = rim - wish[s]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            rubbed += table[FRICTION, s] * (mean - 0.5 * (slip[s] + stick_bias[s]))
+            slip[s] = rim - stick_bias[s]
     return rubbed, damped
 
 
-@kernel
-def settle(mass, slots, pulleys, damping):
+@inline_kernel
+def solve_friction(mass, contacts, pulleys, damping):
     """Solve for friction and the speeds of free pulleys, where no stiff damping couples them."""
     if damping is None:
         pulley = pulleys.table
         for j in pulleys.free:
-            offer = pulley[INERTIA, j] * pulley[ALPHA, j]
-            pulley[ALPHA, j] = meet(j, pulley[BEFORE, j], offer, slots, pulleys, mass)
-        share_friction(slots, pulleys, mass, pulley[ALPHA])
+            external = pulley[INERTIA, j] * pulley[ALPHA, j]
+            pulley[ALPHA, j] = solve_pulley_motion(
+                j, pulley[SPEED_OLD, j], external, contacts, pulleys, mass
+            )
+        project_friction(contacts, pulleys, mass, pulley[ALPHA])
 
 
-@kernel
-def damp(h, before, after, chain, room, slots, pulleys, damping):
+@inline_kernel
+def solve_stiff_damping(h, before, after, chain, workspace, contacts, pulleys, damping):
     """Solve for friction, speeds and stiff dampers together; return the heat of the dampers."""
     if damping is not None:
-        return damp_and_strike(h, before, after, chain, room, slots, pulleys, damping)
+        return solve_damping_and_friction(
+            h, before, after, chain, workspace, contacts, pulleys, damping
+        )
     return 0.0
 
 
-@kernel
-def along_of(vx, vy, slots, along):
+@inline_kernel
+def tangential_velocities(vx, vy, contacts, along):
     """Write the velocities along t of the bodies that have a slot."""
-    nx, ny, body = slots.table[NX], slots.table[NY], slots.body
-    for s in range(slots.first[-1]):
+    nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
+    for s in range(contacts.offsets[-1]):
         i = body[s]
         along[s] = vy[i] * nx[s] - vx[i] * ny[s]
 
 
-@kernel
-def react(h, slots, pulleys, speeds):
+@inline_kernel
+def reaction_torques(h, contacts, pulleys, speeds):
     """Write the mean torque that it took to keep a prescribed speed."""
     if speeds is not None:
         pulley = pulleys.table
-        for j in speeds.which:
-            gained = pulley[INERTIA, j] * (pulley[ALPHA, j] - pulley[BEFORE, j])
-            pulley[TORQUE, j] = (gained + pulley[PULLEY_RADIUS, j] * grip(j, slots)) / h
+        for j in speeds.targets:
+            gained = pulley[INERTIA, j] * (pulley[ALPHA, j] - pulley[SPEED_OLD, j])
+            pulley[TORQUE, j] = (
+                gained + pulley[PULLEY_RADIUS, j] * total_friction(j, contacts)
+            ) / h
