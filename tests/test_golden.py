@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_writer
 from frictionsim.io.comparison import compare
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
@@ -35,9 +35,9 @@ def test_shipped_scenario_gives_its_golden_result(
     result = run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
     golden = GOLDEN / f"{name}.h5"
     if request.config.getoption("--update-golden"):
-        hdf5.write(result, golden)
+        hdf5_writer.write(result, golden)
     found = tmp_path / f"{name}.h5"
-    hdf5.write(result, found)
+    hdf5_writer.write(result, found)
     # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
     # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
     rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.settings import SolverSettings
@@ -124,8 +124,8 @@ def test_channels_of_the_output_are_the_only_channels(tmp_path: Path) -> None:
         assert run.quantities == whole.quantities
         assert run.checks == whole.checks
         assert run.transitions == whole.transitions
-        hdf5.write(run, tmp_path / "a.h5")
-        found = hdf5.read(tmp_path / "a.h5")
+        hdf5_writer.write(run, tmp_path / "a.h5")
+        found = hdf5_reader.read(tmp_path / "a.h5")
         assert found.channels.keys() == {"time", *run.channels}
         assert len(found.events["time"]) == 1
     assert "channels = []" in found.attributes["scenario"]
@@ -142,6 +142,6 @@ def test_a_channel_of_an_absent_effect_is_left_out_with_a_remark(
     assert run_command_line(arguments) == 0
     warning = "warning: output.channels: this scenario has no channel 'mode'; it is left out"
     assert capsys.readouterr().err == f"frictionsim: {warning}\n"
-    found = hdf5.read(tmp_path / "a.h5")
+    found = hdf5_reader.read(tmp_path / "a.h5")
     assert found.channels.keys() == {"time", "angle"}
     assert '"mode"' in found.attributes["scenario"]

@@ -162,11 +162,11 @@ def resume(
     NAME.partial.h5 is replaced by NAME.h5 once the run is done.
     """
     from frictionsim.cli.job import Job, simulate
-    from frictionsim.io import hdf5
+    from frictionsim.io import hdf5_reader
     from frictionsim.io.destination import Destination, whole_name
     from frictionsim.scenario.loading import scenario_from_result
 
-    checkpoint = hdf5.read_checkpoint(result)
+    checkpoint = hdf5_reader.read_checkpoint(result)
     loaded = scenario_from_result(result, checkpoint.scenario)
     job = Job(
         loaded,
@@ -321,11 +321,11 @@ def plot(
     ] = None,
 ) -> None:
     """Draw a view of a result file, or all: each into FILE-<view>.png."""
-    from frictionsim.io import hdf5
+    from frictionsim.io import hdf5_reader
     from frictionsim.plots import ALL, plot_all
     from frictionsim.plots import plot as draw
 
-    found = hdf5.read(result)
+    found = hdf5_reader.read(result)
     target = output or result.with_suffix(".png")
     if view != ALL:
         draw(found, target, view, body)

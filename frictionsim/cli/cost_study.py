@@ -74,10 +74,10 @@ def write_files(found: Study, options: Options) -> None:
     OutputError
     """
     if options.output is not None:
-        from frictionsim.io import hdf5
+        from frictionsim.io import hdf5_writer
         from frictionsim.work_precision.report import columns
 
-        hdf5.write_table(found.scenario, columns(found), found.status, options.output)
+        hdf5_writer.write_table(found.scenario, columns(found), found.status, options.output)
     if options.csv is not None:
         write_csv(found, options.csv)
     if options.plot is not None:

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.cli.messages import print_error, print_json, warn
 from frictionsim.cli.monitor import monitor_run
-from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, InputError, OutputError
+from frictionsim.errors import EXIT_DONE, InputError, OutputError
 from frictionsim.io.destination import Destination
-from frictionsim.results import failures
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
@@ -52,9 +51,6 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
         job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet
     ) as on_step:
         result = run(job.scenario, on_step, _checkpoint_writer(destination), job.checkpoint)
-        failed = failures(result.checks)
-        if result.status == "done" and failed:
-            result = result._replace(reason=f"self-audit failed: {failed}")
         # In here: a first signal does not come in between.
         place = destination.write(result)
         errors = None
@@ -74,14 +70,14 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
         print_run(result, output, errors)
     if errors is not None and not errors.errors:
         print_error(f"warning: {errors.method}")
-    return _exit_code(result, place, destination) or (errors.exit_code if errors else EXIT_DONE)
+    return _report_end(result, place, destination) or (errors.exit_code if errors else EXIT_DONE)
 
 
 def _checkpoint_writer(destination: Destination) -> "Callable[[RunResult], None]":
     """Return what writes a checkpoint; where that is not possible, the run is worth more."""
     said: set[str] = set()
 
-    def keep(part: "RunResult") -> None:
+    def write(part: "RunResult") -> None:
         try:
             destination.write(part)
         except OutputError as error:
@@ -89,16 +85,15 @@ def _checkpoint_writer(destination: Destination) -> "Callable[[RunResult], None]
                 print_error(f"warning: no checkpoint: {error}")
             said.add(str(error))
 
-    return keep
+    return write
 
 
-def _exit_code(result: "RunResult", place: Path | None, destination: Destination) -> int:
+def _report_end(result: "RunResult", place: Path | None, destination: Destination) -> int:
     """Say what went wrong, and return the exit code of a run."""
     if result.status == "done":
-        if not result.reason:
-            return EXIT_DONE
-        print_error(f"{result.reason}; do not trust {place}")
-        return EXIT_AUDIT_FAILED
+        if result.reason:
+            print_error(f"{result.reason}; do not trust {place}")
+        return result.exit_code
     print_error(f"run {result.status}: {result.reason}")
     whole = destination.whole
     if place is None:

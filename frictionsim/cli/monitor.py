@@ -10,7 +10,8 @@ from time import monotonic
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from frictionsim.errors import EXIT_SIGNAL, BudgetExceeded, Interrupted
+from frictionsim.errors import EXIT_SIGNAL, Interrupted
+from frictionsim.simulation.wall_time import WallTimeLimit
 
 if TYPE_CHECKING:
     from frictionsim.cli.tables import ProgressBar
@@ -18,9 +19,9 @@ if TYPE_CHECKING:
 STOPS = (signal.SIGINT, signal.SIGTERM)
 NO_SIGNAL = b"\0"
 CLEAR_LINE = "\r\x1b[K"  # of a terminal, where a status may stand
-CALLS_BETWEEN_LOOKS = 256  # at the clock: it costs as much as a tenth of a step
+STEPS_BETWEEN_UPDATES = 256  # of the bar; to read the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0
-# `timeout` and shells send a signal to a process and to its group: one wish that comes twice.
+# `timeout` and shells send a signal to a process and to its group: it may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
 
 
@@ -37,7 +38,7 @@ class RunMonitor:
         # When and where in the simulation this process was first; a resumed run is not at 0 then.
         self._begun, self._first = self._started, 0.0
         self._last = 0.0
-        self._max_wall = max_wall
+        self._limit = None if max_wall is None else WallTimeLimit(max_wall, duration)
         self._calls = 0
         self._signal = 0
         self._signalled = 0.0
@@ -55,15 +56,12 @@ class RunMonitor:
         """
         if self._signal:
             raise Interrupted(self._signal, t)
-        if self._max_wall is not None and monotonic() - self._started >= self._max_wall:
-            raise BudgetExceeded(
-                f"{self._max_wall:g} s of --max-wall are spent at t = {t:.9g} s of"
-                f" {self._duration:.9g} s; resume the run, give it more time, or looser tolerances"
-            )
+        if self._limit is not None:
+            self._limit(t)
         if self._calls == 0:
             self._go_from(t)
         self._calls += 1
-        if self._with_progress and self._calls % CALLS_BETWEEN_LOOKS == 0:
+        if self._with_progress and self._calls % STEPS_BETWEEN_UPDATES == 0:
             self._show(t)
 
     @contextmanager

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError, unknown
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 
 class Row(NamedTuple):
@@ -84,7 +84,7 @@ def compare(
         If the two cannot be compared: one is not readable, they are of different kinds, or two
         runs that are done were sampled at different times.
     """
-    result, golden = hdf5.read(result_path), hdf5.read(golden_path)
+    result, golden = hdf5_reader.read(result_path), hdf5_reader.read(golden_path)
     kinds = result.attributes["kind"], golden.attributes["kind"]
     if kinds[0] != kinds[1]:
         raise InputError(

@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.atomic_write import check_no_clobber, check_writable
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Destination:
         OutputError
         """
         if run.status == "done":
-            hdf5.write(run, self.whole)
+            hdf5_writer.write(run, self.whole)
             for part in self._written - {self.whole}:
                 with suppress(OSError):
                     part.unlink()
@@ -85,7 +85,7 @@ class Destination:
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and place.exists() and place != self._resumed:
             return None
-        hdf5.write(run, place)
+        hdf5_writer.write(run, place)
         self._written.add(place)
         return place
 
@@ -94,6 +94,6 @@ class Destination:
         if self._part is not None:
             return self._part
         place = self.whole
-        while hdf5.may_be_done(place):
+        while hdf5_reader.may_be_done(place):
             place = partial_name(place)
         return place

@@ -17,7 +17,7 @@ from frictionsim.scenario.kinds import KINDS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 ALL, BODY = "all", "body"
 

@@ -12,7 +12,7 @@ from frictionsim.plots.style import given, scenario_of
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
     Array = npt.NDArray[np.float64]
 

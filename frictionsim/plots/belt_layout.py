@@ -29,7 +29,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"

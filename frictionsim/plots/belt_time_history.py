@@ -35,7 +35,7 @@ from frictionsim.simulation.averages import last_part, time_mean
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 TENSION_HEIGHT = 4.0  # inches
 MAX_SAMPLES = 200  # in that mean

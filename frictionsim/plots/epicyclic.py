@@ -26,7 +26,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 TORQUES = {
     "drive_torque": "drive",

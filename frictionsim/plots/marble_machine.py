@@ -12,7 +12,7 @@ from frictionsim.plots.time_history import OTHER_EVENT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 HEIGHT = 5.5  # inches
 ROOM = 0.25  # of the range of load and friction, above and below it

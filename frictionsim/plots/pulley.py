@@ -14,7 +14,7 @@ from frictionsim.scenario.loading import ValidationFailure, validate
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
     from frictionsim.results import Quantities
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from frictionsim.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 # Okabe and Ito: told apart also by colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
     *("#0072B2", "#E69F00", "#009E73"),
     *("#CC79A7", "#56B4E9", "#000000"),
 )
-VERMILION, GREY, YELLOW = "#D55E00", "#777777", "#F0E442"
+VERMILION, GREY, WINE = "#D55E00", "#777777", "#882255"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # told apart in grey
 MAX_LINES = len(COLOURS)  # in one panel, where each has its own colour

@@ -28,7 +28,7 @@ from frictionsim.scenario.kinds import mechanism_module
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 PANEL_HEIGHT = 1.7  # inches
 MAX_MARKS = 60  # events; more would hide the channels

@@ -3,26 +3,19 @@
 from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from warnings import catch_warnings, simplefilter
 
-import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from frictionsim.errors import OutputError
+from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, save
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
 
-# Okabe and Ito without their yellow, then a grey and a wine: told apart also by colour-blind
-# readers. Marker and line style differ, too, for print in grey.
-COLOURS = (
-    *("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"),
-    *("#56B4E9", "#000000", "#777777", "#882255"),
-)
+LINE_COLOURS = (*COLOURS, WINE)
+# Marker and line style differ as colours do, for print in grey.
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
-FLOOR_COLOUR = "#E5E5E5"
-LEAST = 1e-16  # what has no error at all is drawn here
+MIN_ERROR = 1e-16  # where an error of zero is drawn
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand sides"))
 
 
@@ -49,26 +42,21 @@ def draw(study: "Study", path: Path) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
-    title = (study.scenario.title or study.scenario.kind).replace("$", r"\$")  # no formula
+    title = escape_mathtext(study.scenario.title or study.scenario.kind)
     figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
-    try:
-        with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
-            simplefilter("ignore")  # a title in letters that the font does not have
-            figure.savefig(path, dpi=100)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+    save(figure, path)
 
 
 def _draw_panel(panel: Any, study: "Study", quantity: str) -> None:
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.grid(linewidth=0.3)
-    errors = [max(row.error, LEAST) for row in study.rows if row.error is not None]
-    floor_height = max(study.floor, LEAST)
+    errors = [max(row.error, MIN_ERROR) for row in study.rows if row.error is not None]
+    floor_height = max(study.floor, MIN_ERROR)
     lowest = 10.0 ** floor(log10(min([floor_height, *errors]))) / 10.0
     panel.set_ylim(lowest, 10.0 * max([1.0, *errors]))
     if study.reference and study.reference.floor:
-        panel.axhspan(lowest, floor_height, color=FLOOR_COLOUR, linewidth=0, label="not to be told")
+        panel.axhspan(lowest, floor_height, color=STICK_COLOUR, linewidth=0, label="not to be told")
     names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
         rows = [row for row in study.rows if row.setting.line == name]
@@ -76,12 +64,12 @@ def _draw_panel(panel: Any, study: "Study", quantity: str) -> None:
 
 
 def _draw_backend(panel: Any, rows: "list[Row]", quantity: str, number: int, name: str) -> None:
-    colour = COLOURS[number % len(COLOURS)]
+    colour = LINE_COLOURS[number % len(LINE_COLOURS)]
     done = [row for row in rows if row.error is not None]
     if done:
         panel.plot(
             [getattr(row, quantity) for row in done],
-            [max(row.error or 0.0, LEAST) for row in done],
+            [max(row.error or 0.0, MIN_ERROR) for row in done],
             color=colour,
             marker=MARKERS[number % len(MARKERS)],
             linestyle=LINES[number % len(LINES)],

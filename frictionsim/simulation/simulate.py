@@ -1,12 +1,19 @@
 """One run: a scenario goes in; channels, transitions, quantities, checks and counts come out."""
 
 from collections.abc import Mapping
+from math import inf
 from time import perf_counter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import BudgetExceeded, Interrupted, NonFinite, SolverError
-from frictionsim.results import Channel, Check, Quantities, Transition
+from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
+    BudgetExceeded,
+    Interrupted,
+    NonFinite,
+    SolverError,
+)
+from frictionsim.results import Channel, Check, Quantities, Transition, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.checkpoint import dump_part, load_part
 
@@ -68,7 +75,7 @@ class RunResult(NamedTuple):
     warnings : tuple of str
         What a user should know before trusting the quantities: of the scenario, then of the run.
     failure : str
-        The kind of a failure, such as `event_storm`; empty if it has not failed.
+        The kind of a failure, such as `chattering`; empty if it has not failed.
     checkpoint : dict of arrays or None
         The state of the simulation, where a run that is not done can go on from it.
     """
@@ -121,7 +128,7 @@ class _Termination(NamedTuple):
 def run(
     scenario: "Scenario",
     on_step: "Callable[[float], Any]",
-    keep: "Callable[[RunResult], Any] | None" = None,
+    on_checkpoint: "Callable[[RunResult], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
 ) -> RunResult:
     """Simulate a scenario.
@@ -131,7 +138,7 @@ def run(
     scenario : Scenario
     on_step : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
-    keep : callable, optional
+    on_checkpoint : callable, optional
         Called with the run so far every `output.checkpoint` seconds.
     checkpoint : dict of arrays, optional
         Of an earlier run of the scenario, which goes on from there.
@@ -151,45 +158,44 @@ def run(
     if checkpoint is not None:
         simulation.restore(checkpoint)
         load_part(clock, "clock", checkpoint)
-    watcher = on_step
-    if keep is not None and scenario.output.checkpoint is not None:
-        on_step = _keeping(scenario, simulation, on_step, keep, scenario.output.checkpoint, clock)
-    return _run_of(scenario, simulation, _solve(simulation, watcher, on_step, clock), clock)
+    monitor = on_step
+    if on_checkpoint is not None and scenario.output.checkpoint is not None:
+        on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
+    return _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
 
 
-def _keeping(
+def _with_checkpoints(
     scenario: "Scenario",
     simulation: "Simulation",
     on_step: "Callable[[float], Any]",
-    keep: "Callable[[RunResult], Any]",
-    seconds: float,
+    on_checkpoint: "Callable[[RunResult], Any]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return a poll that also has the run so far kept every so many seconds."""
-    last = perf_counter()
+    """Return an on_step that also hands on the run so far every so many seconds."""
+    last, seconds = perf_counter(), scenario.output.checkpoint or inf
 
-    def poll_and_keep(t: float) -> None:
+    def step_and_checkpoint(t: float) -> None:
         nonlocal last
         on_step(t)
         if perf_counter() - last >= seconds:
             clock.stop()  # to write is not to solve
             reason = f"checkpoint at t = {t:.9g} s"
             outcome = _Termination("interrupted", reason, resumable=True)
-            keep(_run_of(scenario, simulation, outcome, clock))
+            on_checkpoint(_run_of(scenario, simulation, outcome, clock))
             last = perf_counter()
             clock.start()
 
-    return poll_and_keep
+    return step_and_checkpoint
 
 
 def _solve(
     simulation: "Simulation",
-    watcher: "Callable[[float], Any]",
+    monitor: "Callable[[float], Any]",
     on_step: "Callable[[float], Any]",
     clock: _Clock,
 ) -> _Termination:
     try:
-        clock.compiling += simulation.prepare(watcher)
+        clock.compiling += simulation.prepare(monitor)
         clock.start()
         try:
             simulation.solve(on_step)
@@ -213,6 +219,9 @@ def _run_of(
     if seen.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Termination("failed", reason, NonFinite.exit_code, NonFinite.failure)
+    failed = failures(seen.checks)
+    if outcome.status == "done" and failed:
+        outcome = _Termination("done", f"self-audit failed: {failed}", EXIT_AUDIT_FAILED)
     wanted = scenario.output.channels
     return RunResult(
         scenario=scenario,

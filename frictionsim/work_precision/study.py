@@ -4,14 +4,14 @@ import gc
 from collections.abc import Callable, Iterable
 from math import inf
 from statistics import median
-from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import BudgetExceeded, SolverError
+from frictionsim.errors import SolverError
 from frictionsim.results import failures
 from frictionsim.scenario.methods import BACKENDS
 from frictionsim.scenario.variants import Setting
 from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.wall_time import WallTimeLimit
 from frictionsim.work_precision.errors import Comparable, Error, max_relative_error, metric_errors
 from frictionsim.work_precision.settings import ScenarioVariants
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 SECONDS_OF_REPEATS = 1.0
 # References are few and worth waiting for.
 REFERENCE_TIME_FACTOR = 10.0
-CALLS_BETWEEN_LOOKS = 32  # at the clock
 
 OnStep = Callable[[float], Any]
 
@@ -100,30 +99,6 @@ class Study(NamedTuple):
         return max_relative_error(self.reference.floor) if self.reference else 0.0
 
 
-class WallTimeLimit:
-    """Called with the time of the simulation: ends a run that takes too long.
-
-    Parameters
-    ----------
-    on_step : callable
-        Called on.
-    max_wall : float, s
-    """
-
-    def __init__(self, on_step: OnStep, max_wall: float) -> None:
-        self._on_step, self._max_wall = on_step, max_wall
-        self._end = perf_counter() + max_wall
-        if hasattr(on_step, "compiling"):
-            self.compiling = on_step.compiling
-        self._calls = 0
-
-    def __call__(self, t: float) -> None:
-        self._on_step(t)
-        self._calls += 1
-        if self._calls % CALLS_BETWEEN_LOOKS == 0 and perf_counter() > self._end:
-            raise BudgetExceeded(f"{self._max_wall:g} s of wall time are spent at t = {t:.6g} s")
-
-
 class Stopped(Exception):
     """A signal ended a run of the study."""
 
@@ -190,7 +165,7 @@ class Benchmark:
         return Row(
             setting=setting,
             status=last.status,
-            reason=last.reason or _audit_text(judged, self._checks),
+            reason=_audit_text(judged, self._checks) if last.status == "done" else last.reason,
             wall_seconds=median(seconds),
             repeats=len(seconds),
             steps=statistics.steps,
@@ -220,7 +195,15 @@ class Benchmark:
 
 
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
-    found = run(scenario, WallTimeLimit(on_step, max_wall))
+    limit = WallTimeLimit(max_wall, scenario.solver.duration)
+
+    def step(t: float) -> None:
+        on_step(t)
+        limit(t)
+
+    if hasattr(on_step, "compiling"):
+        step.compiling = on_step.compiling  # type: ignore[attr-defined]
+    found = run(scenario, step)
     if found.status == "interrupted":
         raise Stopped(found)
     return found

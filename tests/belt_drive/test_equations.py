@@ -188,11 +188,11 @@ def test_all_effects_together(seed: int) -> None:
 
 def test_a_prescribed_speed_is_its_channel() -> None:
     both = Both(trio(), 1)
-    channel = signal_from(both.scenario.drive["driver"].speed)
+    signal = signal_from(both.scenario.drive["driver"].speed)
     table = both.model.pulleys.table
     # The sine of 2 rad and its derivative, in another order of operations.
-    assert table[SPEED, 0] == pytest.approx(channel(both.t), rel=1e-14)
-    assert table[ALPHA, 0] == pytest.approx(channel.derivative(both.t), rel=1e-13)
+    assert table[SPEED, 0] == pytest.approx(signal(both.t), rel=1e-14)
+    assert table[ALPHA, 0] == pytest.approx(signal.derivative(both.t), rel=1e-13)
     speeds = kinematics(both.rate, both.model)[6]
     assert np.array_equal(speeds, table[SPEED])
 
@@ -271,8 +271,8 @@ def test_channels_are_those_of_the_scenario() -> None:
     ]
     pieces = stack_pieces([pieces_in_time(table) for table in tables])
     for j, table in enumerate(tables):
-        channel = signal_from(table)
+        signal = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(pieces, j, t) == pytest.approx(channel(t), abs=1e-13)
-            assert derivative(pieces, j, t) == pytest.approx(channel.derivative(t), abs=1e-11)
+            assert value(pieces, j, t) == pytest.approx(signal(t), abs=1e-13)
+            assert derivative(pieces, j, t) == pytest.approx(signal.derivative(t), abs=1e-11)

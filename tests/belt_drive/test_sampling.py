@@ -10,7 +10,7 @@ import tomli_w
 import xarray
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_writer
 from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import Scenario, simulate
@@ -35,7 +35,7 @@ def done(request: pytest.FixtureRequest) -> RunResult:
 @pytest.fixture(scope="module")
 def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "belt.h5"
-    hdf5.write(done, path)
+    hdf5_writer.write(done, path)
     return path
 
 
@@ -70,7 +70,7 @@ def test_xarray_opens_it(result: Path) -> None:
 def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
     done = simulate(pair(output__channels=["sticking", "energy_input"], solver__duration=5e-3))
     path = tmp_path / "few.h5"
-    hdf5.write(done, path)
+    hdf5_writer.write(done, path)
     with h5py.File(path) as file:
         assert set(file) == {"time", "body", "sticking", "energy_input", "events"}
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 from frictionsim.plots import belt_time_history
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.style import BLACK, GREY, add_legend, grid, line
@@ -21,7 +21,7 @@ from tests.benchmarks.results_common import (
 )
 
 if TYPE_CHECKING:
-    from frictionsim.io.hdf5 import Result
+    from frictionsim.io.hdf5_reader import Result
 
 START = 0.5  # s, from which on means are taken
 PRINTED_SPEED, EXPECTED_SPEED = -22.5, -25.1  # rad/s, of the drive
@@ -77,7 +77,7 @@ def paper() -> None:
 def _solve(name: str, *options: str) -> Solved:
     line = ("solve", f"scenarios/{name}.toml", *options, "-o", f"results/{name}.h5", "--json")
     solver = json.loads(command(*line, codes=CODES))["solver"]
-    return Solved(hdf5.read(RESULTS / f"{name}.h5"), solver["wall_seconds"])
+    return Solved(hdf5_reader.read(RESULTS / f"{name}.h5"), solver["wall_seconds"])
 
 
 def _draw(name: str, view: str) -> None:

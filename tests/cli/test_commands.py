@@ -20,7 +20,7 @@ from frictionsim.cli import monitor
 from frictionsim.cli.commands import run_command_line
 from frictionsim.cli.tables import ProgressBar
 from frictionsim.errors import OutputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 from frictionsim.io.atomic_write import check_writable
 from frictionsim.results import Check, Quantity, quantities_json
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
@@ -133,7 +133,7 @@ def test_solve_prints_its_figures_and_writes_results_by_the_scenarios_name(
     for quantity in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
         assert quantity in done.stdout
     assert "result: results/pulley.h5" in done.stdout
-    assert hdf5.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
+    assert hdf5_reader.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
 
 
 def test_solve_writes_where_it_is_told_and_nowhere_else(here: Path) -> None:
@@ -238,7 +238,7 @@ def test_warnings_are_the_same_in_json_file_and_on_stderr(
         said = capsys.readouterr()
         assert json.loads(said.out)["warnings"] == warnings
         assert said.err.splitlines()[:2] == stderr
-        assert hdf5.read(Path("a.h5")).attributes["warnings"].splitlines() == warnings
+        assert hdf5_reader.read(Path("a.h5")).attributes["warnings"].splitlines() == warnings
 
     check("solve", "s.toml", "-o", "a.h5")
     Path("a.h5").unlink()
@@ -281,7 +281,7 @@ def test_the_pace_is_that_of_this_process(begin: float, monkeypatch: pytest.Monk
     """A run that is resumed at 6 s has not come there in no time; nor is compilation pace."""
     clock = 100.0
     monkeypatch.setattr(monitor, "monotonic", lambda: clock)
-    monkeypatch.setattr(monitor, "CALLS_BETWEEN_LOOKS", 1)
+    monkeypatch.setattr(monitor, "STEPS_BETWEEN_UPDATES", 1)
     monkeypatch.setattr("frictionsim.cli.tables.ProgressBar", Bar)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with monitor.monitor_run(10.0, with_progress=True) as on_step:
@@ -406,7 +406,7 @@ def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
     assert "the samples up to there are in a.h5, marked 'failed'" in said.err
     summary = json.loads(said.out)
     assert (summary["status"], summary["reason"][: len(reason)]) == ("failed", reason)
-    kept = hdf5.read(Path("a.h5"))
+    kept = hdf5_reader.read(Path("a.h5"))
     assert (kept.attributes["status"], kept.attributes["reason"]) == ("failed", summary["reason"])
     assert kept.channels["time"].size > 1
     assert all(np.isfinite(channel).all() for channel in kept.channels.values())
@@ -458,7 +458,7 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
     assert process.returncode == 128 + number
     assert errors.startswith("frictionsim: run interrupted: by SIG")
     assert "Traceback" not in errors
-    kept = hdf5.read(tmp_path / "a.h5")
+    kept = hdf5_reader.read(tmp_path / "a.h5")
     assert kept.attributes["status"] == "interrupted"
     t = kept.channels["time"]
     np.testing.assert_array_equal(t, 0.001 * np.arange(t.size))

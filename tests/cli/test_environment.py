@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -65,7 +65,7 @@ def test_a_closed_stdout_is_no_failure(command: str, tmp_path: Path) -> None:
 def test_a_reader_that_leaves_is_no_failure(tmp_path: Path) -> None:
     done = shell(f"set -o pipefail; frictionsim solve {PULLEY} | head -1", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert hdf5.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
+    assert hdf5_reader.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
 
 
 def test_letters_that_the_terminal_lacks_are_replaced(tmp_path: Path) -> None:
@@ -83,7 +83,7 @@ def test_a_failed_audit_is_marked_in_the_file(here: Path) -> None:
     force = "drive.force={time=[0,0.8,4,4.8],value=[1832.6,3113.75,3113.75,2224.1]}"
     arguments = ["--backend", "published", "--set", "solver.step=1e-3", "--set", force]
     assert run_command_line(["solve", RETURN, "-q", "-o", "a.h5", *arguments]) == 3
-    attributes = hdf5.read(here / "a.h5").attributes
+    attributes = hdf5_reader.read(here / "a.h5").attributes
     assert attributes["status"] == "done"
     assert attributes["reason"].startswith("self-audit failed: energy")
 
@@ -166,4 +166,4 @@ def test_a_sample_that_is_not_finite_is_never_in_a_file_that_is_done(
     steep = "drive.force={time=[0, 5e-324], value=[1832.6, 3113.75]}"
     assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", "--set", steep]) == 1
     assert "beyond the range of double precision" in capsys.readouterr().err
-    assert hdf5.read(here / "a.h5").attributes["status"] == "failed"
+    assert hdf5_reader.read(here / "a.h5").attributes["status"] == "failed"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import pulley, simulate
 
 # The defaults of the command line, which the tests below stay under or go over.
@@ -26,7 +26,7 @@ Compare = Callable[..., tuple[int, str]]
 def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result with one event, the breakaway between two samples; not to be changed."""
     path = tmp_path_factory.mktemp("golden") / "golden.h5"
-    hdf5.write(simulate(pulley()), path)
+    hdf5_writer.write(simulate(pulley()), path)
     return path
 
 
@@ -76,12 +76,12 @@ def rows(table: str) -> list[list[str]]:
 
 
 def final_angle(golden: Path) -> float:
-    return float(hdf5.read(golden).channels["angle"][-1])
+    return float(hdf5_reader.read(golden).channels["angle"][-1])
 
 
 def samples_beside_the_breakaway(golden: Path) -> tuple[int, float]:
     """Return the index of the first sample after the event, and its time after it."""
-    found = hdf5.read(golden)
+    found = hdf5_reader.read(golden)
     (event,) = found.events["time"]
     after = int(np.searchsorted(found.channels["time"], event, side="right"))
     return after, float(found.channels["time"][after] - event)
@@ -93,7 +93,7 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
     code, table = compare(nothing)
     assert code == 0
     found = rows(table)
-    channels = hdf5.read(golden).channels.keys() - {"time"}
+    channels = hdf5_reader.read(golden).channels.keys() - {"time"}
     beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
     assert {row[0] for row in found} == channels | beside | {"events"}
     assert all((row[1], row[-1]) == ("0", "ok") for row in found)
@@ -272,7 +272,7 @@ def test_a_run_that_stopped_early_differs_by_its_outcome(
     golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "short.h5"
-    hdf5.write(simulate(pulley(solver__max_steps=20)), path)
+    hdf5_writer.write(simulate(pulley(solver__max_steps=20)), path)
     assert run_command_line(["compare", str(path), str(golden)]) == 1
     assert "'failed', expected 'done'" in capsys.readouterr().out
 
@@ -305,7 +305,7 @@ def test_runs_sampled_differently_exit_2(
     change: dict[str, float], golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "other.h5"
-    hdf5.write(simulate(pulley(**change)), path)
+    hdf5_writer.write(simulate(pulley(**change)), path)
     assert run_command_line(["compare", str(path), str(golden)]) == 2
     assert "run both with one duration and one output.interval" in capsys.readouterr().err
 
@@ -336,7 +336,7 @@ def test_samples_at_events_are_each_result_s_own(
     """A run whose events are a little elsewhere, or not sampled, is sampled at the same times."""
     path = tmp_path / "other.h5"
     for change in ({"output__at_events": False}, {"solver__backend": "rkf45"}):
-        hdf5.write(simulate(pulley(**change)), path)
+        hdf5_writer.write(simulate(pulley(**change)), path)
         for pair in ((path, golden), (golden, path)):
             assert run_command_line(["compare", *map(str, pair)]) == 0
     said = capsys.readouterr()

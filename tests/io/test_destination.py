@@ -9,7 +9,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination, partial_name, whole_name
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import RunResult, run
@@ -32,7 +32,7 @@ def solve(*options: str) -> int:
 
 
 def status(path: str) -> str:
-    return hdf5.read(Path(path)).attributes["status"]
+    return hdf5_reader.read(Path(path)).attributes["status"]
 
 
 def stopping(after: int, error: Callable[[float], Exception]) -> RunResult:
@@ -180,13 +180,13 @@ def test_checkpoints_go_beside_what_is_done_and_leave_nothing(
 ) -> None:
     assert solve("-o", "a.h5") == 0
     written: list[Path] = []
-    write = hdf5.write
+    write = hdf5_writer.write
 
     def noting(result: RunResult, path: Path) -> None:
         written.append(path)
         write(result, path)
 
-    monkeypatch.setattr(hdf5, "write", noting)
+    monkeypatch.setattr(hdf5_writer, "write", noting)
     assert solve("-o", "a.h5", *OTHER, "--set", "output.checkpoint=1e-3") == 0
     assert len(written) > 1
     assert written == [Path("a.partial.h5")] * (len(written) - 1) + [Path("a.h5")]
@@ -280,14 +280,14 @@ def test_no_clobber_of_cost(option: str, here: Path, capsys: pytest.CaptureFixtu
 def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_run(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write = hdf5.write
+    write = hdf5_writer.write
 
     def refusing(result: RunResult, path: Path) -> None:
         if result.status != "done":
             raise OutputError("no room")
         write(result, path)
 
-    monkeypatch.setattr(hdf5, "write", refusing)
+    monkeypatch.setattr(hdf5_writer, "write", refusing)
     Path("s.toml").write_text(tomli_w.dumps(pulley(output__checkpoint=1e-4)))
     assert run_command_line(["solve", "s.toml", "-q", "-o", "a.h5"]) == 0
     assert capsys.readouterr().err == "frictionsim: warning: no checkpoint: no room\n"

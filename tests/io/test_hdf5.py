@@ -15,7 +15,7 @@ import xarray
 from frictionsim import __version__
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer, result_format
 from frictionsim.scenario.loading import load, resolved_toml
 from frictionsim.simulation.simulate import RunResult
 from tests.support.scenarios import SCENARIOS, pulley, simulate
@@ -36,7 +36,7 @@ def done() -> RunResult:
 def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The file of that run; not to be changed."""
     path = tmp_path_factory.mktemp("result") / "pulley.h5"
-    hdf5.write(done, path)
+    hdf5_writer.write(done, path)
     return path
 
 
@@ -55,7 +55,7 @@ def test_the_root_says_what_was_run_and_how_it_ended(done: RunResult, result: Pa
     with h5py.File(result) as file:
         attributes = dict(file.attrs)
     assert attributes == {
-        "format_version": hdf5.FORMAT_VERSION,
+        "format_version": result_format.FORMAT_VERSION,
         "frictionsim_version": __version__,
         "scenario": resolved_toml(done.scenario),
         "kind": "pulley",
@@ -69,7 +69,7 @@ def test_the_root_says_what_was_run_and_how_it_ended(done: RunResult, result: Pa
 
 
 def test_the_docstring_lists_what_a_fresh_file_has(result: Path) -> None:
-    layout = hdf5.__doc__ or ""
+    layout = hdf5_writer.__doc__ or ""
     root = layout.partition("attributes ")[2].partition("    /time")[0]
     names = re.sub(r"\([^)]*\)", "", root).split(",")
     documented = set(re.findall(r"/[a-z_/<>]*[a-z>]", layout))
@@ -106,7 +106,7 @@ def test_time_is_the_dimension_scale_of_every_channel_in_its_group(result: Path)
 
 
 def test_channels_are_those_of_the_run(done: RunResult, result: Path) -> None:
-    found = hdf5.read(result)
+    found = hdf5_reader.read(result)
     expected = {"time": done.time, **done.channels}
     assert found.channels.keys() == expected.keys()
     for name, values in expected.items():
@@ -115,7 +115,7 @@ def test_channels_are_those_of_the_run(done: RunResult, result: Path) -> None:
 
 
 def test_events_are_the_transitions_of_the_run(done: RunResult, result: Path) -> None:
-    found = hdf5.read(result)
+    found = hdf5_reader.read(result)
     events = zip(
         found.events["time"],
         [found.contacts[int(index)] for index in found.events["contact"]],
@@ -139,16 +139,16 @@ def test_an_effect_that_is_off_has_no_channel(
     effect: str, channels: set[str], result: Path, tmp_path: Path
 ) -> None:
     scenario = pulley(drive__force=SINE, **{f"effects__{effect}": None})
-    hdf5.write(simulate(scenario), tmp_path / "without.h5")
-    without = hdf5.read(tmp_path / "without.h5").channels.keys()
-    assert hdf5.read(result).channels.keys() - without == channels
+    hdf5_writer.write(simulate(scenario), tmp_path / "without.h5")
+    without = hdf5_reader.read(tmp_path / "without.h5").channels.keys()
+    assert hdf5_reader.read(result).channels.keys() - without == channels
 
 
 @pytest.mark.parametrize("force", [SINE, 2224.1], ids=["with events", "without an event"])
 def test_xarray_opens_a_file_unaided(force: Any, tmp_path: Path) -> None:
     done = simulate(pulley(drive__force=force))
     path = tmp_path / "a.h5"
-    hdf5.write(done, path)
+    hdf5_writer.write(done, path)
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["angle"].dims == ("time",)
         assert root["angle"].attrs["units"] == "rad"
@@ -175,8 +175,8 @@ def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
     times = [0.001 * i for i in range(20_000)]
     channel = {"time": times, "value": [1800.0 + t for t in times]}
     done = simulate(pulley(drive__force=channel))
-    hdf5.write(done, tmp_path / "a.h5")
-    text = hdf5.read(tmp_path / "a.h5").attributes["scenario"]
+    hdf5_writer.write(done, tmp_path / "a.h5")
+    text = hdf5_reader.read(tmp_path / "a.h5").attributes["scenario"]
     assert len(text) > 200_000
     (tmp_path / "again.toml").write_text(text)
     assert load(tmp_path / "again.toml") == done.scenario
@@ -184,8 +184,8 @@ def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("title", ["Трение, 摩擦 🙂", "[bold]", ""])
 def test_a_title_is_kept_as_it_is(title: str, tmp_path: Path) -> None:
-    hdf5.write(simulate(pulley(title=title, solver__duration=0.1)), tmp_path / "a.h5")
-    assert hdf5.read(tmp_path / "a.h5").attributes["title"] == title
+    hdf5_writer.write(simulate(pulley(title=title, solver__duration=0.1)), tmp_path / "a.h5")
+    assert hdf5_reader.read(tmp_path / "a.h5").attributes["title"] == title
 
 
 def not_hdf5(path: Path) -> None:
@@ -207,7 +207,7 @@ def foreign(path: Path) -> None:
 
 def newer(path: Path) -> None:
     with h5py.File(path, "r+") as file:
-        file.attrs["format_version"] = hdf5.FORMAT_VERSION + 1
+        file.attrs["format_version"] = result_format.FORMAT_VERSION + 1
 
 
 def without_events(path: Path) -> None:
@@ -263,7 +263,7 @@ def test_what_is_no_result_is_refused(
     path.write_bytes(result.read_bytes())
     damage(path)
     with pytest.raises(InputError) as refused:
-        hdf5.read(path)
+        hdf5_reader.read(path)
     assert str(refused.value).startswith(f"{path}: ")
     assert str(refused.value).endswith(message)
 
@@ -281,7 +281,7 @@ def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
     with monkeypatch.context() as patched:
         patched.setattr(place, name, fail)
         with pytest.raises(OutputError, match="cannot write the result: No space left on device"):
-            hdf5.write(done, path)
+            hdf5_writer.write(done, path)
     assert path.read_bytes() == b"the result of yesterday"
     assert os.listdir(tmp_path) == ["a.h5"]
 
@@ -291,15 +291,15 @@ def test_a_link_stays_a_link_to_the_new_result(done: RunResult, tmp_path: Path) 
     (tmp_path / "there" / "old.h5").write_bytes(b"the result of yesterday")
     link = tmp_path / "link.h5"
     link.symlink_to(Path("there") / "old.h5")
-    hdf5.write(done, link)
+    hdf5_writer.write(done, link)
     assert link.is_symlink()
-    assert hdf5.read(tmp_path / "there" / "old.h5").attributes["status"] == "done"
+    assert hdf5_reader.read(tmp_path / "there" / "old.h5").attributes["status"] == "done"
     assert os.listdir(tmp_path / "there") == ["old.h5"]
 
 
 def test_the_recorded_scenario_gives_the_recorded_run(result: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.toml"
-    again.write_text(hdf5.read(result).attributes["scenario"])
+    again.write_text(hdf5_reader.read(result).attributes["scenario"])
     copy = tmp_path / "again.h5"
     assert run_command_line(["solve", str(again), "-o", str(copy), "--quiet"]) == 0
     assert copy.read_bytes() == result.read_bytes()

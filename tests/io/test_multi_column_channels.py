@@ -12,7 +12,7 @@ import xarray
 from frictionsim.cli.json_output import run_json
 from frictionsim.cli.tables import print_run
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.comparison import Row, compare
 from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
@@ -61,15 +61,15 @@ def run() -> RunResult:
 
 @pytest.fixture
 def path(run: RunResult, tmp_path: Path) -> Path:
-    hdf5.write(run, tmp_path / "a.h5")
+    hdf5_writer.write(run, tmp_path / "a.h5")
     return tmp_path / "a.h5"
 
 
 @pytest.mark.parametrize("samples", [0, 1, SAMPLES])
 def test_what_is_read_is_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
-    hdf5.write(run, tmp_path / "a.h5")
-    found = hdf5.read(tmp_path / "a.h5")
+    hdf5_writer.write(run, tmp_path / "a.h5")
+    found = hdf5_reader.read(tmp_path / "a.h5")
     assert found.channels.keys() == {"time", *run.channels}
     for name, channel in run.channels.items():
         np.testing.assert_array_equal(found.channels[name], channel, err_msg=name)
@@ -95,8 +95,8 @@ def test_only_wide_channels_are_compressed_by_rows(path: Path) -> None:
 
 
 def test_an_axis_that_no_channel_has_is_not_written(run: RunResult, tmp_path: Path) -> None:
-    hdf5.write(run._replace(channels={"speed": run.channels["speed"]}), tmp_path / "a.h5")
-    assert hdf5.read(tmp_path / "a.h5").members.keys() == {"pulley"}
+    hdf5_writer.write(run._replace(channels={"speed": run.channels["speed"]}), tmp_path / "a.h5")
+    assert hdf5_reader.read(tmp_path / "a.h5").members.keys() == {"pulley"}
 
 
 def test_xarray_opens_it_unaided(run: RunResult, path: Path) -> None:
@@ -112,7 +112,7 @@ def test_xarray_opens_it_unaided(run: RunResult, path: Path) -> None:
 def test_two_files_of_a_run_have_identical_bytes(
     run: RunResult, path: Path, tmp_path: Path
 ) -> None:
-    hdf5.write(run, tmp_path / "b.h5")
+    hdf5_writer.write(run, tmp_path / "b.h5")
     assert path.read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
@@ -144,13 +144,13 @@ def test_columns_that_belong_to_nothing_are_refused(
     with h5py.File(path, "r+") as file:
         damage(file)
     with pytest.raises(InputError, match="it is HDF5, but not of frictionsim"):
-        hdf5.read(path)
+        hdf5_reader.read(path)
 
 
 def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
     """Return the row of a channel where a changed run is compared with the file."""
     other = path.with_name("other.h5")
-    hdf5.write(run._replace(**changes), other)
+    hdf5_writer.write(run._replace(**changes), other)
     rows = compare(other, path, 1e-6, 1e-9, 1e-6, []).rows
     assert [row.name for row in rows if not row.ok] in ([], [channel])
     return next(row for row in rows if row.name == channel)
@@ -185,7 +185,7 @@ def test_samples_beside_an_event_are_left_out(run: RunResult, path: Path) -> Non
     event = int(np.searchsorted(run.time, 1.5))
     values[event - 1 : event + 1] += 0.5
     other = path.with_name("other.h5")
-    hdf5.write(run._replace(channels=run.channels | {"tension": values}), other)
+    hdf5_writer.write(run._replace(channels=run.channels | {"tension": values}), other)
     assert compare(other, path, 1e-6, 1e-9, 0.01, []).same
     assert not compare(other, path, 1e-6, 1e-9, 1e-6, []).same
 
@@ -195,7 +195,7 @@ def test_few_members_are_drawn_each_with_its_name(
 ) -> None:
     monkeypatch.setattr(kind, "PANELS", ("speed", "tension"))
     picture = tmp_path / "a.svg"
-    plot(hdf5.read(path), picture)
+    plot(hdf5_reader.read(path), picture)
     text = picture.read_text()
     for label in ("pulley driver", "pulley driven", "speed,"):
         assert f"<!-- {label}" in text
@@ -206,11 +206,11 @@ def test_without_a_channel_for_its_panels_a_plot_takes_what_there_is(
     run: RunResult, path: Path, tmp_path: Path
 ) -> None:
     picture = tmp_path / "a.svg"
-    plot(hdf5.read(path), picture)
+    plot(hdf5_reader.read(path), picture)
     assert "<!-- belt speed" in picture.read_text()
-    hdf5.write(run._replace(channels={"tension": run.channels["tension"]}), path)
+    hdf5_writer.write(run._replace(channels={"tension": run.channels["tension"]}), path)
     with pytest.raises(InputError, match="no channel that can be drawn as a line"):
-        plot(hdf5.read(path), picture)
+        plot(hdf5_reader.read(path), picture)
 
 
 def test_transitions_without_a_position_have_none_in_json_and_table(

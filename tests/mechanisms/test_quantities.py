@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_writer
 from frictionsim.results import Quantities
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.simulation.simulate import RunResult
@@ -47,7 +47,7 @@ def room() -> Iterator[Path]:
 
 def recorded(done: RunResult, room: Path) -> Record:
     """Return what stands in the file of a run."""
-    hdf5.write(done, room / "a.h5")
+    hdf5_writer.write(done, room / "a.h5")
     return read(room / "a.h5")
 
 

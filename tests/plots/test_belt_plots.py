@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5
-from frictionsim.io.hdf5 import Result
+from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.io.hdf5_reader import Result
 from frictionsim.plots import VIEWS, plot
 from frictionsim.plots.belt_geometry import BeltLine, first_free_body, middle_of_first_span, runs
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
@@ -35,8 +35,8 @@ def picture(tmp_path: Path) -> Callable[..., str]:
 
 
 def read_back(run: object, tmp_path: Path) -> Result:
-    hdf5.write(run, tmp_path / "a.h5")  # type: ignore[arg-type]
-    return hdf5.read(tmp_path / "a.h5")
+    hdf5_writer.write(run, tmp_path / "a.h5")  # type: ignore[arg-type]
+    return hdf5_reader.read(tmp_path / "a.h5")
 
 
 def without(*names: str) -> object:
@@ -54,7 +54,7 @@ def test_a_view_needs_just_its_channels(view: str, picture: Callable[..., str]) 
 
 
 def test_missing_channels_are_told_by_the_command(cli: Callable, tmp_path: Path) -> None:
-    hdf5.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
+    hdf5_writer.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
     done = cli("plot", "a.h5", "--view", "drive")
     assert (done.returncode, done.stdout) == (2, "")
     assert "this result has no channel x, tension; the view needs x, y, tension," in done.stderr
@@ -98,7 +98,7 @@ def test_a_body_is_chosen_by_its_number(picture: Callable[..., str]) -> None:
 
 
 def test_a_body_that_is_not_there_is_refused(cli: Callable, tmp_path: Path) -> None:
-    hdf5.write(belt_run(samples=3), tmp_path / "a.h5")
+    hdf5_writer.write(belt_run(samples=3), tmp_path / "a.h5")
     for number in ("150", "-1"):
         done = cli("plot", "a.h5", "--view", "body", f"--body={number}")
         assert (done.returncode, done.stdout) == (2, "")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.plots import VIEWS, plot, plot_all, views_of
 from frictionsim.plots.time_history import label_rows
 from frictionsim.simulation.simulate import RunResult
@@ -38,9 +38,9 @@ def run_of(name: str) -> RunResult:
 
 def drawn(run: RunResult, tmp_path: Path, view: str | None = None, body: int | None = None) -> str:
     """Return the picture of a run as the text of an SVG."""
-    hdf5.write(run, tmp_path / "drawn.h5")
+    hdf5_writer.write(run, tmp_path / "drawn.h5")
     picture = tmp_path / "drawn.svg"
-    plot(hdf5.read(tmp_path / "drawn.h5"), picture, view, body)
+    plot(hdf5_reader.read(tmp_path / "drawn.h5"), picture, view, body)
     return picture.read_text()
 
 
@@ -51,8 +51,8 @@ def views() -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize(("name", "view"), views())
 def test_every_view_is_drawn_small_and_always_alike(name: str, view: str, tmp_path: Path) -> None:
-    hdf5.write(run_of(name), tmp_path / "a.h5")
-    result = hdf5.read(tmp_path / "a.h5")
+    hdf5_writer.write(run_of(name), tmp_path / "a.h5")
+    result = hdf5_reader.read(tmp_path / "a.h5")
     for picture in ("a.png", "b.png"):
         plot(result, tmp_path / picture, view)
     picture = (tmp_path / "a.png").read_bytes()
@@ -61,15 +61,15 @@ def test_every_view_is_drawn_small_and_always_alike(name: str, view: str, tmp_pa
 
 
 @pytest.fixture
-def result(tmp_path: Path) -> hdf5.Result:
+def result(tmp_path: Path) -> hdf5_reader.Result:
     path = tmp_path / "pulley.h5"
-    hdf5.write(simulate(pulley()), path)
-    return hdf5.read(path)
+    hdf5_writer.write(simulate(pulley()), path)
+    return hdf5_reader.read(path)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
 def test_the_same_result_gives_the_same_picture(
-    result: hdf5.Result, suffix: str, tmp_path: Path
+    result: hdf5_reader.Result, suffix: str, tmp_path: Path
 ) -> None:
     pictures = [tmp_path / f"{name}{suffix}" for name in ("a", "b")]
     for picture in pictures:
@@ -77,7 +77,7 @@ def test_the_same_result_gives_the_same_picture(
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
-def test_panels_name_channel_and_unit(result: hdf5.Result, tmp_path: Path) -> None:
+def test_panels_name_channel_and_unit(result: hdf5_reader.Result, tmp_path: Path) -> None:
     picture = tmp_path / "pulley.svg"
     plot(result, picture)
     text = picture.read_text()
@@ -85,7 +85,7 @@ def test_panels_name_channel_and_unit(result: hdf5.Result, tmp_path: Path) -> No
         assert f"<!-- {label}" in text, label
 
 
-def test_other_formats_and_places_are_refused(result: hdf5.Result, tmp_path: Path) -> None:
+def test_other_formats_and_places_are_refused(result: hdf5_reader.Result, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"written as .png, .pdf, .svg"):
         plot(result, tmp_path / "pulley.jpg")
     with pytest.raises(OutputError, match="cannot write the picture"):
@@ -93,14 +93,14 @@ def test_other_formats_and_places_are_refused(result: hdf5.Result, tmp_path: Pat
 
 
 def test_plot_command_names_what_it_wrote(cli: Callable, tmp_path: Path) -> None:
-    hdf5.write(simulate(pulley(effects=None)), tmp_path / "bare.h5")
+    hdf5_writer.write(simulate(pulley(effects=None)), tmp_path / "bare.h5")
     done = cli("plot", "bare.h5")
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "bare.png", "")
     assert (tmp_path / "bare.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_all_views_are_drawn_each_into_its_file(cli: Callable, tmp_path: Path) -> None:
-    hdf5.write(run_of("epicyclic"), tmp_path / "gear.h5")
+    hdf5_writer.write(run_of("epicyclic"), tmp_path / "gear.h5")
     done = cli("plot", "gear.h5", "--view", "all", "-o", "g.svg")
     names = [f"g-{view}.svg" for view in ("response", "torque", "path")]
     assert (done.returncode, done.stdout.split(), done.stderr) == (0, names, "")
@@ -109,7 +109,7 @@ def test_all_views_are_drawn_each_into_its_file(cli: Callable, tmp_path: Path) -
 
 def test_a_view_that_cannot_be_drawn_is_left_out_of_all(cli: Callable, tmp_path: Path) -> None:
     bare = changed(scenario("epicyclic"), effects__tracer_point=None)
-    hdf5.write(simulate(bare), tmp_path / "gear.h5")
+    hdf5_writer.write(simulate(bare), tmp_path / "gear.h5")
     done = cli("plot", "gear.h5", "--view", "all")
     assert (done.returncode, done.stdout.split()) == (0, ["gear-response.png", "gear-torque.png"])
     assert "left out: cannot draw the view 'path'" in done.stderr
@@ -130,7 +130,7 @@ def test_a_view_that_cannot_be_drawn_is_left_out_of_all(cli: Callable, tmp_path:
 def test_what_cannot_be_drawn_is_refused(
     arguments: list[str], message: str, cli: Callable, tmp_path: Path
 ) -> None:
-    hdf5.write(run_of("pulley"), tmp_path / "a.h5")
+    hdf5_writer.write(run_of("pulley"), tmp_path / "a.h5")
     done = cli("plot", "a.h5", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert message in done.stderr
@@ -153,11 +153,11 @@ def test_one_sample_is_enough(tmp_path: Path) -> None:
     for name, kind in (SHIPPED | {"two pulleys": "belt_drive"}).items():
         run = run_of(name)
         first = {channel: values[:1] for channel, values in run.channels.items()}
-        hdf5.write(
+        hdf5_writer.write(
             run._replace(time=run.time[:1], channels=first, transitions=[], sides={}),
             tmp_path / "a.h5",
         )
-        written, reasons = plot_all(hdf5.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
+        written, reasons = plot_all(hdf5_reader.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
         assert (len(written), reasons) == (len(VIEWS[kind]), [])
 
 
@@ -184,16 +184,16 @@ def test_a_picture_of_many_events_is_small_and_marks_none(tmp_path: Path) -> Non
     sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
     run = simulate(pulley(drive__force=sine, solver__duration=60.0))
     assert "events, not marked" in drawn(run, tmp_path)
-    plot(hdf5.read(tmp_path / "drawn.h5"), tmp_path / "a.png")
+    plot(hdf5_reader.read(tmp_path / "drawn.h5"), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size < MOST_BYTES
 
 
 def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path) -> None:
-    hdf5.write(run_of("pulley"), tmp_path / "a.h5")
+    hdf5_writer.write(run_of("pulley"), tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file.attrs["scenario"] = file.attrs["scenario"].replace("cord_radius", "radius_of_the_cord")
     picture = tmp_path / "a.svg"
-    plot(hdf5.read(tmp_path / "a.h5"), picture)
+    plot(hdf5_reader.read(tmp_path / "a.h5"), picture)
     assert "to lift" not in picture.read_text()
 
 
@@ -208,11 +208,11 @@ def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path
 def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
     name: str, view: str, scenario: str, message: str, tmp_path: Path
 ) -> None:
-    hdf5.write(run_of(name), tmp_path / "a.h5")
+    hdf5_writer.write(run_of(name), tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file.attrs["scenario"] = scenario
     with pytest.raises(InputError, match=message):
-        plot(hdf5.read(tmp_path / "a.h5"), tmp_path / "a.png", view)
+        plot(hdf5_reader.read(tmp_path / "a.h5"), tmp_path / "a.png", view)
 
 
 @pytest.mark.parametrize(

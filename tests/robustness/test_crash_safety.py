@@ -17,7 +17,7 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -75,7 +75,7 @@ def assert_target_is_sound(target: Path, whole: bytes, before: bytes | None) -> 
         return "old"
     if content == whole:
         return "done"
-    assert hdf5.read(target).attributes["status"] == "interrupted"
+    assert hdf5_reader.read(target).attributes["status"] == "interrupted"
     assert run_command_line(["resume", str(target), "-q"]) == 0
     assert target.read_bytes() == whole
     return "interrupted"
@@ -143,7 +143,7 @@ def test_a_checkpointed_file_can_be_read_at_any_time(
     with started("solve", whole[0], "-q", "-o", "a.h5", cwd=tmp_path) as process:
         while process.on_step() is None:
             if target.exists():
-                found = hdf5.read(target)
+                found = hdf5_reader.read(target)
                 assert np.all(np.isfinite(found.channels["angle"]))
                 times.add(found.channels["time"].size)
             time.sleep(0.01)

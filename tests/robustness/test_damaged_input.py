@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import ROOT, pulley, simulate
 
 COUNTS = {"toml": 150, "csv": 150, "bytes": 150, "hdf5": 60}
@@ -51,7 +51,7 @@ def test_thousands_of_damaged_inputs_are_told_in_a_sentence(
 
 def test_every_flipped_bit_is_noticed(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
-    hdf5.write(simulate(pulley(output__interval=1.0)), path)
+    hdf5_writer.write(simulate(pulley(output__interval=1.0)), path)
     content = path.read_bytes()
     end = len(content) - len("\nfrictionsim crc32 01234567\n")
     for place in range(0, end, 97):
@@ -59,12 +59,12 @@ def test_every_flipped_bit_is_noticed(tmp_path: Path) -> None:
         changed[place] ^= 1 << place % 8
         path.write_bytes(changed)
         with pytest.raises(InputError, match="cannot read this result: it is damaged"):
-            hdf5.read(path)
+            hdf5_reader.read(path)
 
 
 def test_a_file_without_a_seal_is_read(tmp_path: Path) -> None:
     """As one is that another program has changed."""
     path = tmp_path / "a.h5"
-    hdf5.write(simulate(pulley(output__interval=1.0)), path)
+    hdf5_writer.write(simulate(pulley(output__interval=1.0)), path)
     path.write_bytes(path.read_bytes()[: -len("\nfrictionsim crc32 01234567\n")])
-    assert hdf5.read(path).attributes["status"] == "done"
+    assert hdf5_reader.read(path).attributes["status"] == "done"

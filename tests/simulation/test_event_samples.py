@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SINGLE_DOF
 from frictionsim.simulation.simulate import RunResult, run
@@ -134,8 +134,8 @@ def test_one_sample_stands_where_an_event_falls_on_a_regular_one(backend: str) -
 def test_only_recorded_channels_have_sides_with_their_units(tmp_path: Path) -> None:
     found = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
     path = tmp_path / "a.h5"
-    hdf5.write(found, path)
-    events = hdf5.read(path).events
+    hdf5_writer.write(found, path)
+    events = hdf5_reader.read(path).events
     sides = {"friction_torque_before", "friction_torque_after"}
     assert events.keys() == {"time", "contact", "mode_from", "mode_to", "angle"} | sides
     import h5py

@@ -10,7 +10,7 @@ import tomli_w
 
 from frictionsim import errors
 from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader
 from tests.support.scenarios import Scenario, pulley, simulate
 
 CHATTERING = pulley(solver={"backend": "published", "duration": 3.0}, drive__force=2224.1)
@@ -69,7 +69,7 @@ def test_a_failure_is_told_by_its_name(
     assert advice in reason
     assert "'shaft'" in reason
     assert f"run failed: {reason}" in said.err
-    kept = hdf5.read(target)
+    kept = hdf5_reader.read(target)
     found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
     assert found == {"status": "failed", "failure": name, "reason": reason}
     assert all(np.isfinite(channel).all() for channel in kept.channels.values())
@@ -108,7 +108,7 @@ def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
     target = tmp_path / "a.h5"
     assert run_command_line(["solve", str(tmp_path / "s.toml"), "-q", "-o", str(target)]) == 1
-    attributes = hdf5.read(target).attributes
+    attributes = hdf5_reader.read(target).attributes
     assert attributes["failure"] == "diverged"
     assert "J were put in: the motion blows up" in attributes["reason"]
 

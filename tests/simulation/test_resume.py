@@ -14,7 +14,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, InputError
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.simulation.single_dof import SingleDofSimulation
@@ -45,22 +45,22 @@ def calls_of(data: Scenario) -> int:
 
 def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> RunResult:
     """Go on with the run of a file."""
-    scenario, state = hdf5.read_checkpoint(path)
+    scenario, state = hdf5_reader.read_checkpoint(path)
     return run(scenario_from_result(path, scenario), on_step, checkpoint=state)
 
 
 def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]) -> None:
     """Stop a run after so many polls each time; its last file must be that of the whole run."""
     whole, part = folder / "whole.h5", folder / "part.h5"
-    hdf5.write(simulate(data), whole)
+    hdf5_writer.write(simulate(data), whole)
     result = run(validate(data, SCENARIOS), stopping(places[0]))
     for place in [*places[1:], None]:
         assert (result.status, result.failure) == ("failed", "budget_exceeded")
-        hdf5.write(result, part)
+        hdf5_writer.write(result, part)
         result = resumed(part, stopping(place) if place is not None else lambda t: None)
         if result.status == "done":
             break
-    hdf5.write(result, part)
+    hdf5_writer.write(result, part)
     assert part.read_bytes() == whole.read_bytes()
 
 
@@ -120,7 +120,7 @@ def test_every_place_to_interrupt_gives_the_same_bytes(backend: str, tmp_path: P
 
 def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
     data = pulley(drive__force=SINE)
-    hdf5.write(simulate(data), tmp_path / "whole.h5")
+    hdf5_writer.write(simulate(data), tmp_path / "whole.h5")
     path = tmp_path / "a.h5"
     result = simulate(changed(data, solver__max_steps=50))
     turns = 0
@@ -129,10 +129,10 @@ def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
             "budget_exceeded",
             50 * (turns + 1),
         )
-        hdf5.write(result, path)
+        hdf5_writer.write(result, path)
         result, turns = resumed(path), turns + 1
     assert turns > 5
-    whole = hdf5.read(tmp_path / "whole.h5")
+    whole = hdf5_reader.read(tmp_path / "whole.h5")
     for name, channel in result.channels.items():
         np.testing.assert_array_equal(channel, whole.channels[name], err_msg=name)
 
@@ -150,7 +150,7 @@ def test_the_seconds_are_those_of_all_parts(
         # Each part looks at the clock twice, as it begins and ends.
         seconds = result.statistics.wall_seconds, result.statistics.compile_seconds
         assert seconds == (1.0 * part, 2.5 * part)
-        hdf5.write(result, path)
+        hdf5_writer.write(result, path)
         result = resumed(path, stopping(5))
 
 
@@ -184,16 +184,16 @@ def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
 
     def keep(part: RunResult) -> None:
         kept.append(tmp_path / f"{len(kept)}.h5")
-        hdf5.write(part, kept[-1])
+        hdf5_writer.write(part, kept[-1])
 
     whole = tmp_path / "whole.h5"
-    hdf5.write(run(scenario, lambda t: None, keep), whole)
+    hdf5_writer.write(run(scenario, lambda t: None, keep), whole)
     assert kept
     for path in kept:
-        attributes = hdf5.read(path).attributes
+        attributes = hdf5_reader.read(path).attributes
         assert attributes["status"] == "interrupted"
         assert attributes["reason"].startswith("checkpoint at t = ")
-    hdf5.write(resumed(kept[len(kept) // 2]), tmp_path / "again.h5")
+    hdf5_writer.write(resumed(kept[len(kept) // 2]), tmp_path / "again.h5")
     assert (tmp_path / "again.h5").read_bytes() == whole.read_bytes()
 
 
@@ -208,7 +208,7 @@ def test_the_command_goes_on_in_place(
     said = capsys.readouterr().err
     assert "run failed: 1e-09 s of --max-wall are spent at t = 0 s of 3 s; resume the run" in said
     assert "'frictionsim resume a.h5' goes on from there" in said
-    assert hdf5.read(Path("a.h5")).attributes["failure"] == "budget_exceeded"
+    assert hdf5_reader.read(Path("a.h5")).attributes["failure"] == "budget_exceeded"
     assert run_command_line(["resume", "a.h5", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert (summary["status"], summary["failure"], summary["output"]) == ("done", "", "a.h5")
@@ -231,7 +231,7 @@ def test_max_steps_is_a_budget_that_the_file_names(
 @pytest.fixture
 def stopped(tmp_path: Path) -> Path:
     path = tmp_path / "a.h5"
-    hdf5.write(run(validate(pulley(), SCENARIOS), stopping(30)), path)
+    hdf5_writer.write(run(validate(pulley(), SCENARIOS), stopping(30)), path)
     return path
 
 
@@ -284,15 +284,17 @@ def test_what_cannot_go_on_is_refused_with_a_sentence(
 def test_a_scenario_that_is_no_longer_valid_is_refused(
     stopped: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkpoint = hdf5.read_checkpoint(stopped)
+    checkpoint = hdf5_reader.read_checkpoint(stopped)
     text = checkpoint.scenario.replace("inertia", "inertial")
-    monkeypatch.setattr(hdf5, "read_checkpoint", lambda path: checkpoint._replace(scenario=text))
+    monkeypatch.setattr(
+        hdf5_reader, "read_checkpoint", lambda path: checkpoint._replace(scenario=text)
+    )
     with pytest.raises(InputError, match=r"a\.h5: its scenario is not valid: mechanism\.inertia"):
         resumed(stopped)
 
 
 def test_the_state_of_another_scenario_is_refused(stopped: Path) -> None:
-    state = hdf5.read_checkpoint(stopped).state
+    state = hdf5_reader.read_checkpoint(stopped).state
     for other in (pulley(solver__backend="rkf45"), pulley(effects__air_drag=None)):
         with pytest.raises(InputError, match="its checkpoint is not of this scenario: "):
             run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
@@ -304,7 +306,7 @@ def test_an_old_scenario_file_is_not_needed(tmp_path: Path) -> None:
     scenario = tmp_path / "s.toml"
     scenario.write_text(tomli_w.dumps(pulley(drive__force={"csv": "force.csv"})))
     target = tmp_path / "a.h5"
-    hdf5.write(run(load(scenario), stopping(20)), target)
+    hdf5_writer.write(run(load(scenario), stopping(20)), target)
     (tmp_path / "force.csv").unlink()
     scenario.unlink()
     assert resumed(target).status == "done"

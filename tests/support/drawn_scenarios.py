@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.scenario.loading import scenario_from_result, validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, Scenario, simulate
@@ -183,8 +183,8 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 def assert_sound(data: Scenario, folder: Path) -> str:
     """See that the file of a scenario says no more than is true; return how the run ended."""
     done = simulate(data)
-    hdf5.write(done, folder / "a.h5")
-    kept = hdf5.read(folder / "a.h5")
+    hdf5_writer.write(done, folder / "a.h5")
+    kept = hdf5_reader.read(folder / "a.h5")
     for name, signal in (*kept.channels.items(), *kept.events.items()):
         assert np.all(np.isfinite(signal)), name
     assert kept.attributes["status"] == done.status
@@ -225,11 +225,11 @@ def assert_splitting_changes_nothing(data: Scenario, share: float, folder: Path)
     done = simulate(data)
     if done.status != "done":  # its checkpoint has the seconds that it took, in which no two agree
         return
-    hdf5.write(done, whole)
+    hdf5_writer.write(done, whole)
     first = run(validate(data, SCENARIOS), on_step)
-    hdf5.write(first, part)
+    hdf5_writer.write(first, part)
     if first.reason == "split here":
-        scenario, state = hdf5.read_checkpoint(part)
+        scenario, state = hdf5_reader.read_checkpoint(part)
         rest = run(scenario_from_result(part, scenario), lambda t: None, checkpoint=state)
-        hdf5.write(rest, part)
+        hdf5_writer.write(rest, part)
     assert part.read_bytes() == whole.read_bytes()

@@ -25,7 +25,7 @@ import numpy as np
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io import hdf5
+from frictionsim.io import hdf5_writer
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, changed, pulley, simulate
@@ -103,7 +103,7 @@ def sources(folder: Path) -> list[bytes]:
     path = folder / "source.h5"
     found = []
     for result in (simulate(data), run(validate(data, SCENARIOS), on_step)):
-        hdf5.write(result, path)
+        hdf5_writer.write(result, path)
         found.append(path.read_bytes())
     return found
 

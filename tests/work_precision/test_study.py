@@ -233,7 +233,7 @@ def test_a_run_that_takes_too_long_is_reported() -> None:
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
     found = benchmark.row(slow, reference, ignore)
     assert found.status == "failed"
-    assert found.reason.startswith("0.001 s of wall time are spent at t = ")
+    assert found.reason.startswith("0.001 s of --max-wall are spent at t = ")
 
 
 def test_no_reference_is_an_error() -> None:

@@ -14,7 +14,7 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
     spans             the tension of each span
     quantities        the summary and the audit, of which torque_balance is a part
     run_warnings      what to know before trusting them
-    equilibrium_quantities  tensions, lengths and loads at rest
+    static_quantities the belt at rest
     work_precision    what the cost of accuracy is judged by, and the settings to compare
 
 References
@@ -59,6 +59,6 @@ def simulation(scenario: BeltDriveScenario) -> "Simulation":
 
 def statics(scenario: BeltDriveScenario) -> Quantities:
     """Return the belt at rest at its pretension, without friction."""
-    from frictionsim.mechanisms.belt_drive.equilibrium_quantities import equilibrium_quantities
+    from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
 
     return equilibrium_quantities(scenario)

@@ -1,0 +1,227 @@
+"""Read result files in HDF5, whatever is in them: see `hdf5_writer` for what a file holds."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.errors import InputError
+from frictionsim.io.checksum import checksum_mismatch
+from frictionsim.io.result_format import FORMAT_VERSION, numbered_members, state_digest
+
+ATTRIBUTES = (
+    "backend",
+    "frictionsim_version",
+    "kind",
+    "reason",
+    "scenario",
+    "status",
+    "title",
+)
+GROUPS = ("events", "checkpoint")
+# DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
+MAX_GZIP_RATIO = 1032
+
+
+class Result(NamedTuple):
+    """A result file, read whole.
+
+    Attributes
+    ----------
+    attributes : dict of str
+    channels : dict of (n,) or (n, k) arrays, `time` among them
+    units, long_names : dict of str
+    axes : dict of str
+        What the columns of a channel belong to; empty for a channel of (n,).
+    members : dict of tuple of str
+        The names of the members of each axis, or their numbers.
+    events : dict of (m,) arrays, `time` among them
+    contacts : list of str
+        What the indices of `events["contact"]` stand for.
+    """
+
+    attributes: dict[str, str]
+    channels: dict[str, Any]
+    units: dict[str, str]
+    long_names: dict[str, str]
+    axes: dict[str, str]
+    members: dict[str, tuple[str, ...]]
+    events: dict[str, Any]
+    contacts: list[str]
+
+
+def read(path: Path) -> Result:
+    """Read a result file.
+
+    Raises
+    ------
+    InputError
+        If it is not there, not HDF5, not of frictionsim, or of another format version.
+    """
+    with _opened(path) as file:
+        return _read(file)
+
+
+def may_be_done(path: Path) -> bool:
+    """Return whether a file holds a result that is done, or something that cannot be told.
+
+    An empty file holds nothing.
+    """
+    try:
+        empty = path.stat().st_size == 0
+    except OSError:  # nothing can be there
+        return False
+    try:
+        if empty or checksum_mismatch(path):
+            return not empty
+        with h5py.File(path, "r") as file:
+            return _text(file.attrs["status"]) not in ("interrupted", "failed")
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError):
+        return True
+
+
+class Checkpoint(NamedTuple):
+    """What a run can go on from: its scenario as TOML, and the state of its solver."""
+
+    scenario: str
+    state: dict[str, Any]
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read what a result file has for its run to go on.
+
+    Raises
+    ------
+    InputError
+        As `read`; or if the run is done, cannot go on, or is of another version of the program.
+    """
+    with _opened(path) as file:
+        attributes = _attributes(file)
+        reason = _resume_obstacle(file, attributes)
+        if reason:
+            raise InputError(f"{path}: cannot resume this run: {reason}")
+        state = {name: _check_size(item)[...] for name, item in file["checkpoint"].items()}
+        if file["checkpoint"].attrs["digest"] != state_digest(attributes, state):
+            raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
+    return Checkpoint(attributes["scenario"], state)
+
+
+def _resume_obstacle(file: Any, attributes: dict[str, str]) -> str:
+    if attributes["status"] == "done":
+        return "it is done"
+    if attributes["frictionsim_version"] != __version__:
+        return (
+            f"it is of version {attributes['frictionsim_version']}, this is {__version__}; solve"
+            " its scenario anew"
+        )
+    if "checkpoint" not in file:
+        return f"it has no checkpoint ({attributes['status']}: {attributes['reason']})"
+    return ""
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a result file of this format; what is wrong with it in here is said of the file."""
+    try:
+        if checksum_mismatch(path):
+            raise InputError(f"{path}: cannot read this result: it is damaged")
+        with h5py.File(path, "r") as file:
+            version = file.attrs["format_version"]
+            if version != FORMAT_VERSION:
+                raise InputError(
+                    f"{path}: format version {version} of a result, this program reads"
+                    f" {FORMAT_VERSION}"
+                )
+            if "cost" in file:
+                raise InputError(f"{path}: this is a table of `frictionsim cost`, not of a run")
+            yield file
+    except OSError as error:
+        raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+        raise InputError(
+            f"{path}: cannot read this result: it is HDF5, but not of frictionsim"
+        ) from error
+
+
+def _why_not_open(path: Path) -> str:
+    if path.is_dir():
+        return "this is a folder; give the name of a result file"
+    return "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
+
+
+def _attributes(file: Any) -> dict[str, str]:
+    """Return the root attributes, all that there must be among them."""
+    missing = [name for name in ATTRIBUTES if name not in file.attrs]
+    if missing:
+        raise KeyError(*missing)
+    return {key: _text(value) for key, value in file.attrs.items()}
+
+
+def _read(file: Any) -> Result:
+    attributes = _attributes(file)
+    found = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
+    scales = {name for name, item in found.items() if item.is_scale and name != "time"}
+    datasets = {name: item for name, item in found.items() if name not in scales}
+    events = {name: _values(_check_size(item)) for name, item in file["events"].items()}
+    contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
+    result = Result(
+        attributes=attributes,
+        channels={name: _values(item) for name, item in datasets.items()},
+        units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
+        long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
+        axes={name: _axis_of(item) for name, item in datasets.items()},
+        members={name: _members(found[name]) for name in sorted(scales)},
+        events=events,
+        contacts=contacts,
+    )
+    _check_shapes(result)
+    return result
+
+
+def _text(value: Any) -> str:
+    """Return an attribute as text that can be printed, also where its bytes are none."""
+    return str(value).encode("utf-8", "replace").decode()
+
+
+def _axis_of(dataset: Any) -> str:
+    """Return what the columns of a dataset belong to; empty if it has no columns."""
+    return next(iter(dataset.dims[1].keys()), "") if dataset.ndim > 1 else ""
+
+
+def _members(scale: Any) -> tuple[str, ...]:
+    names = scale.attrs.get("names")
+    members = numbered_members(scale.size) if names is None else tuple(_text(names).split())
+    if scale.shape != (len(members),):
+        raise ValueError(f"{scale.name} is no axis")
+    return members
+
+
+def _check_shapes(result: Result) -> None:
+    """See that all channels are over one time, and events name contacts that there are."""
+    for channels, axes in ((result.channels, result.axes), (result.events, {})):
+        n = channels["time"].size
+        for name, values in channels.items():
+            axis = axes.get(name, "")
+            if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
+                raise ValueError(f"{name} is not a channel over time")
+    contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
+    if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
+        raise ValueError("an event is of a contact without a name")
+
+
+def _check_size(dataset: Any) -> Any:
+    """Return a dataset, unless it claims more than its file can hold."""
+    size = dataset.file.id.get_filesize()
+    if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MAX_GZIP_RATIO * size:
+        raise ValueError(f"{dataset.name} is no channel")
+    return dataset
+
+
+def _values(dataset: Any) -> Any:
+    if dataset.dtype.kind not in "fiub":
+        raise TypeError(f"{dataset.name} is not of real numbers")
+    return np.asarray(dataset[...], dtype=np.float64)
