@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.chain import FORCE_X, FORCE_Y, cos_sin
 from frictionsim.mechanisms.belt_drive.kernels.contact import (
     ALPHA,
@@ -21,6 +19,8 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     find_contact_candidates,
     update_friction_coefficients,
 )
+
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of, rhs
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
     derivative,

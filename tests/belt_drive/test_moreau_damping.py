@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.chain import joint_forces
 from frictionsim.mechanisms.belt_drive.kernels.contact import (
     ALPHA,
@@ -23,6 +21,8 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     contact_forces,
     find_contact_candidates,
 )
+
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,

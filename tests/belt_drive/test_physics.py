@@ -5,10 +5,10 @@ from math import exp, pi
 
 import numpy as np
 import pytest
+from frictionsim.mechanisms.belt_drive.kernels.contact import find_contact_candidates
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.kernels.contact import find_contact_candidates
 from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of, rhs
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45

@@ -5,50 +5,44 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.belt_drive import stability_limits
+from frictionsim.mechanisms.belt_drive.effects import EFFECTS
+from frictionsim.mechanisms.belt_drive.effects.base import Chain
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.equilibrium import (
     Equilibrium,
     NoEquilibrium,
     find_equilibrium,
 )
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    WORKSPACE_ROWS,
-    AxialDamping,
-    Bending,
-    Chain,
-    Weight,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    CONTACT_ROWS,
     PULLEY_RADIUS,
-    ROWS,
+    PULLEY_ROWS,
     SIMD_WIDTH,
-    Contact,
-    ContactDamping,
-    Contacts,
-    CreepFriction,
-    FrictionCoefficients,
-    Pulleys,
-    RegularisedFriction,
-    SetValuedFriction,
+    WORKSPACE_ROWS,
+    StateLayout,
+    aligned_zeros,
+    kinematics_of,
+    state_layout,
+    zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
-    N_ENERGIES,
-    ForceLaws,
+from frictionsim.mechanisms.belt_drive.kernels.signals import (
     PrescribedSpeeds,
     SpeedTorques,
     TimeTorques,
-)
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    linear_pieces,
-    pieces_in_time,
-    sines_of,
+    stack_harmonics,
     stack_pieces,
 )
-from frictionsim.mechanisms.belt_drive.stability_limits import (
-    contact_stiffness,
-    max_bending_frequency,
-    max_frequency_and_decay,
+from frictionsim.mechanisms.belt_drive.kernels.system import (
+    Contacts,
+    EffectParameters,
+    Pulleys,
+    System,
 )
-from frictionsim.scenario.signal_tables import SpeedTable
+from frictionsim.scenario.signal_tables import SpeedTable, signal_from
+from frictionsim.scenario.signals import PiecewiseLinear, Signal
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -59,41 +53,23 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
-# s: a body that sticks has lost its slip after the time in which a wave gets from body to body, so
-# before anything else can have happened; and the results do not depend on it below this.
-MAX_RELAXATION_TIME = 1e-5
-
-
 class BeltModel(NamedTuple):
     """A belt drive ready to be stepped.
 
     Attributes
     ----------
-    laws : Laws
-    torques, loads, speeds : Torques, Loads, Speeds or None
-    room : (12, width)
-        For the kernels of the chain to work in.
-    slots : Slots
-    pulleys : Pulleys
-    friction : Friction or None
-    hysteresis : bool or None
-        True if static and kinetic friction differ and the law tells them apart, else None.
-    rest : Equilibrium
-    state : (n,)
+    system : System
+    distinct_static_friction : bool
+        Static and kinetic friction differ and the law tells them apart.
+    equilibrium : Equilibrium
+    state : (size,)
         At the start: at rest, no friction yet.
-    sizes : (n,)
+    error_scales : (size,)
         What an error in each state is measured by; infinite for energies.
     """
 
-    laws: ForceLaws
-    torques: TimeTorques | None
-    loads: SpeedTorques | None
-    speeds: PrescribedSpeeds | None
-    workspace: "Array"
-    contacts: Contacts
-    pulleys: Pulleys
-    friction: FrictionCoefficients | None
-    distinct_static_friction: bool | None
+    system: System
+    distinct_static_friction: bool
     equilibrium: Equilibrium
     state: "Array"
     error_scales: "Array"
@@ -101,40 +77,71 @@ class BeltModel(NamedTuple):
     @property
     def max_frequency_and_decay(self) -> tuple[float, float]:
         """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
-        return max_frequency_and_decay(self.laws, self.equilibrium)
+        return stability_limits.max_frequency_and_decay(self.system, self.equilibrium)
 
     @property
     def max_bending_frequency(self) -> float:
         """The highest angular frequency of waves in which the belt bends, rad/s."""
-        return max_bending_frequency(self.laws, self.equilibrium)
+        return stability_limits.max_bending_frequency(self.system, self.equilibrium)
+
+    @property
+    def contact_stiffness(self) -> float:
+        """dN/dp of a contact that is pressed deeper than any is at rest, N/m."""
+        return _contact_stiffness(self.system.effects, self.equilibrium)
 
     def contact_state(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""
+        contacts, pulleys = self.system.contacts, self.system.pulleys
         return {
-            "slots_first": self.contacts.offsets,
-            "slots_body": self.contacts.body,
-            "slots": self.contacts.table,
-            "pulleys": self.pulleys.table,
+            "contact_offsets": contacts.offsets,
+            "contact_bodies": contacts.body,
+            "contacts": contacts.table,
+            "pulleys": pulleys.table,
         }
 
-    @property
-    def parts(self) -> tuple[Any, ...]:
-        """What the kernels that evaluate the equations take, in their order."""
-        return (
-            self.laws,
-            self.torques,
-            self.loads,
-            self.speeds,
-            self.workspace,
-            self.contacts,
-            self.pulleys,
-        )
+
+def assemble(scenario: "BeltDriveScenario") -> BeltModel:
+    """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
+    equilibrium = solve_equilibrium(scenario)
+    chain, pulleys = chain_of(scenario, equilibrium.body_length), _pulleys(scenario)
+    effects = effect_parameters(scenario, chain)
+    friction = _friction_coefficients(scenario, equilibrium.body_length)
+    bodies, count = chain.bodies, pulleys.table.shape[1]
+    layout = state_layout(bodies, count, len(pulleys.free))
+    system = System(
+        layout,
+        chain,
+        effects,
+        friction,
+        _time_torques(scenario),
+        _speed_torques(scenario),
+        _prescribed_speeds(scenario),
+        aligned_zeros(WORKSPACE_ROWS, layout.width),
+        _contacts(bodies, count),
+        pulleys,
+    )
+    law = effects.belt_friction
+    differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
+    return BeltModel(
+        system,
+        bool(differ and law.set_valued is not None),
+        equilibrium,
+        initial_state(equilibrium, layout),
+        _error_scales(equilibrium, system),
+    )
 
 
-def mesh_scale(scenario: "BeltDriveScenario") -> float:
-    """Return by how much the contact of a body differs from the one that the scenario gives."""
-    reference = scenario.effects.contact.reference_bodies
-    return 1.0 if reference is None else reference / scenario.mechanism.belt.bodies
+def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
+    """Return what bodies of this length, m, have in common."""
+    belt = scenario.mechanism.belt
+    mass = belt.mass_per_length * body_length
+    inertia = mass * body_length**2 / 12.0
+    return Chain(belt.bodies, body_length, mass, inertia, scenario.mechanism.path().total_turning)
+
+
+def effect_parameters(scenario: "BeltDriveScenario", chain: Chain) -> Any:
+    """Return the parameters of each effect, None for those that the scenario lacks."""
+    return EffectParameters(*(effect.parameters(scenario, chain) for effect in EFFECTS))
 
 
 def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
@@ -144,123 +151,45 @@ def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
     ------
     ScenarioError
     """
-    belt, effects = scenario.mechanism.belt, scenario.effects
-    share = mesh_scale(scenario)
+    belt = scenario.mechanism.belt
     try:
         return find_equilibrium(
             scenario.mechanism.path(),
             scenario.mechanism.circles,
-            belt.bodies,
-            axial_rigidity=belt.axial_rigidity,
-            mass_per_length=belt.mass_per_length,
-            c1=effects.contact.c1 * share,
-            c2=effects.contact.c2 * share,
+            belt.axial_rigidity,
+            lambda length: chain_of(scenario, length),
+            lambda chain: effect_parameters(scenario, chain),
             pretension=belt.pretension,
             length=belt.length,
-            bending_rigidity=effects.bending.rigidity if effects.bending else 0.0,
-            gravity=(0.0, -effects.gravity.g) if effects.gravity else (0.0, 0.0),
         )
     except NoEquilibrium as error:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def assemble(scenario: "BeltDriveScenario") -> BeltModel:
-    """Find the belt's rest position and compose its equations of the effects of the scenario."""
-    equilibrium = solve_equilibrium(scenario)
-    laws, pulleys = force_laws(scenario, equilibrium.body_length), _pulleys(scenario)
-    friction = _coefficients(scenario, equilibrium.body_length)
-    differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
-    bodies = scenario.mechanism.belt.bodies
-    return BeltModel(
-        laws,
-        _torques(scenario),
-        _loads(scenario),
-        _speeds(scenario),
-        aligned_zeros(WORKSPACE_ROWS, padded_width(bodies)),
-        _slots(bodies, pulleys.table.shape[1]),
-        pulleys,
-        friction,
-        True if differ and laws.set_valued is not None else None,
-        equilibrium,
-        initial_state(equilibrium, pulleys),
-        error_scales_of(equilibrium, laws, pulleys),
-    )
-
-
-def force_laws(scenario: "BeltDriveScenario", body_length: float) -> ForceLaws:
-    """Return what acts in a scenario whose bodies are so long."""
-    table, effects = scenario.mechanism.belt, scenario.effects
-    mass = table.mass_per_length * body_length
-    stiffness = table.axial_rigidity / body_length
-    damping, bending, law = effects.axial_damping, effects.bending, effects.belt_friction
-    share, contact = mesh_scale(scenario), effects.contact
-    set_valued = law is not None and law.law == "set-valued"
-    return ForceLaws(
-        chain=Chain(
-            table.bodies,
-            body_length,
-            mass,
-            mass * body_length**2 / 12.0,
-            stiffness,
-            scenario.mechanism.path().total_turning,
-        ),
-        contact=Contact(contact.c1 * share, contact.c2 * share),
-        axial_damping=AxialDamping(
-            damping.coefficient / (body_length if damping.basis == "section" else 1.0)
-        )
-        if damping
-        else None,
-        bending=Bending(bending.rigidity / body_length, bending.damping / body_length)
-        if bending
-        else None,
-        weight=Weight(0.0, -effects.gravity.g) if effects.gravity else None,
-        contact_damping=ContactDamping(contact.damping * share, contact.p_max)
-        if contact.damping
-        else None,
-        set_valued=SetValuedFriction(min(float(np.sqrt(mass / stiffness)), MAX_RELAXATION_TIME))
-        if set_valued
-        else None,
-        regularised=RegularisedFriction(law.transition_speed)
-        if law and law.transition_speed
-        else None,
-        creep=CreepFriction(law.maximum_creep) if law and law.maximum_creep else None,
-    )
-
-
 def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
     pulleys = scenario.mechanism.pulleys
     prescribed = {name for name, drive in scenario.drive.items() if drive.speed is not None}
-    table = np.zeros((8, len(pulleys)))
+    table = np.zeros((PULLEY_ROWS, len(pulleys)))
     for j, p in enumerate(pulleys):
         table[:4, j] = *p.center, p.radius, p.inertia
     free = [j for j, p in enumerate(pulleys) if p.name not in prescribed]
     return Pulleys(np.array(free, dtype=np.int64), table)
 
 
-def _slots(bodies: int, pulleys: int) -> Contacts:
-    """Return slots for as many bodies as could ever be near a pulley: all of them."""
-    contacts = (bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
+def _contacts(bodies: int, pulleys: int) -> Contacts:
+    """Return room for as many candidates as there could ever be: all bodies."""
+    size = (bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
     return Contacts(
         np.zeros(pulleys + 1, dtype=np.int64),
-        np.zeros(contacts, dtype=np.uint64),  # an index that is never negative needs no look
-        aligned_zeros(ROWS, contacts),
+        np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
+        aligned_zeros(CONTACT_ROWS, size),
         np.zeros((2, bodies)),
     )
 
 
-def padded_width(bodies: int) -> int:
-    """Return the length of a row over the joints, with the copy of the first, in full vectors."""
-    return -(-(bodies + 1) // SIMD_WIDTH) * SIMD_WIDTH
-
-
-def aligned_zeros(rows: int, width: int) -> "Array":
-    """Return zeros that begin where the widest vector is loaded fastest."""
-    spare = np.zeros(rows * width + SIMD_WIDTH)
-    offset = -spare.ctypes.data // spare.itemsize % SIMD_WIDTH
-    return spare[offset : offset + rows * width].reshape(rows, width)
-
-
-def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> FrictionCoefficients | None:
+def _friction_coefficients(
+    scenario: "BeltDriveScenario", body_length: float
+) -> FrictionCoefficients | None:
     """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
     law, patch = scenario.effects.belt_friction, scenario.effects.patch
     if law is None:
@@ -277,86 +206,65 @@ def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction
     return FrictionCoefficients(static, kinetic)
 
 
-def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
-    """Return which bodies are in the patch, (n,); none without one."""
-    patch = scenario.effects.patch
-    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
-    if patch is None:
-        return np.zeros(len(centres), dtype=bool)
-    return (centres >= patch.start) & (centres < patch.end)
-
-
-def _driven(scenario: "BeltDriveScenario", key: str, of_speed: bool) -> tuple["Indices", list[Any]]:
+def _signals(
+    scenario: "BeltDriveScenario", key: str, of_speed: bool
+) -> tuple["Indices", list[Signal]]:
     """Return the pulleys that have a signal of one sort, and the signals."""
-    found = [
-        (j, getattr(scenario.drive[name], key))
-        for j, name in enumerate(scenario.mechanism.names)
-        if name in scenario.drive and getattr(scenario.drive[name], key) is not None
-    ]
-    found = [(j, table) for j, table in found if isinstance(table, SpeedTable) == of_speed]
-    return np.array([j for j, _ in found], dtype=np.int64), [table for _, table in found]
+    found: list[tuple[int, Signal]] = []
+    for j, name in enumerate(scenario.mechanism.names):
+        table = getattr(scenario.drive.get(name), key, None)
+        if table is not None and isinstance(table, SpeedTable) == of_speed:
+            signal = PiecewiseLinear(table.speed, table.value) if of_speed else signal_from(table)
+            found.append((j, signal))
+    return np.array([j for j, _ in found], dtype=np.int64), [signal for _, signal in found]
 
 
-def _torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
-    targets, tables = _driven(scenario, "torque", of_speed=False)
-    if not tables:
+def _time_torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
+    pulleys, signals = _signals(scenario, "torque", of_speed=False)
+    if not signals:
         return None
-    return TimeTorques(targets, stack_pieces([pieces_in_time(t) for t in tables]), sines_of(tables))
+    return TimeTorques(pulleys, stack_pieces(signals), stack_harmonics(signals))
 
 
-def _loads(scenario: "BeltDriveScenario") -> SpeedTorques | None:
-    targets, tables = _driven(scenario, "torque", of_speed=True)
-    if not tables:
+def _speed_torques(scenario: "BeltDriveScenario") -> SpeedTorques | None:
+    pulleys, signals = _signals(scenario, "torque", of_speed=True)
+    return SpeedTorques(pulleys, stack_pieces(signals)) if signals else None
+
+
+def _prescribed_speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
+    pulleys, signals = _signals(scenario, "speed", of_speed=False)
+    if not signals:
         return None
-    return SpeedTorques(targets, stack_pieces([linear_pieces(t.speed, t.value) for t in tables]))
+    return PrescribedSpeeds(pulleys, stack_pieces(signals), stack_harmonics(signals))
 
 
-def _speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
-    targets, tables = _driven(scenario, "speed", of_speed=False)
-    if not tables:
-        return None
-    return PrescribedSpeeds(
-        targets, stack_pieces([pieces_in_time(t) for t in tables]), sines_of(tables)
-    )
-
-
-def initial_state(equilibrium: Equilibrium, pulleys: Pulleys) -> "Array":
-    """Return the state at the start: the belt at rest, free pulleys at rest."""
-    n, width = len(equilibrium.x), padded_width(len(equilibrium.x))
-    state = zero_state(n, pulleys)
-    state[0:n], state[width : width + n], state[2 * width : 2 * width + n] = (
-        equilibrium.x,
-        equilibrium.y,
-        equilibrium.angle,
-    )
+def initial_state(equilibrium: Equilibrium, layout: StateLayout) -> "Array":
+    """Return the state at the start: the belt in equilibrium, free pulleys at rest."""
+    state = zero_state(layout)
+    kinematics = kinematics_of.py_func(state, layout)
+    kinematics[:3, : layout.bodies] = equilibrium.x, equilibrium.y, equilibrium.angle
     return state
 
 
-def zero_state(bodies: int, pulleys: Pulleys) -> "Array":
-    """Return a state vector of zeros, or a rate, for so many bodies."""
-    size = 6 * padded_width(bodies) + pulleys.table.shape[1] + len(pulleys.free) + N_ENERGIES
-    return aligned_zeros(1, size + -size % SIMD_WIDTH)[0]
+def _contact_stiffness(effects: Any, equilibrium: Equilibrium) -> float:
+    force = stability_limits.max_normal_force(equilibrium)
+    return stiffness_under(effects.contact, force)
 
 
-def error_scales_of(equilibrium: Equilibrium, laws: ForceLaws, pulleys: Pulleys) -> "Array":
+def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     """Return the size of each state that its error is measured by."""
-    width, m, free = padded_width(len(equilibrium.x)), pulleys.table.shape[1], len(pulleys.free)
-    length, stiffness, mass = laws.chain.length, laws.chain.stiffness, laws.chain.mass
-    radius = float(np.min(pulleys.table[PULLEY_RADIUS]))
-    contact = contact_stiffness(laws, equilibrium)
+    layout, length, mass = system.layout, system.chain.length, system.chain.mass
+    stiffness = system.effects.axial_damping.stiffness
+    radius = float(np.min(system.pulleys.table[PULLEY_RADIUS]))
+    contact = _contact_stiffness(system.effects, equilibrium)
     depth = float(np.max(equilibrium.normal_force, initial=0.0)) / contact
     # What is the smaller of the two decides how exactly positions have to be known.
-    joint_forces = float(np.mean(equilibrium.tension)) / stiffness
-    speed = min(joint_forces * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
-    joint_forces = min(joint_forces, depth)
-    parts = [
-        (2 * width, joint_forces),
-        (width, joint_forces / length),
-        (2 * width, speed),
-        (width, speed / length),
-        (m, joint_forces / radius),
-        (free, speed / radius),
-    ]
-    error_scales = np.full(len(zero_state(len(equilibrium.x), pulleys)), np.inf)
-    error_scales[: 6 * width + m + free] = np.concatenate([np.full(c, size) for c, size in parts])
-    return error_scales
+    stretch = float(np.mean(equilibrium.tension)) / stiffness
+    speed = min(stretch * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
+    stretch = min(stretch, depth)
+    scales = np.full(layout.size, np.inf)
+    rows = kinematics_of.py_func(scales, layout)
+    rows[:] = np.array([[stretch, stretch, stretch / length, speed, speed, speed / length]]).T
+    scales[layout.angles : layout.speeds] = stretch / radius
+    scales[layout.speeds : layout.energies] = speed / radius
+    return scales

@@ -9,7 +9,7 @@ import numpy as np
 from frictionsim.errors import BeltOffPulleys, BudgetExceeded, Diverged
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.kernels.contact import CENTRE_X, CENTRE_Y, RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.layout import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.results import SimulationResult
@@ -50,10 +50,7 @@ class BeltDrive:
         self.channel_info: Mapping[str, Channel] = CHANNELS
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
-        pulleys = self._model.pulleys
-        self.states = (
-            6 * len(bodies) + pulleys.table.shape[1] + len(pulleys.free) + self._observer.energies
-        )
+        self.states = self._observer.states
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Evaluate the start, and have all kernels of the run compiled; return how long that took.
@@ -114,7 +111,7 @@ class BeltDrive:
 
     def _check_belt(self, t: float) -> None:
         """Stop where the belt has left its pulleys, or is pressed through one."""
-        contacts = self._model.contacts
+        contacts = self._model.system.contacts
         count = contacts.offsets[-1]
         if count == 0:
             raise BeltOffPulleys(

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.simulation.averages import (
     LAST_PART,
@@ -111,10 +111,10 @@ def _untouched_patch(
     """Say that a patch of the belt was never on a pulley."""
     if scenario.effects.patch is None:
         return
-    if not patch_bodies(scenario, model.laws.chain.length).any():
+    if not patch_bodies(scenario, model.system.chain.length).any():
         yield (
             "effects.patch has the middle of no body in it, and changes nothing: make it longer"
-            f" than a body, {model.laws.chain.length:.4g} m, or take more bodies"
+            f" than a body, {model.system.chain.length:.4g} m, or take more bodies"
         )
     elif not seen["_patch"].any():
         yield (
@@ -187,7 +187,7 @@ def _slip_of_corners(model: "BeltModel", quantities: "Quantities") -> Iterator[s
     before that: a drive of unlike radii may even seem to slip backwards.
     """
     slip = quantities["slip_percent"].value
-    corner = 100.0 * float(np.max(model.laws.chain.length / _radii(model))) ** 2 / 12.0
+    corner = 100.0 * float(np.max(model.system.chain.length / _radii(model))) ** 2 / 12.0
     if slip is not None and abs(slip) < corner:
         yield (
             f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
@@ -206,7 +206,7 @@ def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
 
 
 def _radii(model: "BeltModel") -> "Array":
-    radii: Array = model.pulleys.table[PULLEY_RADIUS]
+    radii: Array = model.system.pulleys.table[PULLEY_RADIUS]
     return radii
 
 

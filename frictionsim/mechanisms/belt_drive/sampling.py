@@ -5,29 +5,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
+from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects.base import Shape
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
+    BACKWARD_LIMIT,
     FORCE_X,
     FORCE_Y,
+    FORWARD_LIMIT,
+    FRICTION,
+    INERTIA,
+    KINETIC,
+    NORMAL,
+    PULLEY_RADIUS,
+    PULLEY_X,
+    PULLEY_Y,
+    RADIUS,
+    SLIP,
+    SPEED,
     SPIN,
+    STATIC,
+    STICKING,
+    TORQUE,
     VX,
     VY,
     X,
     Y,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
-    BACKWARD_LIMIT,
-    FORWARD_LIMIT,
-    FRICTION,
-    KINETIC,
-    NORMAL,
-    RADIUS,
-    SLIP,
-    SPEED,
-    STATIC,
-    STICKING,
-    TORQUE,
+    kinematics_of,
 )
 from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
@@ -39,6 +44,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -52,26 +58,25 @@ class Observer:
     Parameters
     ----------
     scenario : BeltDriveScenario
-    assembly : Assembly
-        Its room holds the forces of the state that a sample is taken of.
+    model : BeltModel
+        Its system holds the forces of the state that a sample is taken of.
     """
 
     def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
         self._scenario, self._model = scenario, model
-        # Makes a force of what the slots hold as friction, if that is an impulse.
+        # Makes a force of what the contacts hold as friction, if that is an impulse.
         self.force_per_impulse = 1.0
         self._bodies = scenario.mechanism.belt.bodies
-        self._width = model.workspace.shape[1]
+        self._system = system = model.system
         self._energies = ["energy_input"]
-        if model.friction is not None:
+        if system.friction is not None:
             self._energies.append("energy_friction")
-        laws = model.laws
-        bending = laws.bending is not None and laws.bending.damping > 0.0
-        if laws.axial_damping is not None or laws.contact_damping is not None or bending:
+        present = ((e, getattr(system.effects, e.key)) for e in in_order())
+        self._effects = [(effect, found) for effect, found in present if found is not None]
+        if any(effect.dissipates(found) for effect, found in self._effects):
             self._energies.append("energy_damping")
-        self.energies = len(self._energies)
         contact = {"friction_force", "slip_velocity", "sticking"}
-        absent = contact if model.friction is None else set()
+        absent = contact if system.friction is None else set()
         wanted = scenario.output.channels
         self._wanted = [
             name
@@ -79,7 +84,7 @@ class Observer:
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._before = np.arange(self._bodies) - 1
-        self._patch = patch_bodies(scenario, laws.chain.length)
+        self._patch = patch_bodies(scenario, system.chain.length)
         self._samples: dict[str, list[Any]] = {}
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
@@ -89,7 +94,15 @@ class Observer:
         return kinematics[X], kinematics[Y]
 
     def _kinematics(self, state: "Array") -> "Array":
-        return state[: 6 * self._width].reshape(6, self._width)[:, : self._bodies]
+        rows: Array = kinematics_of.py_func(state, self._system.layout)
+        return rows[:, : self._bodies]
+
+    @property
+    def states(self) -> int:
+        """How many numbers are integrated: those of the state that this scenario needs."""
+        layout = self._system.layout
+        rows = layout.angles // layout.width
+        return rows * self._bodies + layout.energies - layout.angles + len(self._energies)
 
     def sample(self, t: float, state: "Array") -> None:
         """Add the sample of time t."""
@@ -103,7 +116,10 @@ class Observer:
         self._check_energy()
 
     def _check_energy(self) -> None:
-        """Compare what the belt has with what it was given; heats only take, and are left out."""
+        """Compare what the belt has with what it was given.
+
+        Dissipated energy is ignored: it can only lower the total.
+        """
         samples = self._samples
 
         def gained(name: str) -> float:
@@ -130,7 +146,7 @@ class Observer:
         }
 
     def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
-        contacts = self._model.contacts
+        contacts = self._system.contacts
         count = contacts.offsets[-1]
         filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
         body = contacts.body[filled].astype(np.int64)
@@ -159,48 +175,44 @@ class Observer:
 
     def _tension(self, kinematics: "Array") -> "Array":
         """Return the tension of every joint; negative where the bodies are pressed together."""
-        force_x = self._model.workspace[FORCE_X, : self._bodies]
-        force_y = self._model.workspace[FORCE_Y, : self._bodies]
+        force_x = self._system.workspace[FORCE_X, : self._bodies]
+        force_y = self._system.workspace[FORCE_Y, : self._bodies]
         angle = kinematics[ANGLE]
         cos, sin = np.cos(angle), np.sin(angle)
         along = force_x * (cos + cos[self._before]) + force_y * (sin + sin[self._before])
         return np.copysign(np.hypot(force_x, force_y), along)
 
     def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
-        table = self._model.pulleys.table
-        angles = state[6 * self._width : 6 * self._width + table.shape[1]]
+        layout = self._system.layout
         return {
-            "pulley_angle": angles,
+            "pulley_angle": state[layout.angles : layout.speeds],
             "pulley_speed": self._speeds(state),
-            "pulley_torque": table[TORQUE],
+            "pulley_torque": self._system.pulleys.table[TORQUE],
         }
 
     def _speeds(self, state: "Array") -> "Array":
         """Return the speeds of all pulleys; the free ones have theirs in the state."""
-        pulleys = self._model.pulleys
+        pulleys = self._system.pulleys
         speeds = pulleys.table[SPEED].copy()
-        at = 6 * self._width + len(speeds)
-        speeds[pulleys.free] = state[at : at + len(pulleys.free)]
+        layout = self._system.layout
+        speeds[pulleys.free] = state[layout.speeds : layout.energies]
         return speeds
 
     def _quantities(
         self, state: "Array", kinematics: "Array", channels: dict[str, "Array"]
     ) -> dict[str, Any]:
         """Return what quantities and audit need of a sample, whatever is recorded."""
-        model = self._model
-        table = model.pulleys.table
-        at = 6 * self._width + table.shape[1] + len(model.pulleys.free)
+        table, layout = self._system.pulleys.table, self._system.layout
         speeds, tension, pulley = (
             channels[name] for name in ("pulley_speed", "tension", "pulley_index")
         )
-        energies = dict(
-            zip(("energy_input", "energy_friction", "energy_damping"), state[at:], strict=False)
-        )
+        names = "energy_input", "energy_friction", "energy_damping"
+        energies = dict(zip(names, state[layout.energies : layout.end], strict=True))
         members = range(table.shape[1])
         return {
             **{name: energies[name] for name in self._energies},
-            "energy_kinetic": kinetic_energy(model, kinematics, speeds),
-            "energy_potential": potential_energy(model, kinematics),
+            "energy_kinetic": kinetic_energy(self._system, kinematics, speeds),
+            "energy_potential": self._potential_energy(kinematics),
             "_speed": speeds,
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
@@ -214,10 +226,22 @@ class Observer:
             "_power": friction_power(channels),
         }
 
+    def _potential_energy(self, kinematics: "Array") -> float:
+        """Return the energy of all effects that store one, J."""
+        pulley = self._system.pulleys.table
+        shape = Shape(
+            self._system.chain,
+            kinematics[[X, Y]].T,
+            kinematics[ANGLE],
+            pulley[[PULLEY_X, PULLEY_Y]].T,
+            pulley[PULLEY_RADIUS],
+        )
+        return float(sum(np.sum(e.energies(found, shape)) for e, found in self._effects))
+
     def _friction_on_pulleys(self) -> dict[str, "Array"]:
         """Return the sum of the friction on the belt, N, and what it could be in full slip."""
-        contacts, a = self._model.contacts, self._model
-        if a.friction is None:
+        contacts = self._system.contacts
+        if self._system.friction is None:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
         friction = contacts.table[FRICTION] * self.force_per_impulse
@@ -233,14 +257,15 @@ class Observer:
         Above the one that holds it; or below that at rest, of a body that has no slip but does not
         stick: the static coefficient would hold it.
         """
-        contacts, a = self._model.contacts, self._model
-        if a.friction is None:
+        contacts = self._system.contacts
+        if self._system.friction is None:
             return np.zeros(2)
         table = contacts.table[:, : contacts.offsets[-1]]
         friction, at_rest = table[FRICTION] * self.force_per_impulse, table[STATIC] * table[NORMAL]
         size, limit = np.abs(friction), at_rest
         off = size - at_rest
-        if a.laws.set_valued:
+        law = self._system.effects.belt_friction
+        if law is not None and law.set_valued is not None:
             limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
             let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
@@ -284,32 +309,12 @@ def belt_speed(kinematics: "Array") -> float:
     return float(np.mean(along))
 
 
-def kinetic_energy(model: "BeltModel", kinematics: "Array", speeds: "Array") -> float:
+def kinetic_energy(system: "System", kinematics: "Array", speeds: "Array") -> float:
     """Return the kinetic energy of bodies and pulleys, J."""
-    chain, pulley = model.laws.chain, model.pulleys.table
+    chain, inertia = system.chain, system.pulleys.table[INERTIA]
     linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
-    turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(pulley[3] * speeds**2)
+    turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
     return float(0.5 * (linear + turning))
-
-
-def potential_energy(model: "BeltModel", kinematics: "Array") -> float:
-    """Return the energy of springs, contacts and weight, J."""
-    laws, chain = model.laws, model.laws.chain
-    half_x = 0.5 * chain.length * np.cos(kinematics[ANGLE])
-    half_y = 0.5 * chain.length * np.sin(kinematics[ANGLE])
-    before = np.arange(kinematics.shape[1]) - 1
-    dx = kinematics[X] - half_x - (kinematics[X] + half_x)[before]
-    dy = kinematics[Y] - half_y - (kinematics[Y] + half_y)[before]
-    energy = 0.5 * chain.stiffness * np.sum(dx * dx + dy * dy)
-    if laws.bending is not None:
-        turned = np.diff(kinematics[ANGLE], prepend=kinematics[ANGLE, -1] - chain.turn)
-        energy += 0.5 * laws.bending.stiffness * np.sum(turned * turned)
-    if laws.weight is not None:
-        energy -= chain.mass * np.sum(laws.weight.x * kinematics[X] + laws.weight.y * kinematics[Y])
-    for x, y, radius in model.pulleys.table[:3].T:
-        p = np.maximum(radius - np.hypot(kinematics[X] - x, kinematics[Y] - y), 0.0)
-        energy += np.sum(p * p * (laws.contact.c1 * p / 3.0 + laws.contact.c2 / 2.0))
-    return float(energy)
 
 
 def friction_power(channels: dict[str, "Array"]) -> "Array":

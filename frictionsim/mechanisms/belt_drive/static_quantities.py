@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
-    """Return tension, lengths, arcs and loads of the belt at rest, and what friction could hold.
+    """Return tension, lengths, wrap angles and loads at rest, and what friction could hold.
 
-    capstan_ratio is exp(mu_s arc), the largest ratio of the tensions on the two sides of a
+    capstan_ratio is exp(mu_s wrap_angle), the largest ratio of the tensions on the two sides of a
     pulley; torque_limit what it would transmit at the belt's pretension if its sides
     could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
     """
@@ -24,8 +24,8 @@ def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
     tension = float(np.mean(equilibrium.tension))
     found = {
         "pretension": Quantity(tension, "N"),
-        "tension_least": Quantity(float(np.min(equilibrium.tension)), "N"),
-        "tension_largest": Quantity(float(np.max(equilibrium.tension)), "N"),
+        "tension_min": Quantity(float(np.min(equilibrium.tension)), "N"),
+        "tension_max": Quantity(float(np.max(equilibrium.tension)), "N"),
         "path_length": Quantity(path.length, "m"),
         "belt_length": Quantity(equilibrium.body_length * bodies, "m"),
         "body_length": Quantity(equilibrium.body_length, "m"),
@@ -35,7 +35,7 @@ def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
     friction = scenario.effects.belt_friction
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, path.arcs, strict=True)):
         name, on = pulley.name, equilibrium.pulley == j
-        found[f"arc_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
+        found[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
         force = (
             equilibrium.normal_force[on]
             @ np.column_stack(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.contact import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.layout import INERTIA, PULLEY_RADIUS
 from frictionsim.results import Check
 from frictionsim.simulation.averages import BATCHES, last_part, time_mean
 
@@ -60,9 +60,9 @@ def torque_balance(
     Both are over the largest force. The limit counts what the means of the samples are uncertain
     by, what corners may do, and moments of bending in the middle of short spans.
     """
-    radius = model.pulleys.table[PULLEY_RADIUS]
+    radius = model.system.pulleys.table[PULLEY_RADIUS]
     torque = seen["_torque"] / radius
-    turned = seen["_speed"] * model.pulleys.table[INERTIA] / radius
+    turned = seen["_speed"] * model.system.pulleys.table[INERTIA] / radius
     rim = torque - seen.get("_friction", np.zeros_like(torque))
     last = last_part(time)
     fall = np.roll(seen["_span_tension"], 1, axis=1) - seen["_span_tension"]
@@ -88,22 +88,24 @@ def _misfit_of_spans(
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
     """
     path, density = scenario.mechanism.path(), scenario.mechanism.belt.mass_per_length
-    radius, inertia = model.pulleys.table[PULLEY_RADIUS], model.pulleys.table[INERTIA]
+    radius, inertia = model.system.pulleys.table[PULLEY_RADIUS], model.system.pulleys.table[INERTIA]
     wrap_angle = np.array([arc.wrap_angle for arc in path.arcs])
     straight = np.array([np.hypot(*np.subtract(s.end, s.start)) for s in path.spans])
     mass = density * (np.abs(wrap_angle) * radius + 0.5 * (straight + np.roll(straight, 1)))
     spans = seen["_span_tension"]
     fall = np.roll(spans, 1, axis=1) - spans
     force = fall - np.sign(wrap_angle) * seen["_torque"] / radius
-    if model.laws.weight is not None:
+    if model.system.effects.gravity is not None:
         middle = np.array([0.5 * np.add(s.start, s.end) for s in path.spans])
-        height = -middle @ np.array([model.laws.weight.x, model.laws.weight.y])
+        height = -middle @ np.array(
+            [model.system.effects.gravity.x, model.system.effects.gravity.y]
+        )
         force = force - density * (np.roll(height, 1) - height)
     gained = np.sign(wrap_angle) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
     off, chance = _misfit(time, force, -gained)
-    length = model.laws.chain.length
+    length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
     holds = np.where(passed > MIN_BODIES, np.max(np.abs(time_mean(time, fall))), spans.mean())
     corners = CORNER * (length / radius) ** 2 * holds

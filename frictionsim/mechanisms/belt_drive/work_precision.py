@@ -35,10 +35,10 @@ SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a seco
 
 def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list[Setting]":
     """Return tolerances, steps and smoothed laws; those tolerances that suit a belt."""
-    from frictionsim.scenario.variants import Setting, short, with_tolerance
+    from frictionsim.scenario.variants import Setting, short
 
-    found = [with_tolerance("rkf45", rtol) for rtol in _suiting(tolerances)]
-    found += [with_tolerance(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
+    found = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
+    found += [_with_rtol(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
     step_limit = _default_step(scenario)
     found += [_with_step(step_limit, part) for part in PARTS]
     friction = scenario.effects.belt_friction
@@ -48,7 +48,7 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
         law = (
             "effects.belt_friction.law=regularised",
             f"effects.belt_friction.transition_speed={speed:g}",
-            *with_tolerance("rkf45", TOLERANCES[-1]).overrides,
+            *_with_rtol("rkf45", TOLERANCES[-1]).overrides,
         )
         found.append(Setting("rkf45", f"smoothed {short(speed)}", law, "rkf45, smoothed"))
     return found
@@ -56,9 +56,7 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
 
 def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Setting]":
     """Return the adaptive method and short fixed steps."""
-    from frictionsim.scenario.variants import with_tolerance
-
-    adaptive = with_tolerance("rkf45", max(rtol, REFERENCE_TOLERANCE))
+    adaptive = _with_rtol("rkf45", max(rtol, REFERENCE_TOLERANCE))
     return adaptive, _with_step(_default_step(scenario), REFERENCE_PART)
 
 
@@ -75,6 +73,12 @@ def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
 
     asked = tuple(tolerances)
     return TOLERANCES if asked == USUAL else asked
+
+
+def _with_rtol(backend: str, rtol: float) -> "Setting":
+    from frictionsim.scenario.variants import Setting, short
+
+    return Setting(backend, f"rtol {short(rtol)}", (f"solver.rtol={rtol:.6g}",))
 
 
 def _with_step(step_limit: float, part: int) -> "Setting":

@@ -1,48 +1,28 @@
-"""The equations of motion of a belt drive, composed of the effects that its scenario names.
+"""The equations of motion of a belt drive, composed of the effects that its scenario names."""
 
-What acts is handed to the kernels in two kinds of parcels: `Laws` of numbers only, and a few of
-arrays. A tuple of arrays within a tuple would have all of its arrays counted as in use, and out of
-use, in every call; that took longer than the forces themselves.
-"""
+from typing import TYPE_CHECKING
 
-from typing import TYPE_CHECKING, NamedTuple
-
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    AxialDamping,
-    Bending,
-    Chain,
-    Weight,
-    add_bending,
-    add_gravity,
-    add_joint_damping,
-    body_accelerations,
-    joint_forces,
+from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
+    add_friction_forces,
+    friction_power,
+    slip_velocities,
+    solve_friction,
+    total_friction,
 )
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, sum_of
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     INERTIA,
     PULLEY_RADIUS,
     SPEED,
     TORQUE,
-    Contact,
-    ContactDamping,
-    CreepFriction,
-    RegularisedFriction,
-    SetValuedFriction,
-    add_contact_damping,
-    add_friction_forces,
-    add_normal_forces,
-    contact_forces,
-    friction_power,
-    pulley_accelerations,
-    regularised_friction,
-    slip_velocities,
-    solve_sticking,
-    total_friction,
+    kinematics_of,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    PiecewiseCubics,
+    PrescribedSpeeds,
+    SpeedTorques,
+    TimeTorques,
     add_sine,
     add_sine_derivative,
     derivative,
@@ -53,165 +33,103 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+
     Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
-N_ENERGIES = 3  # energies that are integrated along: input, friction, damping
-
-
-class ForceLaws(NamedTuple):
-    """What acts in a belt drive; None for each effect that the scenario lacks."""
-
-    chain: Chain
-    contact: Contact
-    axial_damping: AxialDamping | None
-    bending: Bending | None
-    weight: Weight | None
-    contact_damping: ContactDamping | None
-    set_valued: SetValuedFriction | None
-    regularised: RegularisedFriction | None
-    creep: CreepFriction | None
-
-
-class TimeTorques(NamedTuple):
-    """Torque on the pulleys `which` over time."""
-
-    targets: "Indices"
-    pieces: PiecewiseCubics
-    sines: "Array | None"
-
-
-class SpeedTorques(NamedTuple):
-    """Torque on the pulleys `which` over their own speed."""
-
-    targets: "Indices"
-    pieces: PiecewiseCubics
-
-
-class PrescribedSpeeds(NamedTuple):
-    """Prescribed speed of the pulleys `which` over time."""
-
-    targets: "Indices"
-    pieces: PiecewiseCubics
-    sines: "Array | None"
+# Write the accelerations of the bodies without friction; return the power damped, W.
+smooth_accelerations = sum_of(
+    {
+        f"system.effects.{effect.key}, system, kinematics, ax, ay, aphi": effect.add_forces
+        for effect in in_order()
+        if effect.add_forces is not None
+    },
+    "system, kinematics, ax, ay, aphi",
+)
 
 
 @inline_kernel
-def kinematics_of(state, workspace):
-    """Return the motion that a state vector, or its rate, begins with, (6, width)."""
-    width = workspace.shape[1]
-    return state[: 6 * width].reshape((6, width))
-
-
-@inline_kernel
-def add_time_torques(t, torque, torques):
+def add_time_torques(t: float, torque: "Array", torques: TimeTorques | None) -> None:
     """Add the torques that are signals in time."""
     if torques is not None:
-        for k in range(len(torques.targets)):
-            torque[torques.targets[k]] += value(torques.pieces, k, t)
-        add_sine(torque, torques.targets, t, torques.sines)
+        for k in range(len(torques.pulleys)):
+            torque[torques.pulleys[k]] += value(torques.pieces, k, t)
+        add_sine(torque, torques.pulleys, t, torques.sines)
 
 
 @inline_kernel
-def add_speed_torques(speed, torque, loads):
+def add_speed_torques(speed: "Array", torque: "Array", torques: SpeedTorques | None) -> None:
     """Add the torques that are signals of the pulley's own speed."""
-    if loads is not None:
-        for k in range(len(loads.targets)):
-            j = loads.targets[k]
-            torque[j] += value(loads.pieces, k, speed[j])
+    if torques is not None:
+        for k in range(len(torques.pulleys)):
+            j = torques.pulleys[k]
+            torque[j] += value(torques.pieces, k, speed[j])
 
 
 @inline_kernel
-def pulley_torques(t, pulleys, torques, loads):
-    """Write the torques on the pulleys from outside."""
-    speed, torque = pulleys.table[SPEED], pulleys.table[TORQUE]
+def pulley_torques(t: float, system: "System") -> None:
+    """Write TORQUE, on the pulleys from outside; reads SPEED."""
+    speed, torque = system.pulleys.table[SPEED], system.pulleys.table[TORQUE]
     for j in range(len(torque)):
         torque[j] = 0.0
-    add_time_torques(t, torque, torques)
-    add_speed_torques(speed, torque, loads)
+    add_time_torques(t, torque, system.time_torques)
+    add_speed_torques(speed, torque, system.speed_torques)
 
 
 @inline_kernel
-def copy(source, target):
-    """Copy an array; a slice would be looked at for overlaps first, which takes longer."""
-    for i in range(len(source)):
-        target[i] = source[i]
-
-
-@inline_kernel
-def prescribed_speeds(t, pulleys, speeds):
-    """Write the speeds, and their derivatives, that are prescribed."""
-    if speeds is not None:
+def prescribed_speeds(t: float, pulleys: "Pulleys", prescribed: PrescribedSpeeds | None) -> None:
+    """Write SPEED and ALPHA of the pulleys whose speeds are prescribed."""
+    if prescribed is not None:
         speed, alpha = pulleys.table[SPEED], pulleys.table[ALPHA]
-        for k in range(len(speeds.targets)):
-            j = speeds.targets[k]
-            speed[j] = value(speeds.pieces, k, t)
-            alpha[j] = derivative(speeds.pieces, k, t)
-        add_sine(speed, speeds.targets, t, speeds.sines)
-        add_sine_derivative(alpha, speeds.targets, t, speeds.sines)
+        for k in range(len(prescribed.pulleys)):
+            j = prescribed.pulleys[k]
+            speed[j] = value(prescribed.pieces, k, t)
+            alpha[j] = derivative(prescribed.pieces, k, t)
+        add_sine(speed, prescribed.pulleys, t, prescribed.sines)
+        add_sine_derivative(alpha, prescribed.pulleys, t, prescribed.sines)
 
 
 @inline_kernel
-def reaction_torques(contacts, pulleys, speeds):
-    """Write the torque that it takes to keep a prescribed speed."""
-    if speeds is not None:
+def reaction_torques(
+    contacts: "Contacts", pulleys: "Pulleys", prescribed: PrescribedSpeeds | None
+) -> None:
+    """Write the TORQUE that it takes to keep a prescribed speed."""
+    if prescribed is not None:
         table = pulleys.table
-        for j in speeds.targets:
+        for j in prescribed.pulleys:
             table[TORQUE, j] = table[INERTIA, j] * table[ALPHA, j]
             table[TORQUE, j] += table[PULLEY_RADIUS, j] * total_friction(j, contacts)
 
 
-@inline_kernel
-def smooth_accelerations(laws, kinematics, workspace, contacts, ax, ay, aphi):
-    """Write the accelerations of the bodies without friction; return the power damped, W."""
-    chain = laws.chain
-    joint_forces(chain, kinematics, workspace)
-    damped = add_joint_damping(chain, kinematics, workspace, laws.axial_damping)
-    body_accelerations(chain, workspace, ax, ay, aphi)
-    damped += add_bending(chain, kinematics, workspace, aphi, laws.bending)
-    add_gravity(chain, ax, ay, laws.weight)
-    contact_forces(kinematics, contacts, laws.contact)
-    damped += add_contact_damping(contacts, laws.contact_damping)
-    add_normal_forces(contacts, 1.0 / chain.mass, ax, ay)
-    return damped
-
-
 @kernel
-def rhs(t, h, state, rate, laws, torques, loads, speeds, workspace, contacts, pulleys):
-    """Write the rate of a state: positions, velocities, pulleys' angles, speeds, and energies.
+def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> None:
+    """Write the rate of a state, both as `StateLayout` has them.
 
-    The state holds the six rows of the motion, the angle of every pulley, the speed of every free
-    one, and the energies put in and lost in friction and damping. h is the length of the step, s,
-    that a published law asks for.
+    h is the length of the step, s, that the published creep law asks for. The system's workspace,
+    contacts and pulleys have the forces of the state afterwards.
     """
-    pulley, free, inv_mass = pulleys.table, pulleys.free, 1.0 / laws.chain.mass
-    width, count = workspace.shape[1], pulley.shape[1]
-    velocities = state[3 * width : 6 * width]
-    for i in range(3 * width):
+    layout, pulley, free = system.layout, system.pulleys.table, system.pulleys.free
+    width, half, count = layout.width, layout.velocities, pulley.shape[1]
+    velocities = state[half : layout.angles]
+    for i in range(half):
         rate[i] = velocities[i]
-    angles = 6 * width
-    speed, energies = angles + count, angles + count + len(free)
     for k in range(len(free)):
-        pulley[SPEED, free[k]] = state[speed + k]
-    prescribed_speeds(t, pulleys, speeds)
-    pulley_torques(t, pulleys, torques, loads)
-    ax, ay = rate[3 * width : 4 * width], rate[4 * width : 5 * width]
-    aphi = rate[5 * width : 6 * width]
-    damped = smooth_accelerations(
-        laws, kinematics_of(state, workspace), workspace, contacts, ax, ay, aphi
-    )
-    slip_velocities(contacts, pulleys)
-    solve_sticking(contacts, pulleys, laws.chain.mass, ax, ay, laws.set_valued)
-    regularised_friction(contacts, pulleys, laws.regularised, laws.creep, h)
-    if laws.set_valued is None and laws.regularised is None:
-        pulley_accelerations(contacts, pulleys)
-    add_friction_forces(contacts, inv_mass, ax, ay)
-    reaction_torques(contacts, pulleys, speeds)
+        pulley[SPEED, free[k]] = state[layout.speeds + k]
+    prescribed_speeds(t, system.pulleys, system.prescribed)
+    pulley_torques(t, system)
+    ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
+    aphi = rate[half + 2 * width : half + 3 * width]
+    damped = smooth_accelerations(system, kinematics_of(state, layout), ax, ay, aphi)
+    slip_velocities(system.contacts, system.pulleys)
+    solve_friction(system.effects.belt_friction, system, ax, ay, h)
+    add_friction_forces(system.contacts, 1.0 / system.chain.mass, ax, ay)
+    reaction_torques(system.contacts, system.pulleys, system.prescribed)
+    energies = layout.energies
     rate[energies] = 0.0
     for j in range(count):
-        rate[angles + j] = pulley[SPEED, j]
+        rate[layout.angles + j] = pulley[SPEED, j]
         rate[energies] += pulley[TORQUE, j] * pulley[SPEED, j]
     for k in range(len(free)):
-        rate[speed + k] = pulley[ALPHA, free[k]]
-    rate[energies + 1] = friction_power(contacts)
+        rate[layout.speeds + k] = pulley[ALPHA, free[k]]
+    rate[energies + 1] = friction_power(system.contacts)
     rate[energies + 2] = damped

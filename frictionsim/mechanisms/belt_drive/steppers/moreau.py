@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.assembly import zero_state
-from frictionsim.mechanisms.belt_drive.kernels.chain import TINY
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.effects.axial import TINY
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     SPEED,
     SPEED_OLD,
-    FrictionCoefficients,
+    kinematics_of,
+    zero_state,
 )
-from frictionsim.mechanisms.belt_drive.stability_limits import contact_stiffness
+from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     MAX_OBLIQUITY,
+    STEPS,
     MoreauState,
+    StepTreatment,
     evaluate_forces,
     integrate,
 )
@@ -48,8 +51,7 @@ STIFF = 0.5
 
 def max_stable_step(model: "BeltModel") -> float:
     """Return the length below which steps are stable, s."""
-    bending, inertia = model.laws.bending, model.laws.chain.inertia
-    decay = 4.0 * bending.damping / inertia if bending is not None else 0.0
+    decay = explicit_decay(model.system)
     frequency, _ = model.max_frequency_and_decay
     return min(MAX_OMEGA_H / (frequency + LOST_TO_DAMPING * decay), MAX_DECAY / (decay + TINY))
 
@@ -59,8 +61,8 @@ class BeltStepper:
 
     Parameters
     ----------
-    assembly : Assembly
-    settings : BeltSolver
+    model : BeltModel
+    settings : BeltSolverSettings
         `step` is the length of a step, s; left out, it is near the longest stable one.
 
     Raises
@@ -73,78 +75,78 @@ class BeltStepper:
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
         self._model = model
-        bodies, pulleys = model.laws.chain.bodies, model.pulleys
         max_step = max_stable_step(model)
-        pressed = np.sqrt(contact_stiffness(model.laws, model.equilibrium) / model.laws.chain.mass)
+        contact_frequency = np.sqrt(model.contact_stiffness / model.system.chain.mass)
         self._h = settings.step or min(
-            DEFAULT_STEP_RATIO * max_step, MAX_OF_CONTACT / pressed, settings.max_step or np.inf
+            DEFAULT_STEP_RATIO * max_step,
+            MAX_OF_CONTACT / contact_frequency,
+            settings.max_step or np.inf,
         )
         if self._h >= max_step:
             raise InputError(
                 f"solver.step: {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
                 f" stable below {max_step:.4g} s here; give a smaller solver.step, or fewer bodies"
             )
-        self._skin = model.laws.chain.length
         self._choose_damping_treatment(max_step)
         self.force_per_impulse = 1.0 / self._h
-        y0, y, middle, rate = (zero_state(bodies, pulleys) for _ in range(4))
-        shape = 6, model.workspace.shape[1]
-        before, kinematics, between = (
-            v[: shape[0] * shape[1]].reshape(shape) for v in (y0, y, middle)
-        )
+        layout = model.system.layout
+        y_old, y, middle, rate = (zero_state(layout) for _ in range(4))
+        old, new, between = (kinematics_of.py_func(v, layout) for v in (y_old, y, middle))
         counts = np.zeros(4, dtype=np.int64)
-        self._state = MoreauState(y0, y, middle, rate, before, kinematics, between, counts)
-        self._state.y0[:] = self._state.y[:] = model.state
-        self._inside = zero_state(bodies, pulleys)
-        # Speeds that are given stand in no state.
-        table = model.pulleys
-        self._given = np.setdiff1d(np.arange(table.table.shape[1]), table.free)
+        self._state = MoreauState(y_old, y, middle, rate, old, new, between, counts)
+        y_old[:] = y[:] = model.state
+        # Speeds that are prescribed stand in no state.
+        pulleys = model.system.pulleys
+        self._prescribed = np.setdiff1d(np.arange(pulleys.table.shape[1]), pulleys.free)
 
     def _choose_damping_treatment(self, max_step: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
-        a = self._model
-        self._friction, axial, mass = a.friction, a.laws.axial_damping, a.laws.chain.mass
-        self._laws = a.laws._replace(contact_damping=None)
-        self._undamped = self._laws._replace(axial_damping=None)
-        self._damping: StiffDamping | None = None
-        self._obliquity = MAX_OBLIQUITY
-        if axial is None:
-            return
-        width, pulleys = a.workspace.shape[1], a.pulleys.table.shape[1]
-        self._damping = stiff_damping(axial.coefficient, width, pulleys)
-        if self._friction is None:  # who sticks is part of that solution: nobody does
-            none = np.zeros((pulleys, a.laws.chain.bodies))
-            self._friction = FrictionCoefficients(none, none)
-        along, turning = 4.0 * axial.coefficient / mass, 6.0 * axial.coefficient / mass
-        spare = (MAX_OMEGA_H / self._h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
-        stiff = self._h * along > STIFF
-        self._obliquity = -1.0 if stiff else max(spare, 0.0) / turning
+        system, effects = self._model.system, self._model.system.effects
+        contact, axial, mass = effects.contact, effects.axial_damping, system.chain.mass
+        effects = effects._replace(contact=contact._replace(damping=None))
+        undamped = effects._replace(axial_damping=axial._replace(damping=None))
+        self._system = system._replace(effects=effects)
+        self._stiff: StiffDamping | None = None
+        obliquity = MAX_OBLIQUITY
+        if axial.damping is not None:
+            layout, pulleys = system.layout, system.pulleys.table.shape[1]
+            self._stiff = stiff_damping(axial.damping, layout.width, pulleys)
+            if system.friction is None:  # who sticks is part of that solution: nobody does
+                none = np.zeros((pulleys, layout.bodies))
+                self._system = self._system._replace(friction=FrictionCoefficients(none, none))
+            along, turning = 4.0 * axial.damping / mass, 6.0 * axial.damping / mass
+            spare = (MAX_OMEGA_H / self._h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
+            obliquity = -1.0 if self._h * along > STIFF else max(spare, 0.0) / turning
+        self._undamped = self._system._replace(effects=undamped)
+        self._treatment = StepTreatment(
+            contact.damping, obliquity, self._model.distinct_static_friction
+        )
 
     @property
     def compile_seconds(self) -> float:
         """What the compilation of its kernels is expected to take, s."""
-        return COMPILE_SECONDS if self._damping is None else COMPILE_SECONDS_WITH_DAMPERS
+        return COMPILE_SECONDS if self._stiff is None else COMPILE_SECONDS_WITH_DAMPERS
 
     @property
     def t(self) -> float:
         """The end of the last step, s."""
-        return float(self._state.counts[0] * self._h)
+        return float(self._state.counts[STEPS] * self._h)
 
     @property
     def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
-        steps = int(self._state.counts[0])
+        steps = int(self._state.counts[STEPS])
         return steps, 0, steps
 
     def start(self) -> None:
         """Evaluate the start."""
-        evaluate_forces(self._state, self._skin, self._friction, self._laws, *self._model.parts[1:])
+        evaluate_forces(self._state, self._system)
 
     def prepare(self) -> None:
         """Have the kernels of a step compiled, by taking none."""
-        self._go(0)
+        self._integrate(0)
 
-    def advance(self, limit: float, sample: float, most: int) -> None:
+    def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit or a sample time, s, is reached or passed, or so many steps.
 
         Raises
@@ -153,23 +155,18 @@ class BeltStepper:
         """
         ahead = (min(limit, sample) - self.t) / self._h
         # A step that would be left over from rounding is none.
-        self._go(min(most, max(1, int(np.ceil(ahead - 1e-6)))))
+        self._integrate(min(max_steps, max(1, int(np.ceil(ahead - 1e-6)))))
 
-    def _go(self, steps: int) -> None:
-        a, before = self._model, self.t
+    def _integrate(self, steps: int) -> None:
+        before = self.t
         finite = integrate(
             steps,
             self._h,
             self._state,
-            self._skin,
-            self._friction,
-            a.distinct_static_friction,
-            self._damping,
-            a.laws.contact_damping,
-            self._obliquity,
+            self._treatment,
+            self._stiff,
             self._undamped,
-            self._laws,
-            *a.parts[1:],
+            self._system,
         )
         if not finite:
             raise NonFinite(
@@ -179,18 +176,18 @@ class BeltStepper:
 
     def interpolate(self, t: float) -> "Array":
         """Return the state at a time in the last step; the forces are those of the step."""
-        share = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
+        ratio = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
         s = self._state
-        self._inside[:] = s.y0 + share * (s.y - s.y0)
-        if s.counts[0]:  # before the first step there is no speed but that of the start
-            table = self._model.pulleys.table
-            start, end = table[SPEED_OLD, self._given], table[ALPHA, self._given]
-            table[SPEED, self._given] = start + share * (end - start)
-        return self._inside
+        inside = s.y_old + ratio * (s.y - s.y_old)
+        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
+            table = self._model.system.pulleys.table
+            start, end = table[SPEED_OLD, self._prescribed], table[ALPHA, self._prescribed]
+            table[SPEED, self._prescribed] = start + ratio * (end - start)
+        return inside
 
     def checkpoint_arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
         s = self._state
-        dampers = {} if self._damping is None else {"dampers": self._damping.table}
-        own = {"y0": s.y0, "y": s.y, "counts": s.counts, **dampers}
+        dampers = {} if self._stiff is None else {"dampers": self._stiff.table}
+        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts, **dampers}
         return {**own, **self._model.contact_state()}

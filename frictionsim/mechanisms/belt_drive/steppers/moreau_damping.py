@@ -21,22 +21,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import aligned_zeros
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    COS,
-    FORCE_X,
-    FORCE_Y,
-    SIN,
-    SPIN,
-    TINY,
-    VX,
-    VY,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.effects.axial import TINY
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
     BODY_VX,
     BODY_VY,
+    COS,
+    FORCE_X,
+    FORCE_Y,
     FORWARD_LIMIT,
     FRICTION,
     INERTIA,
@@ -44,13 +38,20 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     NY,
     PULLEY_RADIUS,
     RADIUS,
+    SIN,
+    SPIN,
     STICK_BIAS,
     STICKING,
+    VX,
+    VY,
+    aligned_zeros,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.effects.base import Chain
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
 
@@ -66,7 +67,7 @@ ROWS = 15
 
 
 class StiffDamping(NamedTuple):
-    """The coefficient of a joint, N s/m, and room for the system.
+    """The coefficient of a joint, N s/m, and arrays to solve the system in.
 
     `table` is (15, width); `columns` (1 + np, width) the right-hand sides and then the solutions;
     `matrix` (np, np + 1) the equations of the pulleys.
@@ -79,7 +80,7 @@ class StiffDamping(NamedTuple):
 
 
 def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
-    """Return the damping of joints with room to solve for it."""
+    """Return the damping of joints with arrays to solve for it."""
     return StiffDamping(
         coefficient,
         aligned_zeros(ROWS, width),
@@ -89,14 +90,17 @@ def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
 
 
 @kernel
-def solve_damping_and_friction(h, before, after, chain, workspace, contacts, pulleys, damping):
-    """Solve for the impulses of dampers and friction; add them to the velocities `after`.
+def solve_damping_and_friction(
+    h: float, old: "Array", new: "Array", damping: StiffDamping, system: "System"
+) -> float:
+    """Solve for the impulses of dampers and friction; add those of dampers to the new velocities.
 
-    The slots hold v . t before as SLIP, the wish -v* . t, and the limits; ALPHA the speeds that the
-    pulleys would have. Return the heat of the dampers.
+    Reads SLIP, which is v . t before, STICK_BIAS, -v* . t, and the limits; ALPHA, the speeds that
+    the pulleys would have, and writes it, FRICTION and STICKING. Return the heat of the dampers.
     """
+    chain, contacts, pulleys = system.chain, system.contacts, system.pulleys
     count = pulleys.table.shape[1]
-    joint_kinematics(before, after, chain, workspace, damping)
+    joint_kinematics(old, new, chain, system.workspace, damping)
     initial_friction(contacts, pulleys)
     for _ in range(MAX_ACTIVE_SET_ITERATIONS):
         assemble_contact_rows(contacts, count, chain, damping)
@@ -107,21 +111,21 @@ def solve_damping_and_friction(h, before, after, chain, workspace, contacts, pul
             break
     for j in range(count):
         pulleys.table[ALPHA, j] = damping.matrix[j, count]
-    return apply_impulses(h, after, chain, workspace, damping)
+    return apply_impulses(h, new, chain, system.workspace, damping)
 
 
 @inline_kernel
-def add_predicted_damping(contacts, damping):
+def add_predicted_damping(contacts: "Contacts", damping: StiffDamping | None) -> None:
     """Add to the velocities in the middle of the step what the dampers may be expected to do."""
     if damping is not None:
-        table, contact_table = damping.table, contacts.table
+        table, contact = damping.table, contacts.table
         for s in range(contacts.offsets[-1]):
-            contact_table[BODY_VX, s] += 0.5 * table[DAMPING_DVX, contacts.body[s]]
-            contact_table[BODY_VY, s] += 0.5 * table[DAMPING_DVY, contacts.body[s]]
+            contact[BODY_VX, s] += 0.5 * table[DAMPING_DVX, contacts.body[s]]
+            contact[BODY_VY, s] += 0.5 * table[DAMPING_DVY, contacts.body[s]]
 
 
 @inline_kernel
-def reset_damping_prediction(damping):
+def reset_damping_prediction(damping: StiffDamping | None) -> None:
     """Expect nothing of the dampers."""
     if damping is not None:
         damping.table[DAMPING_DVX, :] = 0.0
@@ -129,7 +133,9 @@ def reset_damping_prediction(damping):
 
 
 @inline_kernel
-def joint_kinematics(before, after, chain, workspace, damping):
+def joint_kinematics(
+    before: "Array", after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+) -> None:
     """Write directions, levers and rates of stretch of the joints."""
     n, half, table = chain.bodies, 0.5 * chain.length, damping.table
     cos, sin = workspace[COS], workspace[SIN]
@@ -152,44 +158,46 @@ def joint_kinematics(before, after, chain, workspace, damping):
 
 
 @inline_kernel
-def initial_friction(contacts, pulleys):
+def initial_friction(contacts: "Contacts", pulleys: "Pulleys") -> None:
     """Write the friction of the bodies that slide: at its limit, against the slip so far."""
-    contact_table = contacts.table
+    contact = contacts.table
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[ALPHA, j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            contact_table[FRICTION, s] = limit_towards(
-                contact_table, s, rim + contact_table[STICK_BIAS, s]
-            )
+            contact[FRICTION, s] = limit_towards(contact, s, rim + contact[STICK_BIAS, s])
 
 
 @inline_kernel
-def limit_towards(contact_table, s, direction):
-    """Return the limit of the friction in a slot that has the sign of a direction."""
-    return contact_table[FORWARD_LIMIT, s] if direction > 0.0 else -contact_table[BACKWARD_LIMIT, s]
+def limit_towards(contact: "Array", s: int, direction: float) -> float:
+    """Return the limit of the friction of a contact that has the sign of a direction."""
+    return contact[FORWARD_LIMIT, s] if direction > 0.0 else -contact[BACKWARD_LIMIT, s]
 
 
 @inline_kernel
-def assemble_contact_rows(contacts, count, chain, damping):
-    """Write for every body whether it sticks, where t is, and what it is kicked by."""
-    table, contact_table = damping.table, contacts.table
+def assemble_contact_rows(
+    contacts: "Contacts", count: int, chain: "Chain", damping: StiffDamping
+) -> None:
+    """Write for every body whether it sticks, where t is, and its impulse over its mass."""
+    table, contact = damping.table, contacts.table
     for row in (TX, TY, STICKING_BODY, IMPULSE_OVER_MASS):
         table[row, :] = 0.0
     for s in range(contacts.offsets[count]):
-        if contact_table[RADIUS, s] > 0.0:
+        if contact[RADIUS, s] > 0.0:
             i = contacts.body[s]
-            table[TX, i], table[TY, i] = -contact_table[NY, s], contact_table[NX, s]
-            table[STICKING_BODY, i] = contact_table[STICKING, s]
+            table[TX, i], table[TY, i] = -contact[NY, s], contact[NX, s]
+            table[STICKING_BODY, i] = contact[STICKING, s]
             # A body that sticks loses what it had along t; the rim's velocity comes by a column.
             table[IMPULSE_OVER_MASS, i] = (
-                contact_table[STICK_BIAS, s]
-                if contact_table[STICKING, s] > 0.0
-                else contact_table[FRICTION, s] / chain.mass
+                contact[STICK_BIAS, s]
+                if contact[STICKING, s] > 0.0
+                else contact[FRICTION, s] / chain.mass
             )
 
 
 @inline_kernel
-def assemble_system(h, chain, contacts, pulleys, damping):
+def assemble_system(
+    h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> None:
     """Write the system: its matrix, and a right-hand side for the rest and one for each pulley."""
     n, table, columns = chain.bodies, damping.table, damping.columns
     ex, ey, tx, ty, sticking_body = table[EX], table[EY], table[TX], table[TY], table[STICKING_BODY]
@@ -223,7 +231,7 @@ def assemble_system(h, chain, contacts, pulleys, damping):
 
 
 @inline_kernel
-def solve_cyclic(n, count, damping):
+def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
     """Solve the cyclic tridiagonal system for all right-hand sides, in their place."""
     table, columns = damping.table, damping.columns
     diagonal, beside, factor, corner = table[DIAGONAL], table[BESIDE], table[FACTOR], table[CORNER]
@@ -236,18 +244,20 @@ def solve_cyclic(n, count, damping):
     for k in range(1, n):
         factor[k] = beside[k - 1] / diagonal[k - 1]
         diagonal[k] -= factor[k] * beside[k - 1]
-    wrap_angle(n, corner, diagonal, beside, factor)
+    substitute_back(n, corner, diagonal, beside, factor)
     below = 1.0 + corner[0] + edge * corner[n - 1] / gamma
     for c in range(count):
         x = columns[c]
-        wrap_angle(n, x, diagonal, beside, factor)
+        substitute_back(n, x, diagonal, beside, factor)
         share = (x[0] + edge * x[n - 1] / gamma) / below
         for k in range(n):
             x[k] -= share * corner[k]
 
 
 @inline_kernel
-def wrap_angle(n, x, diagonal, beside, factor):
+def substitute_back(
+    n: int, x: "Array", diagonal: "Array", beside: "Array", factor: "Array"
+) -> None:
     """Solve the eliminated tridiagonal system for x, in its place."""
     for k in range(1, n):
         x[k] -= factor[k] * x[k - 1]
@@ -257,7 +267,7 @@ def wrap_angle(n, x, diagonal, beside, factor):
 
 
 @inline_kernel
-def tangential_impulse(i, n, table, x):
+def tangential_impulse(i: int, n: int, table: "Array", x: "Array") -> float:
     """Return what the impulses x of its two joints do to body i along t."""
     a = i + 1 if i < n - 1 else 0
     return x[a] * (table[EX, a] * table[TX, i] + table[EY, a] * table[TY, i]) - x[i] * (
@@ -266,7 +276,9 @@ def tangential_impulse(i, n, table, x):
 
 
 @inline_kernel
-def solve_pulley_speeds(chain, contacts, pulleys, damping):
+def solve_pulley_speeds(
+    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> None:
     """Solve for the new speeds of the free pulleys, and gather the impulses of the dampers."""
     n, table, columns, matrix = chain.bodies, damping.table, damping.columns, damping.matrix
     pulley, count = pulleys.table, pulleys.table.shape[1]
@@ -302,42 +314,42 @@ def solve_pulley_speeds(chain, contacts, pulleys, damping):
 
 
 @inline_kernel
-def update_active_set(chain, contacts, pulleys, damping):
-    """Write the friction, and let go or hold where it contradicts its law; return whether it did.
+def update_active_set(
+    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> bool:
+    """Write the friction, release or hold bodies where it contradicts its law.
 
-    FRICTION of a body that slides is its limit in the direction that it was found to slide in.
+    Return whether it did. FRICTION of a body that slides is its limit in the direction that it was found to slide in.
     """
     n, table, mass = chain.bodies, damping.table, chain.mass
-    contact_table, changed = contacts.table, False
+    contact, changed = contacts.table, False
     count = pulleys.table.shape[1]
     for j in range(count):
         rim = pulleys.table[PULLEY_RADIUS, j] * damping.matrix[j, count]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            if contact_table[RADIUS, s] == 0.0:
+            if contact[RADIUS, s] == 0.0:
                 continue
             pulled = tangential_impulse(contacts.body[s], n, table, damping.columns[0])
-            if contact_table[STICKING, s] > 0.0:
-                needed = mass * (rim + contact_table[STICK_BIAS, s]) - pulled
-                if -contact_table[BACKWARD_LIMIT, s] <= needed <= contact_table[FORWARD_LIMIT, s]:
-                    contact_table[FRICTION, s] = needed
+            if contact[STICKING, s] > 0.0:
+                needed = mass * (rim + contact[STICK_BIAS, s]) - pulled
+                if -contact[BACKWARD_LIMIT, s] <= needed <= contact[FORWARD_LIMIT, s]:
+                    contact[FRICTION, s] = needed
                 else:
-                    contact_table[FRICTION, s] = limit_towards(contact_table, s, needed)
-                    contact_table[STICKING, s] = 0.0
+                    contact[FRICTION, s] = limit_towards(contact, s, needed)
+                    contact[STICKING, s] = 0.0
                     changed = True
             else:
-                slip = (
-                    rim
-                    + contact_table[STICK_BIAS, s]
-                    - (contact_table[FRICTION, s] + pulled) / mass
-                )
-                if slip * contact_table[FRICTION, s] < 0.0:
-                    contact_table[STICKING, s] = 1.0
+                slip = rim + contact[STICK_BIAS, s] - (contact[FRICTION, s] + pulled) / mass
+                if slip * contact[FRICTION, s] < 0.0:
+                    contact[STICKING, s] = 1.0
                     changed = True
     return changed
 
 
 @inline_kernel
-def apply_impulses(h, after, chain, workspace, damping):
+def apply_impulses(
+    h: float, after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+) -> float:
     """Add the impulses of the dampers to velocities and pull; return their heat."""
     n, table, impulse = chain.bodies, damping.table, damping.columns[0]
     inv_mass, inv_inertia = 1.0 / chain.mass, 1.0 / chain.inertia

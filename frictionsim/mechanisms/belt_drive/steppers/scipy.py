@@ -1,26 +1,19 @@
 """SciPy's integrators on the equations of a belt drive, for comparison.
 
-The right-hand side is that of the adaptive method, exact stick and all: with the slip of a sticking
-body decaying in a short time it is continuous, which is all that these methods ask for. They know
-nothing of the waves, and the implicit ones nothing of the structure of the equations.
+The right-hand side is that of the adaptive method, set-valued friction and all: with the slip of a
+sticking body decaying in a short time it is continuous, which is all that these methods ask for.
+They know nothing of the waves, and the implicit ones nothing of the structure of the equations.
 """
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import zero_state
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
-    SPEED,
-    find_contact_candidates,
-    update_friction_coefficients,
-)
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
-    kinematics_of,
-    prescribed_speeds,
-    rhs,
-)
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import update_contact_modes
+from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import SPEED, kinematics_of, zero_state
 from frictionsim.scenario import methods
 from frictionsim.solvers.scipy_stepper import ScipyStepper
 
@@ -28,28 +21,25 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
 
 COMPILE_SECONDS = 10.0  # s, as of the adaptive method
 LARGE = 1e30  # the tolerance of an energy: none
-MIN_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
+MIN_RTOL = 3e-14  # what SciPy takes without complaint; the error scales decide
 
 
 @kernel
-def rhs_with_candidates(
-    t, state, rate, skin, friction, laws, torques, loads, speeds, workspace, contacts, pulleys
-):
+def rhs_with_candidates(t: float, state: "Array", rate: "Array", system: "System") -> None:
     """Write the rates of a state, wherever its bodies are: steps may be long."""
-    first = 6 * workspace.shape[1] + pulleys.table.shape[1]
+    pulleys, layout = system.pulleys, system.layout
     for k in range(len(pulleys.free)):
-        pulleys.table[SPEED, pulleys.free[k]] = state[first + k]
-    prescribed_speeds(t, pulleys, speeds)
-    find_contact_candidates(
-        kinematics_of(state, workspace), laws.chain.bodies, pulleys, skin, contacts, friction
-    )
-    rhs(t, 0.0, state, rate, laws, torques, loads, speeds, workspace, contacts, pulleys)
+        pulleys.table[SPEED, pulleys.free[k]] = state[layout.speeds + k]
+    prescribed_speeds(t, pulleys, system.prescribed)
+    find_contact_candidates(system, kinematics_of(state, layout))
+    rhs(t, 0.0, state, rate, system)
 
 
 class _BeltStepper(ScipyStepper):
@@ -65,11 +55,10 @@ class _BeltStepper(ScipyStepper):
             max_steps=settings.max_steps,
             what="the belt",
         )
-        tolerance = (settings.rtol + settings.atol) * model.error_scales
-        self._options["atol"] = np.minimum(tolerance, LARGE)
-        self._model = model
-        self._state = zero_state(model.laws.chain.bodies, model.pulleys)
-        self._rate = zero_state(model.laws.chain.bodies, model.pulleys)
+        self._options["atol"] = np.minimum(settings.rtol * model.error_scales, LARGE)
+        self._system = model.system
+        self._state = zero_state(model.system.layout)
+        self._rate = zero_state(model.system.layout)
 
     def _rates_of(self, t: float, y: Any) -> Any:
         self.nfev += 1
@@ -77,17 +66,16 @@ class _BeltStepper(ScipyStepper):
         return self._rate.copy()
 
     def evaluate(self, t: float, y: Any) -> "Array":
-        """Evaluate the equations at a state, and return it; the room has the forces then."""
-        a = self._model
+        """Evaluate the equations at a state, and return it; the system has the forces then."""
         self._state[:] = y
-        rhs_with_candidates(t, self._state, self._rate, a.laws.chain.length, a.friction, *a.parts)
+        rhs_with_candidates(float(t), self._state, self._rate, self._system)
         return self._state
 
 
 class BeltStepper:
     """A belt drive on its way, as the run of it sees it."""
 
-    force_per_impulse = 1.0  # the slots hold forces
+    force_per_impulse = 1.0  # the contacts hold forces
     resumable = False  # what a method remembers of its steps is its own
     compile_seconds = COMPILE_SECONDS
 
@@ -112,11 +100,11 @@ class BeltStepper:
 
     def prepare(self) -> None:
         """Have the one kernel compiled that the start does not call, on a copy."""
-        if self._model.distinct_static_friction is not None:
-            contacts = self._model.contacts
-            update_friction_coefficients(contacts._replace(table=contacts.table.copy()))
+        if self._model.distinct_static_friction:
+            contacts = self._model.system.contacts
+            update_contact_modes(contacts._replace(table=contacts.table.copy()))
 
-    def advance(self, limit: float, sample: float, most: int) -> None:
+    def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Take one step, that ends at a limit, s, at the latest.
 
         Raises
@@ -124,12 +112,12 @@ class BeltStepper:
         SolverError
         """
         self._stepper.advance(limit)
-        if self._model.distinct_static_friction is not None:
+        if self._model.distinct_static_friction:
             self.interpolate(self.t)
-            update_friction_coefficients(self._model.contacts)
+            update_contact_modes(self._model.system.contacts)
 
     def interpolate(self, t: float) -> "Array":
-        """Return the state at a time in the last step; the forces are in the assembly's room."""
+        """Return the state at a time in the last step; the system has the forces there."""
         return self._stepper.evaluate(t, self._stepper.interpolate(t))
 
     def checkpoint_arrays(self) -> dict[str, "Array"]:
