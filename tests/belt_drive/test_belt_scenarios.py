@@ -22,8 +22,8 @@ def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
 def test_the_belt_on_three_pulleys_has_every_effect() -> None:
     scenario = scenario_of(trio())
     assert all(effect is not None for _, effect in scenario.effects)
-    laws = assemble(scenario).laws
-    assert [name for name in laws._fields if getattr(laws, name) is None] == [
-        "regularised",
-        "creep",
-    ]
+    effects = assemble(scenario).system.effects
+    assert [name for name in effects._fields if getattr(effects, name) is None] == ["patch"]
+    law = effects.belt_friction
+    assert (law.regularised, law.creep) == (None, None)
+    assert None not in (law.set_valued, effects.axial_damping.damping, effects.contact.damping)

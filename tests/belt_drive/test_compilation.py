@@ -83,9 +83,9 @@ class Calls:
     """Notes the types of what the kernels that Python calls are given: each is compiled for."""
 
     ENTRIES: ClassVar = {
-        rkf45: ("start", "advance", "interpolate_step"),
+        rkf45: ("advance", "stages", "rhs", "find_contact_candidates"),
         moreau: ("evaluate_forces", "integrate"),
-        scipy: ("rhs_with_candidates", "update_friction_coefficients"),
+        scipy: ("rhs_with_candidates", "update_contact_modes"),
     }
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:

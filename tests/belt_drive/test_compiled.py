@@ -21,7 +21,7 @@ def ends(data: Scenario) -> dict[str, Any]:
     """Return all that the next step depends on after a few steps from a start with some motion."""
     scenario = scenario_of(data)
     model = assemble(scenario)
-    width, n = model.workspace.shape[1], model.laws.chain.bodies
+    width, n = model.system.layout.width, model.system.chain.bodies
     model.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
     module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
     stepper = module.BeltStepper(model, scenario.solver)

@@ -120,7 +120,7 @@ def kick(speed: float) -> Disturb:
     """Return what gives the bodies a velocity along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
-        width, n = model.workspace.shape[1], model.laws.chain.bodies
+        width, n = model.system.layout.width, model.system.chain.bodies
         phase = 2.0 * np.pi * np.arange(n) / n
         for row in (3, 4):
             model.state[row * width : row * width + n] += speed * np.sin(phase + row)
@@ -141,8 +141,8 @@ def scenario_of(data: Scenario) -> BeltDriveScenario:
 
 def kinematics(state: Array, model: BeltModel) -> list[Array]:
     """Return x, y, phi, vx, vy, w of the bodies and theta, omega of the pulleys in a state."""
-    n, width = model.laws.chain.bodies, model.workspace.shape[1]
-    table, free = model.pulleys.table, model.pulleys.free
+    n, width = model.system.chain.bodies, model.system.layout.width
+    table, free = model.system.pulleys.table, model.system.pulleys.free
     m = table.shape[1]
     motion = state[: 6 * width].reshape(6, width)[:, :n]
     omega = table[4].copy()

@@ -241,7 +241,7 @@ def _prescribed_speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None
 def initial_state(equilibrium: Equilibrium, layout: StateLayout) -> "Array":
     """Return the state at the start: the belt in equilibrium, free pulleys at rest."""
     state = zero_state(layout)
-    kinematics = kinematics_of.py_func(state, layout)
+    kinematics = kinematics_of(state, layout)
     kinematics[:3, : layout.bodies] = equilibrium.x, equilibrium.y, equilibrium.angle
     return state
 
@@ -263,7 +263,7 @@ def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     speed = min(stretch * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
     stretch = min(stretch, depth)
     scales = np.full(layout.size, np.inf)
-    rows = kinematics_of.py_func(scales, layout)
+    rows = kinematics_of(scales, layout)
     rows[:] = np.array([[stretch, stretch, stretch / length, speed, speed, speed / length]]).T
     scales[layout.angles : layout.speeds] = stretch / radius
     scales[layout.speeds : layout.energies] = speed / radius

@@ -94,7 +94,7 @@ class Observer:
         return kinematics[X], kinematics[Y]
 
     def _kinematics(self, state: "Array") -> "Array":
-        rows: Array = kinematics_of.py_func(state, self._system.layout)
+        rows: Array = kinematics_of(state, self._system.layout)
         return rows[:, : self._bodies]
 
     @property

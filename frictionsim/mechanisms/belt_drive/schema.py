@@ -186,9 +186,9 @@ else:
 class BeltSolverSettings(SolverSettings):
     """`[solver]` of a belt: a step is accepted when its error is rtol scales of the states.
 
-    The scales are those that the pretension gives: the stretch of a joint or the depth of a contact,
-    m, whichever is less, and over the length of a body, rad; the velocity with which either would
-    swing, m/s, over the length of a body and over the smallest radius, rad/s.
+    The scales are those that the pretension gives: the stretch of a joint or the depth of a
+    contact, m, whichever is less, and over the length of a body, rad; the velocity with which
+    either would swing, m/s, over the length of a body and over the smallest radius, rad/s.
     """
 
     backend: str = "rkf45"

@@ -13,11 +13,13 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, sum_of
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
+    DAMPING_HEAT,
+    FRICTION_HEAT,
     INERTIA,
+    KINEMATIC_ROWS,
     PULLEY_RADIUS,
     SPEED,
     TORQUE,
-    kinematics_of,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
     PrescribedSpeeds,
@@ -119,7 +121,8 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
     pulley_torques(t, system)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     aphi = rate[half + 2 * width : half + 3 * width]
-    damped = smooth_accelerations(system, kinematics_of(state, layout), ax, ay, aphi)
+    kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, width))
+    damped = smooth_accelerations(system, kinematics, ax, ay, aphi)
     slip_velocities(system.contacts, system.pulleys)
     solve_friction(system.effects.belt_friction, system, ax, ay, h)
     add_friction_forces(system.contacts, 1.0 / system.chain.mass, ax, ay)
@@ -131,5 +134,5 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
         rate[energies] += pulley[TORQUE, j] * pulley[SPEED, j]
     for k in range(len(free)):
         rate[layout.speeds + k] = pulley[ALPHA, free[k]]
-    rate[energies + 1] = friction_power(system.contacts)
-    rate[energies + 2] = damped
+    rate[energies + FRICTION_HEAT] = friction_power(system.contacts)
+    rate[energies + DAMPING_HEAT] = damped

@@ -31,6 +31,9 @@ class Kernel:
 
     A scenario can so be read and checked without numba, which takes half a second to import,
     though the kernels of an effect stand beside its parameters.
+
+    Kernels make no arrays and return none. So numba need not count who uses one: counting all
+    arrays of a `System` wherever a part of it is taken would cost more than the forces (`_nrt`).
     """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
@@ -48,7 +51,11 @@ class Kernel:
         """The function as numba compiles it."""
         if self._compiled is None:
             self._compiled = _numba().njit(
-                self.py_func, fastmath=FASTMATH_FLAGS, error_model="numpy", **self._options
+                self.py_func,
+                fastmath=FASTMATH_FLAGS,
+                error_model="numpy",
+                _nrt=False,
+                **self._options,
             )
         return self._compiled
 

@@ -111,10 +111,9 @@ def zero_state(layout: StateLayout) -> "Array":
     return zeros
 
 
-@inline_kernel
 def kinematics_of(state: "Array", layout: StateLayout) -> "Array":
     """Return the kinematics that a state vector, or its rate, begins with: a view, (6, width)."""
-    return state[: layout.angles].reshape((KINEMATIC_ROWS, layout.width))
+    return state[: layout.angles].reshape(KINEMATIC_ROWS, layout.width)
 
 
 @inline_kernel

@@ -91,9 +91,9 @@ class BeltStepper:
         self.force_per_impulse = 1.0 / self._h
         layout = model.system.layout
         y_old, y, middle, rate = (zero_state(layout) for _ in range(4))
-        old, new, between = (kinematics_of.py_func(v, layout) for v in (y_old, y, middle))
+        old, new, between, spare = (kinematics_of(v, layout) for v in (y_old, y, middle, rate))
         counts = np.zeros(4, dtype=np.int64)
-        self._state = MoreauState(y_old, y, middle, rate, old, new, between, counts)
+        self._state = MoreauState(y_old, y, middle, rate, old, new, between, spare, counts)
         y_old[:] = y[:] = model.state
         # Speeds that are prescribed stand in no state.
         pulleys = model.system.pulleys

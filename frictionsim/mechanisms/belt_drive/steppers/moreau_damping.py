@@ -319,7 +319,8 @@ def update_active_set(
 ) -> bool:
     """Write the friction, release or hold bodies where it contradicts its law.
 
-    Return whether it did. FRICTION of a body that slides is its limit in the direction that it was found to slide in.
+    Return whether it did. FRICTION of a body that slides is its limit in the direction that it was
+    found to slide in.
     """
     n, table, mass = chain.bodies, damping.table, chain.mass
     contact, changed = contacts.table, False

@@ -49,9 +49,11 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BODY_VX,
     BODY_VY,
     COS,
+    DAMPING_HEAT,
     FORCE_X,
     FORCE_Y,
     FRICTION,
+    FRICTION_HEAT,
     INERTIA,
     NX,
     NY,
@@ -65,7 +67,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VX,
     VY,
     copy,
-    kinematics_of,
 )
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
@@ -104,6 +105,8 @@ class MoreauState(NamedTuple):
         Workspace.
     old, new, between : (6, width)
         The kinematics that y_old, y and middle begin with: views of them.
+    spare : (6, width)
+        The same of rate.
     counts : (4,)
         STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS.
     """
@@ -115,6 +118,7 @@ class MoreauState(NamedTuple):
     old: "Array"
     new: "Array"
     between: "Array"
+    spare: "Array"
     counts: "Indices"
 
 
@@ -211,12 +215,10 @@ def correct_joint_damping(
 ) -> None:
     """Add to the energies what dampers along the belt take beyond what was expected of them."""
     if damping is not None:
-        layout = system.layout
-        spare = kinematics_of(state.rate, layout)
         heat = joint_damping_correction(
-            system.chain, state.old, state.between, state.new, system.workspace, spare
+            system.chain, state.old, state.between, state.new, system.workspace, state.spare
         )
-        state.y[layout.energies + 2] += h * heat
+        state.y[system.layout.energies + DAMPING_HEAT] += h * heat
 
 
 @inline_kernel
@@ -259,8 +261,8 @@ def step(
         y[layout.angles + j] += h * mean
         y[layout.energies] += h * pulley[TORQUE, j] * mean
         pulley[SPEED, j] = pulley[ALPHA, j]
-    y[layout.energies + 1] += rubbed
-    y[layout.energies + 2] += h * damped + braked
+    y[layout.energies + FRICTION_HEAT] += rubbed
+    y[layout.energies + DAMPING_HEAT] += h * damped + braked
 
 
 @inline_kernel

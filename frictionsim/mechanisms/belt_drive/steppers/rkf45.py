@@ -99,6 +99,8 @@ class RKF45State(NamedTuple):
         The rates of its stages; k[0] are those at its start.
     f : (size,)
         The rates at its end.
+    kinematics : (6, width)
+        Those that y begins with: a view.
     stage, error, inside : (size,)
         Workspace.
     inv_error_scale : (size,)
@@ -113,6 +115,7 @@ class RKF45State(NamedTuple):
     y: "Array"
     k: tuple["Array", ...]
     f: "Array"
+    kinematics: "Array"
     stage: "Array"
     error: "Array"
     inside: "Array"
@@ -156,7 +159,7 @@ def advance(
     last = counts[STEPS] + counts[REJECTED] + max_trials
     while clock[T] < limit and clock[T] < sample and counts[STEPS] + counts[REJECTED] < last:
         if counts[SINCE_SEARCH] >= CANDIDATE_UPDATE_INTERVAL:
-            find_contact_candidates(system, kinematics_of(state.y, system.layout))
+            find_contact_candidates(system, state.kinematics)
             counts[SINCE_SEARCH] = 0
         copy(state.y, state.y_old)
         copy(state.f, state.k[0])
@@ -290,11 +293,13 @@ class BeltStepper:
         def vector() -> "Array":
             return zero_state(system.layout)
 
+        y = vector()
         self._state = RKF45State(
             y_old=vector(),
-            y=vector(),
+            y=y,
             k=tuple(vector() for _ in range(6)),
             f=vector(),
+            kinematics=kinematics_of(y, system.layout),
             stage=vector(),
             error=vector(),
             inside=vector(),
@@ -321,7 +326,7 @@ class BeltStepper:
         """Find who is near a pulley, and evaluate the rates at the start."""
         s, system = self._state, self._system
         prescribed_speeds(self.t, system.pulleys, system.prescribed)  # who has slip depends on it
-        find_contact_candidates(system, kinematics_of(s.y, system.layout))
+        find_contact_candidates(system, s.kinematics)
         rhs(self.t, float(s.clock[H]), s.y, s.f, system)
         s.counts[NFEV] += 1
 

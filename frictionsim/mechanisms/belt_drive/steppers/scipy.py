@@ -13,7 +13,7 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import update_conta
 from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import SPEED, kinematics_of, zero_state
+from frictionsim.mechanisms.belt_drive.kernels.layout import KINEMATIC_ROWS, SPEED, zero_state
 from frictionsim.scenario import methods
 from frictionsim.solvers.scipy_stepper import ScipyStepper
 
@@ -38,7 +38,8 @@ def rhs_with_candidates(t: float, state: "Array", rate: "Array", system: "System
     for k in range(len(pulleys.free)):
         pulleys.table[SPEED, pulleys.free[k]] = state[layout.speeds + k]
     prescribed_speeds(t, pulleys, system.prescribed)
-    find_contact_candidates(system, kinematics_of(state, layout))
+    kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, layout.width))
+    find_contact_candidates(system, kinematics)
     rhs(t, 0.0, state, rate, system)
 
 
