@@ -9,8 +9,10 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.effects.axial import cos_sin
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
 from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,

@@ -62,6 +62,8 @@ TINY = 1e-300  # a joint of no length has no force
 
 FULL_TURN = 2.0 * pi
 
+MAX_OBLIQUITY = 2.0  # the sum of two sin^2: there is no more
+
 # sin(z)/z and (1 - cos(z))/z^2 in powers of z^2; the next term is below 1e-16 for |z| <= pi/4.
 S3, S5, S7, S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
 S11, S13, S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
@@ -237,6 +239,32 @@ def joint_damping_correction(
         stretch_y = off_y[k] - half * cos[k] * off_spin[k] - off_right_y[k]
         heat += damper_x[k] * stretch_x + damper_y[k] * stretch_y
     return heat
+
+
+@inline_kernel
+def has_oblique_joints(workspace: Array, chain: Chain, max_obliquity: float) -> int:
+    """Return whether the dampers of a body's joints turn it too fast for extrapolation.
+
+    A joint without much tension may point anywhere; its damper then meets the small inertia of
+    the bodies that it turns. sin^2 of the angle between joint and body measures that.
+    """
+    if max_obliquity >= MAX_OBLIQUITY:
+        return 0
+    cos, sin, force_x, force_y = (
+        workspace[COS],
+        workspace[SIN],
+        workspace[FORCE_X],
+        workspace[FORCE_Y],
+    )
+    count = 0.0
+    for k in range(chain.bodies):
+        x0, y0, x1, y1 = force_x[k], force_y[k], force_x[k + 1], force_y[k + 1]
+        before, after = y0 * cos[k] - x0 * sin[k], y1 * cos[k] - x1 * sin[k]
+        size0, size1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
+        # before^2/size0 + after^2/size1 > max_obliquity, without the divisions
+        weighted = before * before * size1 + after * after * size0
+        count += 1.0 if weighted > max_obliquity * size0 * size1 else 0.0
+    return 1 if count > 0.0 else 0
 
 
 class AxialEffect(BeltEffect):

@@ -46,7 +46,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     INERTIA,
     INV_DISTANCE,
     KINETIC,
-    MODE,
     NORMAL,
     NX,
     NY,
@@ -173,57 +172,6 @@ class FrictionEffect(BeltEffect):
             RegularisedFriction(table.transition_speed) if table.transition_speed else None,
             CreepFriction(table.maximum_creep) if table.maximum_creep else None,
         )
-
-
-# --- the coefficients that are in force -----------------------------------------------------------
-
-
-@inline_kernel
-def assign_friction_coefficients(
-    contacts: "Contacts", pulleys: int, friction: FrictionCoefficients | None
-) -> None:
-    """Write STATIC and KINETIC of each candidate, and the coefficients in force."""
-    if friction is not None:
-        for j in range(pulleys):
-            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-                contacts.table[STATIC, s] = friction.static[j, contacts.body[s]]
-                contacts.table[KINETIC, s] = friction.kinetic[j, contacts.body[s]]
-        select_friction_coefficients(contacts)
-
-
-@inline_kernel
-def select_friction_coefficients(contacts: "Contacts") -> bool:
-    """Write FORWARD and BACKWARD, by MODE; return whether that changes a limit."""
-    table = contacts.table
-    changed = 0.0
-    for s in range(contacts.offsets[-1]):
-        static, kinetic, mode = table[STATIC, s], table[KINETIC, s], table[MODE, s]
-        against = 0.0 if static > kinetic else static
-        forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
-        backward = static if mode == 0.0 else kinetic if mode < 0.0 else against
-        change = abs(forward - table[FORWARD, s]) + abs(backward - table[BACKWARD, s])
-        changed += change * table[NORMAL, s]
-        table[FORWARD, s], table[BACKWARD, s] = forward, backward
-    return changed > 0.0
-
-
-@inline_kernel
-def update_contact_modes(contacts: "Contacts") -> bool:
-    """Take over from the last step who sticks and who slides where to.
-
-    A body that sticks lets go in the direction of its friction. One that slides goes on until its
-    slip has come to zero. Reads STICKING, SLIP and FRICTION; writes MODE and the coefficients in
-    force. Return whether that changes a limit.
-    """
-    table = contacts.table
-    for s in range(contacts.offsets[-1]):
-        mode, slip, friction = table[MODE, s], table[SLIP, s], table[FRICTION, s]
-        if table[STICKING, s] > 0.0 or mode * slip < 0.0:
-            mode = 0.0
-        elif mode == 0.0:
-            mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
-        table[MODE, s] = mode
-    return select_friction_coefficients(contacts)
 
 
 # --- set-valued friction --------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The search for bodies near pulleys, the candidates for a contact.
+"""The search for bodies near pulleys, the candidates for a contact, and who of them sticks.
 
 Only these are looked at in the steps between two searches. No body gets through the skin round a
 pulley meanwhile, which is as thick as a body is long, unless it is faster than a sixteenth of the
@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import assign_friction_coefficients
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    BACKWARD,
     CENTRE_X,
     CENTRE_Y,
+    FORWARD,
     FRICTION,
+    KINETIC,
     MODE,
+    NORMAL,
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
@@ -23,6 +26,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SIMD_WIDTH,
     SLIP,
     SPEED,
+    STATIC,
     STICKING,
     VX,
     VY,
@@ -33,6 +37,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
@@ -106,3 +111,51 @@ def initial_contact_modes(kinematics: "Array", contacts: "Contacts", pulleys: "P
                 slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
                 table[SLIP, s], table[MODE, s] = slip, np.sign(slip)
                 table[STICKING, s] = 1.0 if slip == 0.0 else 0.0
+
+
+@inline_kernel
+def assign_friction_coefficients(
+    contacts: "Contacts", pulleys: int, friction: "FrictionCoefficients | None"
+) -> None:
+    """Write STATIC and KINETIC of each candidate, and the coefficients in force."""
+    if friction is not None:
+        for j in range(pulleys):
+            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+                contacts.table[STATIC, s] = friction.static[j, contacts.body[s]]
+                contacts.table[KINETIC, s] = friction.kinetic[j, contacts.body[s]]
+        select_friction_coefficients(contacts)
+
+
+@inline_kernel
+def select_friction_coefficients(contacts: "Contacts") -> bool:
+    """Write FORWARD and BACKWARD, by MODE; return whether that changes a limit."""
+    table = contacts.table
+    changed = 0.0
+    for s in range(contacts.offsets[-1]):
+        static, kinetic, mode = table[STATIC, s], table[KINETIC, s], table[MODE, s]
+        against = 0.0 if static > kinetic else static
+        forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
+        backward = static if mode == 0.0 else kinetic if mode < 0.0 else against
+        change = abs(forward - table[FORWARD, s]) + abs(backward - table[BACKWARD, s])
+        changed += change * table[NORMAL, s]
+        table[FORWARD, s], table[BACKWARD, s] = forward, backward
+    return changed > 0.0
+
+
+@inline_kernel
+def update_contact_modes(contacts: "Contacts") -> bool:
+    """Take over from the last step who sticks and who slides where to.
+
+    A body that sticks lets go in the direction of its friction. One that slides goes on until its
+    slip has come to zero. Reads STICKING, SLIP and FRICTION; writes MODE and the coefficients in
+    force. Return whether that changes a limit.
+    """
+    table = contacts.table
+    for s in range(contacts.offsets[-1]):
+        mode, slip, friction = table[MODE, s], table[SLIP, s], table[FRICTION, s]
+        if table[STICKING, s] > 0.0 or mode * slip < 0.0:
+            mode = 0.0
+        elif mode == 0.0:
+            mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
+        table[MODE, s] = mode
+    return select_friction_coefficients(contacts)

@@ -193,5 +193,5 @@ def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:
         [f"def total_of({parameters}):", "    total = 0.0", *lines, "    return total"]
     )
     scope: dict[str, Any] = {"__name__": __name__, **names}
-    exec(code, scope)
+    exec(compile(code, __file__, "exec"), scope)
     return generated_kernel(scope["total_of"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.effects.axial import TINY
+from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -20,7 +20,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
-    MAX_OBLIQUITY,
     STEPS,
     MoreauState,
     StepTreatment,

@@ -24,20 +24,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects.axial import joint_damping_correction
+from frictionsim.mechanisms.belt_drive.effects.axial import (
+    has_oblique_joints,
+    joint_damping_correction,
+)
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     add_friction_forces,
     friction_limits,
     project_friction,
     solve_pulley_motion,
     total_friction,
-    update_contact_modes,
 )
 from frictionsim.mechanisms.belt_drive.effects.contact import (
     ContactDamping,
     add_midpoint_contact_damping,
 )
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
 from frictionsim.mechanisms.belt_drive.kernels.equations import (
     prescribed_speeds,
     pulley_torques,
@@ -48,17 +53,13 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BODY_VX,
     BODY_VY,
-    COS,
     DAMPING_HEAT,
-    FORCE_X,
-    FORCE_Y,
     FRICTION,
     FRICTION_HEAT,
     INERTIA,
     NX,
     NY,
     PULLEY_RADIUS,
-    SIN,
     SLIP,
     SPEED,
     SPEED_OLD,
@@ -78,7 +79,6 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
     from frictionsim.mechanisms.belt_drive.kernels.signals import PrescribedSpeeds
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
@@ -86,8 +86,6 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
-
-MAX_OBLIQUITY = 2.0  # the sum of two sin^2: there is no more
 
 # The numbers in `counts`: steps, steps since the search for candidates, 1 if dampers along the belt
 # are solved for now, and how many steps were taken so.
@@ -181,32 +179,6 @@ def integrate(
     for i in range(len(state.y)):
         total += abs(state.y[i])
     return total < np.inf
-
-
-@inline_kernel
-def has_oblique_joints(workspace: "Array", chain: "Chain", max_obliquity: float) -> int:
-    """Return whether the dampers of a body's joints turn it too fast for extrapolation.
-
-    A joint without much tension may point anywhere; its damper then meets the small inertia of
-    the bodies that it turns. sin^2 of the angle between joint and body measures that.
-    """
-    if max_obliquity >= MAX_OBLIQUITY:
-        return 0
-    cos, sin, force_x, force_y = (
-        workspace[COS],
-        workspace[SIN],
-        workspace[FORCE_X],
-        workspace[FORCE_Y],
-    )
-    count = 0.0
-    for k in range(chain.bodies):
-        x0, y0, x1, y1 = force_x[k], force_y[k], force_x[k + 1], force_y[k + 1]
-        before, after = y0 * cos[k] - x0 * sin[k], y1 * cos[k] - x1 * sin[k]
-        size0, size1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
-        # before^2/size0 + after^2/size1 > max_obliquity, without the divisions
-        weighted = before * before * size1 + after * after * size0
-        count += 1.0 if weighted > max_obliquity * size0 * size1 else 0.0
-    return 1 if count > 0.0 else 0
 
 
 @inline_kernel

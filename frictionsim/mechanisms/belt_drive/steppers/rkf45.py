@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
