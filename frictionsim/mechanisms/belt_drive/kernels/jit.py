@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from functools import cache, update_wrapper
+from functools import cache, cached_property, update_wrapper
 from hashlib import sha256
 from pathlib import Path
 from tempfile import gettempdir
@@ -22,6 +22,9 @@ FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
 
 # Plain Python for one coordinate, and compiled for belts.
 SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
+
+# Of a kernel that is a part of others: what Python calls it by would take as long to compile.
+PART = {"forceinline": True, "no_cpython_wrapper": True}
 
 _modules_with_kernels: set[str] = set()
 
@@ -36,48 +39,55 @@ class Kernel:
     arrays of a `System` wherever a part of it is taken would cost more than the forces (`_nrt`).
     """
 
-    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+    def __init__(self, function: Callable[..., Any], **as_part: Any) -> None:
         self.py_func = function
-        self._options = options
-        self._compiled: Any = None
+        self._as_part = as_part
         update_wrapper(self, function)
         _modules_with_kernels.add(function.__module__)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.compiled(*arguments)
 
-    @property
+    @cached_property
     def compiled(self) -> Any:
-        """The function as numba compiles it."""
-        if self._compiled is None:
-            self._compiled = _numba().njit(
-                self.py_func,
-                fastmath=FASTMATH_FLAGS,
-                error_model="numpy",
-                _nrt=False,
-                **self._options,
-            )
-        return self._compiled
+        """The function as Python calls it."""
+        return _compiled(self.py_func, cache=True)
+
+    @cached_property
+    def part(self) -> Any:
+        """The function as other kernels call it."""
+        return _compiled(self.py_func, **self._as_part) if self._as_part else self.compiled
 
     @property
     def _numba_type_(self) -> Any:
         """What numba takes it for where another kernel calls it."""
-        return self.compiled._numba_type_
+        return self.part._numba_type_
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    return _numba().njit(
+        function,
+        fastmath=FASTMATH_FLAGS,
+        error_model="numpy",
+        no_cfunc_wrapper=True,  # nor does C call it
+        _nrt=False,
+        **options,
+    )
 
 
 def inline_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as a part of each kernel that calls it: the call costs nothing."""
-    return Kernel(function, cache=True, forceinline=True)
+    return Kernel(function, **PART)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls, or that is too large to be repeated."""
-    return Kernel(function, cache=True)
+    return Kernel(function)
 
 
 def generated_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that stands in no file, as a part of each kernel that calls it."""
-    return Kernel(function, forceinline=True)
+    return Kernel(function, **PART)
 
 
 def kernel_sources() -> tuple[Path, ...]:
