@@ -8,11 +8,29 @@ which is what makes the search for a breakaway rigorous.
 from bisect import bisect_right
 from collections.abc import Sequence
 from math import ceil, cos, inf, pi, sin
-from typing import Protocol
+from typing import NamedTuple, Protocol
+
+
+class CubicPiece(NamedTuple):
+    """A signal from a knot to the next: c0 + c1 x + c2 x^2 + c3 x^3, x = t - knot."""
+
+    knot: float
+    c0: float
+    c1: float = 0.0
+    c2: float = 0.0
+    c3: float = 0.0
+
+
+class Harmonic(NamedTuple):
+    """amplitude sin(angular_frequency t + phase)."""
+
+    amplitude: float
+    angular_frequency: float
+    phase: float
 
 
 class Signal(Protocol):
-    """A continuous, piecewise smooth function of time."""
+    """A continuous, piecewise smooth function of time: cubic pieces, and one harmonic or none."""
 
     def __call__(self, t: float) -> float:
         """Return the value at time t, s."""
@@ -25,6 +43,12 @@ class Signal(Protocol):
 
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth."""
+
+    def pieces(self) -> list[CubicPiece]:
+        """Return its cubic pieces; the first has no beginning, whatever its knot is."""
+
+    def harmonic(self) -> Harmonic | None:
+        """Return what is to be added to the pieces."""
 
 
 class Constant:
@@ -44,6 +68,12 @@ class Constant:
 
     def next_extremum(self, t: float) -> float:
         return inf
+
+    def pieces(self) -> list[CubicPiece]:
+        return [CubicPiece(0.0, self._value)]
+
+    def harmonic(self) -> Harmonic | None:
+        return None
 
 
 class PiecewiseLinear:
@@ -72,6 +102,13 @@ class PiecewiseLinear:
         return self._times[i] if i < len(self._times) else inf
 
     next_extremum = next_discontinuity
+
+    def pieces(self) -> list[CubicPiece]:
+        parts = zip(self._from_time, self._from_value, self._slope, strict=True)
+        return [CubicPiece(*part) for part in parts]
+
+    def harmonic(self) -> Harmonic | None:
+        return None
 
 
 class Sine:
@@ -105,6 +142,12 @@ class Sine:
                 return turn
             k += 1
 
+    def pieces(self) -> list[CubicPiece]:
+        return [CubicPiece(0.0, self._mean)]
+
+    def harmonic(self) -> Harmonic | None:
+        return Harmonic(self._amplitude, self._angular_frequency, self._phase)
+
 
 class SmoothStep:
     """From one value to another along 3 x^2 - 2 x^3, constant before and after.
@@ -113,7 +156,7 @@ class SmoothStep:
     """
 
     def __init__(self, before: float, after: float, start: float, stop: float) -> None:
-        self._before = before
+        self._before, self._after = before, after
         self._rise = after - before
         self._start = start
         self._stop = stop
@@ -133,3 +176,16 @@ class SmoothStep:
         return self._stop if t < self._stop else inf
 
     next_extremum = next_discontinuity
+
+    def pieces(self) -> list[CubicPiece]:
+        curvature = 3.0 * self._rise / self._duration**2
+        return [
+            CubicPiece(self._start, self._before),
+            CubicPiece(
+                self._start, self._before, 0.0, curvature, -2.0 * self._rise / self._duration**3
+            ),
+            CubicPiece(self._stop, self._after),
+        ]
+
+    def harmonic(self) -> Harmonic | None:
+        return None

@@ -1,20 +1,11 @@
 """Dry friction smoothed over a transition speed, for ordinary integrators: it creeps.
 
-    T = -sign(v) F(|v|/v_t),   x = |v|/v_t
+    T = -sign(v) F(|v|/v_t)
 
-    F = L_s (3 x - x^3)/2                        x <= 1    up to the static limit L_s
-    F = L_s + (L_k - L_s) d^2 (3 - 2 d)      1 < x <= 1.5, d = 2 (x - 1), down to the kinetic
-    F = L_k                                1.5 < x
-
-as Threlfall's curve and the joints of Adams have it [1]_. It is here to show what it costs: at
+with Threlfall's curve F, see `friction_curve`. It is here to show what it costs: at
 rest the body creeps at about v_t M/(1.5 L_s), the time constant there is v_t I/(1.5 L_s), and
 the error of the motion is of the order of v_t. `rkf45` steps it with our own integrator, the
 other methods with SciPy's. What counts as stick is |v| < v_t.
-
-References
-----------
-.. [1] D. C. Threlfall, "The inclusion of Coulomb friction in mechanisms programs with particular
-   reference to DRAM", Mechanism and Machine Theory 13, 1978, 475-483.
 """
 
 from typing import TYPE_CHECKING
@@ -22,6 +13,7 @@ from typing import TYPE_CHECKING
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import FrictionlessSolver, Solver
 from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
+from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import State
 
@@ -29,30 +21,12 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
-KINETIC_FROM = 1.5  # times the transition speed
-
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
     """Return what steps the smoothed law to settings.duration."""
     if mechanism.contact is None:
         return FrictionlessSolver(mechanism, settings, buffer)
     return RegularisedSolver(mechanism, mechanism.contact, settings, buffer)
-
-
-def smoothed_limit(x: float, static_limit: float, kinetic_limit: float) -> float:
-    """Return the size of the friction at a speed of x transition speeds, N m.
-
-    Parameters
-    ----------
-    x : float, not negative
-    static_limit, kinetic_limit : float, N m
-    """
-    if x <= 1.0:
-        return static_limit * (1.5 - 0.5 * x * x) * x
-    if x >= KINETIC_FROM:
-        return kinetic_limit
-    d = (x - 1.0) / (KINETIC_FROM - 1.0)
-    return static_limit + (kinetic_limit - static_limit) * d * d * (3.0 - 2.0 * d)
 
 
 class RegularisedSolver(Solver):
@@ -79,7 +53,7 @@ class RegularisedSolver(Solver):
         x = s * v / self.speed
         static = self.contact.static_limit(u, q) if x < KINETIC_FROM else 0.0
         kinetic = self.contact.kinetic_limit(u, q, v, s) if x > 1.0 else 0.0
-        return -s * smoothed_limit(x, static, kinetic)
+        return -s * friction_curve(x, static, kinetic)
 
     def mode_at(self, v: float) -> int:
         """Return what a velocity counts as."""

@@ -136,10 +136,34 @@ def reduced_step(h: float, error: float) -> float:
     return h * max(MIN_FACTOR, SAFETY * error**-0.2)
 
 
-def next_step_size(h: float, error: float, error_before: float, rejected_here: bool) -> float:
-    """Return the length of the step after one of length h, from its error and the one before."""
-    growth = SAFETY * error**-PI_ALPHA * error_before**PI_BETA
-    return h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
+def clipped_step(h: float, left: float) -> float:
+    """Return the length of the next step, at most `left`, s."""
+    if h >= left * STEP_END_TOLERANCE:
+        return left
+    if h > 0.5 * left:
+        return 0.5 * left  # two like steps rather than a long one and a sliver
+    return h
+
+
+def next_step_size(
+    h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
+) -> float:
+    """Return the length of the step after one of length h.
+
+    Parameters
+    ----------
+    h, planned, max_step : float, s
+        A limit may have cut the step that was planned.
+    error, error_old : float
+        Of this step and of the one before.
+    rejected_here : bool
+        This step was tried with another length first.
+    """
+    growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
+    length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
+    # A step that a limit cut short says little: keep the length that was planned.
+    kept = planned if not rejected_here and h < planned else 0.0
+    return min(max(length, kept), max_step)
 
 
 class Stepper(Protocol):
@@ -315,11 +339,9 @@ class RungeKuttaFehlberg45:
 
     def _clip_step(self, left: float) -> float:
         """Return the length of the next step, at most `left`, s."""
-        if self._h >= left * STEP_END_TOLERANCE:
-            return left
-        if self._h > 0.5 * left and not self._fixed_step:
-            return 0.5 * left  # two like steps rather than a long one and a sliver
-        return self._h
+        if self._fixed_step:
+            return left if self._h >= left * STEP_END_TOLERANCE else self._h
+        return clipped_step(self._h, left)
 
     def _error_norm(self) -> float:
         rtol, atol = self._rtol, self._atol
@@ -333,10 +355,9 @@ class RungeKuttaFehlberg45:
     def _update_step_size(self, h: float, error: float, rejected_here: bool) -> None:
         """Set the length of the next step from the error of this one and of the one before."""
         error = max(error, MIN_ERROR_NORM)
-        length = next_step_size(h, error, self._error_before, rejected_here)
-        # A step that a limit cut short says little: keep the length that was due.
-        due = self._h if not rejected_here else 0.0
-        self._h = min(max(length, due if h < due else 0.0), self._max_step)
+        self._h = next_step_size(
+            h, self._h, error, self._error_before, rejected_here, self._max_step
+        )
         self._error_before = error
 
     def _select_initial_step(self) -> float:

@@ -77,9 +77,9 @@ def tighter(scenario: "Scenario") -> Setting:
     if solver.step is not None:
         step = 0.5 * solver.step
         return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))
-    rtol, atol = max(MIN_RTOL, TIGHTER * solver.rtol), TIGHTER * solver.atol
+    rtol, atol = max(MIN_RTOL, TIGHTER * solver.rtol), TIGHTER * (solver.atol or 0.0)
     label, overrides = f"rtol {short(rtol)}", [f"solver.rtol={rtol!r}"]
-    if atol > 0.0:  # a belt may do without
+    if atol > 0.0:  # a belt has none
         label += f", atol {short(atol)}"
         overrides.append(f"solver.atol={atol!r}")
     for name, effect in scenario.friction_effects.items():

@@ -10,20 +10,20 @@ from tests.support.scenarios import Scenario
 
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
 def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
-    assembly = assemble(scenario_of(data))
-    touching = np.bincount(assembly.rest.pulley[assembly.rest.pulley >= 0])
+    model = assemble(scenario_of(data))
+    touching = np.bincount(model.equilibrium.pulley[model.equilibrium.pulley >= 0])
     assert len(touching) == len(data["mechanism"]["pulleys"])
     assert np.all(touching >= 3)
     # Contact damping is neither nearly absent nor in full at the depth of rest.
-    depth = assembly.rest.normal_force.max() / data["effects"]["contact"]["c2"]
+    depth = model.equilibrium.normal_force.max() / data["effects"]["contact"]["c2"]
     assert 0.1e-3 < depth < 1e-3
 
 
 def test_the_belt_on_three_pulleys_has_every_effect() -> None:
     scenario = scenario_of(trio())
     assert all(effect is not None for _, effect in scenario.effects)
-    laws = assemble(scenario).laws
-    assert [name for name in laws._fields if getattr(laws, name) is None] == [
-        "regularised",
-        "creep",
-    ]
+    effects = assemble(scenario).system.effects
+    assert [name for name in effects._fields if getattr(effects, name) is None] == ["patch"]
+    law = effects.belt_friction
+    assert (law.regularised, law.creep) == (None, None)
+    assert None not in (law.set_valued, effects.axial_damping.damping, effects.contact.damping)

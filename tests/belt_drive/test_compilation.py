@@ -20,7 +20,7 @@ from frictionsim.cli.tables import print_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.kernels.jit import compilation
+from frictionsim.mechanisms.belt_drive.kernels.jit import announce_compilation
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
@@ -50,7 +50,7 @@ class Listening:
 def test_a_compilation_is_told_of_once_and_timed() -> None:
     first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
     on_step = Listening()
-    with compilation(3.0, on_step) as found:
+    with announce_compilation(3.0, on_step) as found:
         assert not on_step.told
         assert first(second(1)) == 3
         assert on_step.inside
@@ -62,7 +62,7 @@ def test_a_compilation_is_told_of_once_and_timed() -> None:
 def test_kernels_that_are_there_are_no_compilation() -> None:
     function, on_step = numba.njit(lambda x: x + 1), Listening()
     function(1)
-    with compilation(3.0, on_step) as found:
+    with announce_compilation(3.0, on_step) as found:
         function(1)
     assert (on_step.told, found.seconds) == ([], 0.0)
 
@@ -83,9 +83,9 @@ class Calls:
     """Notes the types of what the kernels that Python calls are given: each is compiled for."""
 
     ENTRIES: ClassVar = {
-        rkf45: ("begin", "advance", "look_inside"),
-        moreau: ("look", "walk"),
-        scipy: ("fresh_rates", "remember"),
+        rkf45: ("advance", "stages", "rhs", "find_contact_candidates"),
+        moreau: ("evaluate_forces", "integrate"),
+        scipy: ("rhs_with_candidates", "update_contact_modes"),
     }
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,15 +143,15 @@ def test_all_kernels_are_compiled_before_the_first_step(
 def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
     def end(times: int) -> dict[str, Any]:
         scenario = scenario_of(COMPILED[name])
-        assembly = assemble(scenario)
+        model = assemble(scenario)
         module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-        stepping = module.Stepping(assembly, scenario.solver)
-        stepping.begin()
-        stepping.advance(1.0, 1.0, STEPS)
+        stepper = module.BeltStepper(model, scenario.solver)
+        stepper.start()
+        stepper.advance(1.0, 1.0, STEPS)
         for _ in range(times):
-            stepping.prepare()
-        stepping.advance(1.0, 1.0, STEPS)
-        return {**stepping.arrays(), "work": np.array(stepping.statistics)}
+            stepper.prepare()
+        stepper.advance(1.0, 1.0, STEPS)
+        return {**stepper.checkpoint_arrays(), "work": np.array(stepper.statistics)}
 
     prepared, plain = end(2), end(0)
     for part, values in plain.items():

@@ -20,16 +20,16 @@ from tests.support.scenarios import ROOT, Scenario, simulate
 def ends(data: Scenario) -> dict[str, Any]:
     """Return all that the next step depends on after a few steps from a start with some motion."""
     scenario = scenario_of(data)
-    assembly = assemble(scenario)
-    width, n = assembly.room.shape[1], assembly.laws.chain.bodies
-    assembly.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
+    model = assemble(scenario)
+    width, n = model.system.layout.width, model.system.chain.bodies
+    model.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
     module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-    stepping = module.Stepping(assembly, scenario.solver)
-    stepping.begin()
-    stepping.advance(1.0, 1.0, STEPS)
-    inside = stepping.look(0.3 * stepping.t)
-    found = {name: array.tolist() for name, array in stepping.arrays().items()}
-    return {**found, "inside": inside.tolist(), "work": list(stepping.statistics)}
+    stepper = module.BeltStepper(model, scenario.solver)
+    stepper.start()
+    stepper.advance(1.0, 1.0, STEPS)
+    inside = stepper.interpolate(0.3 * stepper.t)
+    found = {name: array.tolist() for name, array in stepper.checkpoint_arrays().items()}
+    return {**found, "inside": inside.tolist(), "work": list(stepper.statistics)}
 
 
 def everything() -> str:

@@ -7,25 +7,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
-from frictionsim.mechanisms.belt_drive.kernels.chain import PULL_X, PULL_Y, cos_sin
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.effects.axial import cos_sin
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
+    FORCE_X,
+    FORCE_Y,
     FRICTION,
     NORMAL,
     RADIUS,
     SLIP,
     SPEED,
-    STUCK,
+    STICKING,
     TORQUE,
-    deal_slots,
-    remember,
+    kinematics_of,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, rates
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    pieces_in_time,
-    pieces_of,
-    slope,
+    derivative,
+    stack_pieces,
     value,
 )
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -43,14 +47,14 @@ CLOSE_STUCK = 1e-10
 STEP = 2e-5  # s, which the creep law asks for
 
 
-def disturbed(assembly: Assembly, seed: int) -> Array:
+def disturbed(model: BeltModel, seed: int) -> Array:
     """Return a state near the rest position: contacts open and closed, bodies stuck and sliding."""
     random = np.random.default_rng(seed)
-    state, width = assembly.state.copy(), assembly.room.shape[1]
-    n, m = assembly.laws.chain.bodies, assembly.pulleys.table.shape[1]
+    state, width = model.state.copy(), model.system.layout.width
+    n, m = model.system.chain.bodies, model.system.pulleys.table.shape[1]
     for row, size in enumerate((2e-4, 2e-4, 5e-3, 6e-3, 6e-3, 1.0)):
         state[row * width : row * width + n] += size * random.standard_normal(n)
-    free = len(assembly.pulleys.free)
+    free = len(model.system.pulleys.free)
     state[6 * width : 6 * width + m] = random.uniform(-9.0, 9.0, m)
     state[6 * width + m : 6 * width + m + free] = 0.05 * random.standard_normal(free)
     return state
@@ -83,31 +87,32 @@ class Both:
 
     def __init__(self, data: Scenario, seed: int) -> None:
         self.scenario = scenario_of(data)
-        self.assembly = a = assemble(self.scenario)
+        self.model = a = assemble(self.scenario)
         self.t = 0.025 * (seed + 1) + 1e-5  # the prescribed speed is near zero
         self.state = disturbed(a, seed)
         self.rate = np.full_like(self.state, np.nan)
         self._deal(seed)
-        rates(self.t, STEP, self.state, self.rate, *a.parts)
+        rhs(self.t, STEP, self.state, self.rate, a.system)
         self.expected = self._reference()
 
     def _deal(self, seed: int) -> None:
         """Have every third body stick before, and others somewhat later."""
-        a = self.assembly
-        n, table = a.laws.chain.bodies, a.pulleys.table
+        a = self.model
+        n, table = a.system.chain.bodies, a.system.pulleys.table
         table[SPEED] = self._kinematics()[7]
-        deal_slots(
-            motion_in(self.state, a.room), n, a.pulleys, a.laws.chain.length, a.slots, a.friction
-        )
+        find_contact_candidates(a.system, kinematics_of(self.state, a.system.layout))
         self.held = (np.arange(n) + seed) % 3 == 0
-        count = a.slots.first[-1]
-        a.slots.table[STUCK, :count] = self.held[a.slots.body[:count].astype(int)]
-        if a.friction is not None:
-            remember(a.slots)
+        count = a.system.contacts.offsets[-1]
+        body = a.system.contacts.body[:count].astype(int)
+        a.system.contacts.table[STICKING, :count] = self.held[body]
+        if a.system.friction is not None:
+            update_contact_modes(a.system.contacts)
 
     def _reference(self) -> Accelerations:
-        a, length = self.assembly, self.assembly.laws.chain.length
-        belt = reference(self.scenario, length, a.laws.exact.tau if a.laws.exact else 1e-5)
+        a, length = self.model, self.model.system.chain.length
+        friction = a.system.effects.belt_friction
+        set_valued = None if friction is None else friction.set_valued
+        belt = reference(self.scenario, length, set_valued.relaxation_time if set_valued else 1e-5)
         parts = self._kinematics()
         away = np.hypot(
             parts[0][:, None] - belt.centres[:, 0], parts[1][:, None] - belt.centres[:, 1]
@@ -121,28 +126,27 @@ class Both:
 
     def _kinematics(self) -> list[Array]:
         """Return the motion at the state, with the speeds that are prescribed."""
-        parts = kinematics(self.state, self.assembly)
+        parts = kinematics(self.state, self.model)
         for j, name in enumerate(self.scenario.mechanism.names):
             if name in self.scenario.drive and self.scenario.drive[name].speed is not None:
                 parts[7][j] = signal_from(self.scenario.drive[name].speed)(self.t)
         return parts
 
     def of_bodies(self, row: int) -> Array:
-        """Return what the slots hold in a row for the bodies that touch a pulley, else 0."""
-        slots, found = self.assembly.slots, np.zeros(self.assembly.laws.chain.bodies)
-        for s in range(slots.first[-1]):
-            if slots.table[RADIUS, s] > 0.0 and slots.table[NORMAL, s] > 0.0:
-                found[slots.body[s]] = slots.table[row, s]
+        """Return what the contacts hold in a row for the bodies that touch a pulley, else 0."""
+        contacts, found = self.model.system.contacts, np.zeros(self.model.system.chain.bodies)
+        for s in range(contacts.offsets[-1]):
+            if contacts.table[RADIUS, s] > 0.0 and contacts.table[NORMAL, s] > 0.0:
+                found[contacts.body[s]] = contacts.table[row, s]
         return found
 
     def motion_rates(self) -> Array:
-        width, n = self.assembly.room.shape[1], self.assembly.laws.chain.bodies
+        width, n = self.model.system.layout.width, self.model.system.chain.bodies
         return self.rate[: 6 * width].reshape(6, width)[:, :n]
 
     def ledger(self) -> Array:
-        at = 6 * self.assembly.room.shape[1] + self.assembly.pulleys.table.shape[1]
-        at += len(self.assembly.pulleys.free)
-        return self.rate[at : at + 3]
+        layout = self.model.system.layout
+        return self.rate[layout.energies : layout.end]
 
 
 def assert_close(found: Any, expected: Any, close: float) -> None:
@@ -150,16 +154,16 @@ def assert_close(found: Any, expected: Any, close: float) -> None:
 
 
 def assert_same(both: Both, close: float) -> None:
-    e, a = both.expected, both.assembly
+    e, a = both.expected, both.model
     motion, parts = both.motion_rates(), kinematics(both.state, a)
     assert np.array_equal(motion[:3], parts[3:6])
     force = np.array([e.ax, e.ay])
     assert_close(motion[3:5], force, close)
     assert_close(motion[5], e.aphi, close)
-    table = a.pulleys.table
+    table = a.system.pulleys.table
     assert_close(table[ALPHA], e.alpha, close)
     assert_close(table[TORQUE], e.torque, close)
-    pull = np.hypot(a.room[PULL_X], a.room[PULL_Y])[: len(e.tension)]
+    pull = np.hypot(a.system.workspace[FORCE_X], a.system.workspace[FORCE_Y])[: len(e.tension)]
     assert_close(pull, e.tension, close)
     assert_close(both.of_bodies(NORMAL), e.N, close)
     assert_close(both.of_bodies(FRICTION), e.T, close)
@@ -172,9 +176,9 @@ def assert_same(both: Both, close: float) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_all_effects_together(seed: int) -> None:
     both = Both(trio(), seed)
-    stuck = both.of_bodies(STUCK)[both.expected.N > 0.0]
+    stuck = both.of_bodies(STICKING)[both.expected.N > 0.0]
     assert 0.0 < np.mean(stuck) < 0.9
-    assert np.sum((both.expected.p == 0.0) & (both.assembly.rest.pulley >= 0)) > 0
+    assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
 
@@ -182,11 +186,11 @@ def test_all_effects_together(seed: int) -> None:
 def test_a_prescribed_speed_is_its_channel() -> None:
     both = Both(trio(), 1)
     signal = signal_from(both.scenario.drive["driver"].speed)
-    table = both.assembly.pulleys.table
+    table = both.model.system.pulleys.table
     # The sine of 2 rad and its derivative, in another order of operations.
     assert table[SPEED, 0] == pytest.approx(signal(both.t), rel=1e-14)
     assert table[ALPHA, 0] == pytest.approx(signal.derivative(both.t), rel=1e-13)
-    speeds = kinematics(both.rate, both.assembly)[6]
+    speeds = kinematics(both.rate, both.model)[6]
     assert np.array_equal(speeds, table[SPEED])
 
 
@@ -226,7 +230,7 @@ def test_creep_depends_on_the_step() -> None:
     friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}
     both = Both(pair(effects__belt_friction=friction), 0)
     once = both.of_bodies(FRICTION)
-    rates(both.t, 0.5 * STEP, both.state, both.rate, *both.assembly.parts)
+    rhs(both.t, 0.5 * STEP, both.state, both.rate, both.model.system)
     halved = both.of_bodies(FRICTION)
     slow = (np.abs(both.expected.slip) < 6e-3) & (both.expected.N > 0.0)
     assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
@@ -249,7 +253,7 @@ def test_sine_and_cosine_up_to_many_turns() -> None:
     assert np.all(np.abs(cos * cos + sin * sin - 1.0) <= 4e-15)
 
 
-COURSES = {
+SIGNALS = {
     "number": 3.0,
     "points": {"time": [0.1, 0.2, 0.5], "value": [1.0, -2.0, 4.0]},
     "one point": {"time": [0.1], "value": [1.5]},
@@ -257,15 +261,15 @@ COURSES = {
 }
 
 
-def test_channels_are_those_of_the_scenario() -> None:
+def test_signals_are_those_of_the_scenario() -> None:
     tables = [
         scenario_of(pair(drive__driver={"torque": table})).drive["driver"].torque
-        for table in COURSES.values()
+        for table in SIGNALS.values()
     ]
-    pieces = pieces_of([pieces_in_time(table) for table in tables])
+    pieces = stack_pieces([signal_from(table) for table in tables])
     for j, table in enumerate(tables):
         signal = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
             assert value(pieces, j, t) == pytest.approx(signal(t), abs=1e-13)
-            assert slope(pieces, j, t) == pytest.approx(signal.derivative(t), abs=1e-11)
+            assert derivative(pieces, j, t) == pytest.approx(signal.derivative(t), abs=1e-11)

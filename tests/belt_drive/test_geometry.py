@@ -5,7 +5,7 @@ from math import asin, atan2, degrees, hypot, pi, sqrt, tau
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.geometry import PathError, Pulley, route
+from frictionsim.mechanisms.belt_drive.geometry import PathError, Pulley, belt_path
 
 R, D = 0.08125, 0.253
 EXACT = 1e-14  # a few roundings of lengths and angles of the order of one
@@ -33,22 +33,22 @@ DRIVES = {
 
 
 def test_two_equal_pulleys() -> None:
-    path = route(EQUAL)
+    path = belt_path(EQUAL)
     assert path.length == pytest.approx(2 * D + tau * R, abs=EXACT)
-    assert [arc.sweep for arc in path.arcs] == pytest.approx([pi, pi], abs=EXACT)
+    assert [arc.wrap_angle for arc in path.arcs] == pytest.approx([pi, pi], abs=EXACT)
     assert path.spans[0].start == pytest.approx((0.0, -R), abs=EXACT)
     assert path.spans[0].end == pytest.approx((D, -R), abs=EXACT)
     assert path.spans[1].start == pytest.approx((D, R), abs=EXACT)
-    assert path.marks == pytest.approx(np.cumsum([0.0, D, pi * R, D, pi * R]), abs=EXACT)
+    assert path.breakpoints == pytest.approx(np.cumsum([0.0, D, pi * R, D, pi * R]), abs=EXACT)
 
 
 def test_two_unequal_pulleys() -> None:
     small, large = UNEQUAL
     d = hypot(0.3, 0.4)
     lean = asin((large.radius - small.radius) / d)
-    path = route(UNEQUAL)
-    assert path.arcs[0].sweep == pytest.approx(pi - 2 * lean, abs=EXACT)
-    assert path.arcs[1].sweep == pytest.approx(pi + 2 * lean, abs=EXACT)
+    path = belt_path(UNEQUAL)
+    assert path.arcs[0].wrap_angle == pytest.approx(pi - 2 * lean, abs=EXACT)
+    assert path.arcs[1].wrap_angle == pytest.approx(pi + 2 * lean, abs=EXACT)
     straight = 2 * sqrt(d * d - (large.radius - small.radius) ** 2)
     curved = small.radius * (pi - 2 * lean) + large.radius * (pi + 2 * lean)
     assert path.length == pytest.approx(straight + curved, abs=EXACT)
@@ -59,24 +59,24 @@ def test_a_roller_on_the_back_is_wrapped_the_other_way() -> None:
     half, height = roller.center
     reach = a.radius + roller.radius
     lean = asin(reach / hypot(half, height)) - atan2(height, half)
-    path = route(ROLLER)
+    path = belt_path(ROLLER)
     sweeps = [pi + lean, pi + lean, -2 * lean]
-    assert [arc.sweep for arc in path.arcs] == pytest.approx(sweeps, abs=EXACT)
+    assert [arc.wrap_angle for arc in path.arcs] == pytest.approx(sweeps, abs=EXACT)
     straight = 1.0 + 2 * sqrt(half**2 + height**2 - reach**2)
     curved = 2 * a.radius * (pi + lean) + roller.radius * 2 * lean
     assert path.length == pytest.approx(straight + curved, abs=EXACT)
 
 
 def test_the_order_of_the_pulleys_gives_the_sense() -> None:
-    forward, backward = route(TRIANGLE), route(CLOCKWISE)
-    assert (forward.turn, backward.turn) == (tau, -tau)
+    forward, backward = belt_path(TRIANGLE), belt_path(CLOCKWISE)
+    assert (forward.total_turning, backward.total_turning) == (tau, -tau)
     assert forward.length == pytest.approx(backward.length, abs=EXACT)
-    assert route(EQUAL[::-1]).turn == tau  # an area of zero
+    assert belt_path(EQUAL[::-1]).total_turning == tau  # an area of zero
 
 
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
 def test_the_line_is_continuous_and_has_its_tangent(drive: list[Pulley]) -> None:
-    path = route(drive)
+    path = belt_path(drive)
     s = np.linspace(0.0, path.length, 4001)[:-1]
     line = path.at(s)
     tangent = np.column_stack([np.cos(line.angle), np.sin(line.angle)])
@@ -86,26 +86,26 @@ def test_the_line_is_continuous_and_has_its_tangent(drive: list[Pulley]) -> None
     assert line.position[0] == pytest.approx(path.spans[0].start, abs=EXACT)
     end = path.at(np.array([path.length * (1 - 1e-15)]))
     assert end.position[0] == pytest.approx(path.spans[0].start, abs=EXACT)
-    assert end.angle[0] - line.angle[0] == pytest.approx(path.turn, abs=2e-13)  # 1e-15 L/R
+    assert end.angle[0] - line.angle[0] == pytest.approx(path.total_turning, abs=2e-13)  # 1e-15 L/R
 
 
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
 def test_arcs_lie_on_their_pulleys(drive: list[Pulley]) -> None:
-    path = route(drive)
+    path = belt_path(drive)
     line = path.at(np.linspace(0.0, path.length, 1001)[:-1])
     for i, (pulley, arc) in enumerate(zip(drive, path.arcs, strict=True)):
         offset = line.position[line.pulley == i] - pulley.center
         assert np.hypot(*offset.T) == pytest.approx(pulley.radius, abs=EXACT)
         swept = np.arctan2(offset[:, 1], offset[:, 0]) - arc.start
-        swept = np.mod(swept * np.sign(arc.sweep) + 1e-9, tau)
-        assert np.all(swept <= abs(arc.sweep) + 2e-9)
+        swept = np.mod(swept * np.sign(arc.wrap_angle) + 1e-9, tau)
+        assert np.all(swept <= abs(arc.wrap_angle) + 2e-9)
         far = line.position[line.pulley == -1] - pulley.center
         assert np.all(np.hypot(*far.T) > pulley.radius - EXACT)
 
 
 def refusal(pulleys: list[Pulley]) -> tuple[str, int]:
     with pytest.raises(PathError) as caught:
-        route(pulleys)
+        belt_path(pulleys)
     return str(caught.value), caught.value.pulley
 
 

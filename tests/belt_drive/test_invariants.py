@@ -122,7 +122,7 @@ def test_at_rest_nothing_moves(backend: str, data: Scenario) -> None:
 
 
 # The torque comes on in many periods of the swing, 0.012 s; bending is what stills the spans.
-HELD = pair(
+STICKING_BODY = pair(
     drive__driver={"torque": {"smooth_step": {"from": 0.0, "to": -8.0, "start": 0.0, "stop": 0.3}}},
     drive__driven={"speed": 0.0},
     effects__axial_damping__coefficient=15.0,
@@ -136,7 +136,7 @@ HELD = pair(
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_friction_holds_does_not_creep(backend: str) -> None:
     """8 N m of the 23 N m at which the driver would slip: it swings, comes to rest and stays."""
-    done = on(backend, HELD)
+    done = on(backend, STICKING_BODY)
     late = done.time > 1.8
     angle = done.channels["pulley_angle"][late, 0]
     # What is left of the swing after 1.5 s; a regularised law would creep on by a part of its

@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
-from frictionsim.mechanisms.belt_drive.kernels.chain import stretch
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
+from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
+from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
     FORWARD_LIMIT,
@@ -18,15 +20,13 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     PULLEY_RADIUS,
     RADIUS,
     SLIP,
-    STUCK,
-    WISH,
-    deal_slots,
-    press,
+    STICK_BIAS,
+    STICKING,
+    kinematics_of,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
-    damp_and_strike,
+    solve_damping_and_friction,
     stiff_damping,
 )
 from frictionsim.simulation.simulate import RunResult
@@ -61,7 +61,7 @@ SECTION = {"coefficient": 20.0, "basis": "section"}
 class Strike(NamedTuple):
     """A step's end before dampers and friction, and who sticks."""
 
-    assembly: Assembly
+    model: BeltModel
     belt: Belt
     before: Array  # (6, width), positions and old velocities
     after: Array  # the same with the new velocities, dampers and friction left out
@@ -78,28 +78,29 @@ def strike(share_stuck: float, seed: int) -> Strike:
     scenario = scenario_of(pair())
     a = assemble(scenario)
     random = np.random.default_rng(seed)
-    width, n = a.room.shape[1], a.laws.chain.bodies
-    before = motion_in(a.state, a.room).copy()
+    width, n = a.system.layout.width, a.system.chain.bodies
+    before = kinematics_of(a.state, a.system.layout).copy()
     before[:3, :n] += np.array([[1e-4], [1e-4], [1e-2]]) * random.standard_normal((3, n))
     before[3:, :n] = np.array([[0.1], [0.1], [3.0]]) * random.standard_normal((3, n))
     after = before.copy()
     after[3:, :n] += 0.1 * before[3:, ::-1][:, -n:]
-    stretch(a.laws.chain, before, a.room)
-    deal_slots(before, n, a.pulleys, a.laws.chain.length, a.slots, a.friction)
-    press(before, a.slots, a.laws.contact)
+    effects, contacts = a.system.effects, a.system.contacts
+    joint_forces(a.system.chain, effects.axial_damping.stiffness, before, a.system.workspace)
+    find_contact_candidates(a.system, before)
+    contact_forces(before, contacts, effects.contact)
     speeds = np.array([3.0, -2.0])
-    a.pulleys.table[ALPHA] = speeds
-    table, count = a.slots.table, a.slots.first[-1]
-    body = a.slots.body[:count].astype(int)
-    for row, motion, sign in ((SLIP, before, 1.0), (WISH, after, -1.0)):
+    a.system.pulleys.table[ALPHA] = speeds
+    table, count = a.system.contacts.table, a.system.contacts.offsets[-1]
+    body = a.system.contacts.body[:count].astype(int)
+    for row, motion, sign in ((SLIP, before, 1.0), (STICK_BIAS, after, -1.0)):
         along = motion[4, body] * table[NX, :count] - motion[3, body] * table[NY, :count]
         table[row, :count] = sign * along
     filled = table[RADIUS, :count] > 0.0
-    table[STUCK, :count] = (random.random(n) < share_stuck)[body] & filled
+    table[STICKING, :count] = (random.random(n) < share_stuck)[body] & filled
     # Beyond what holds them, and too little to stop them: the guess who sticks is right.
     for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
-        table[limit, :count] = np.where(table[STUCK, :count] > 0.0, 1e9, 1e-9 * filled)
-    belt = reference(scenario, a.laws.chain.length)
+        table[limit, :count] = np.where(table[STICKING, :count] > 0.0, 1e9, 1e-9 * filled)
+    belt = reference(scenario, a.system.chain.length)
     return Strike(a, belt, before, after, speeds, stiff_damping(COEFFICIENT, width, 2))
 
 
@@ -119,19 +120,19 @@ def rates_of_stretch(s: Strike) -> Array:
 
 
 def contacts_of(s: Strike) -> list[tuple[int, int, int]]:
-    """Return slot, body and pulley of each contact."""
-    slots = s.assembly.slots
+    """Return index, body and pulley of each contact."""
+    contacts = s.model.system.contacts
     return [
-        (k, int(slots.body[k]), j)
+        (k, int(contacts.body[k]), j)
         for j in range(2)
-        for k in range(slots.first[j], slots.first[j + 1])
-        if slots.table[RADIUS, k] > 0.0
+        for k in range(contacts.offsets[j], contacts.offsets[j + 1])
+        if contacts.table[RADIUS, k] > 0.0
     ]
 
 
 def dense(s: Strike) -> tuple[Array, Array, Array]:
     """Return new velocities (3 n), speeds and damper's mean rates, of one system for all."""
-    n, table = s.belt.n, s.assembly.slots.table
+    n, table = s.belt.n, s.model.system.contacts.table
     mass = np.repeat([s.belt.m, s.belt.m, s.belt.inertia], n)
     rates = rates_of_stretch(s)
     old, free = s.before[3:, :n].ravel(), s.after[3:, :n].ravel()
@@ -139,7 +140,7 @@ def dense(s: Strike) -> tuple[Array, Array, Array]:
     along = np.zeros((len(contacts), 3 * n + 2))  # makes slips, rim less body, of velocities
     for row, (k, i, j) in enumerate(contacts):
         along[row, [i, n + i, 3 * n + j]] = table[NY, k], -table[NX, k], s.belt.radii[j]
-    stuck = np.array([table[STUCK, k] > 0.0 for k, _, _ in contacts])
+    stuck = np.array([table[STICKING, k] > 0.0 for k, _, _ in contacts])
     matrix = np.diag([*mass, *s.belt.inertias])
     matrix[: 3 * n, : 3 * n] += 0.5 * STEP * COEFFICIENT * rates.T @ rates
     right = np.array([*mass * free, *s.belt.inertias * s.speeds])
@@ -157,32 +158,32 @@ def dense(s: Strike) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("seed", range(3))
 def test_one_step_is_that_of_a_dense_system(share_stuck: float, seed: int) -> None:
     s = strike(share_stuck, seed)
-    a, n = s.assembly, s.belt.n
+    a, n = s.model, s.belt.n
     expected, speeds, mean_rates = dense(s)
     after = s.after.copy()
-    laws = a.laws
-    heat = damp_and_strike(STEP, s.before, after, laws.chain, a.room, a.slots, a.pulleys, s.damping)
+    heat = solve_damping_and_friction(STEP, s.before, after, s.damping, a.system)
     for k, i, _ in contacts_of(s):
-        impulse = a.slots.table[FRICTION, k] / laws.chain.mass
-        after[3, i] -= impulse * a.slots.table[NY, k]
-        after[4, i] += impulse * a.slots.table[NX, k]
+        impulse = a.system.contacts.table[FRICTION, k] / a.system.chain.mass
+        after[3, i] -= impulse * a.system.contacts.table[NY, k]
+        after[4, i] += impulse * a.system.contacts.table[NX, k]
     found = after[3:, :n].ravel()
     # Rounding times the condition of the system, some 1e3; and what slides is braked by its limit,
     # 1e-9 N s, which turns bodies of 3e-6 kg m^2 and levers of 0.02 m by 1e-6 rad/s and more.
     close = 1e-12 if share_stuck == 1.0 else 1e-6
     assert np.max(np.abs(found - expected)) <= close * np.max(np.abs(expected))
-    assert a.pulleys.table[ALPHA] == pytest.approx(speeds, rel=close)
+    assert a.system.pulleys.table[ALPHA] == pytest.approx(speeds, rel=close)
     assert heat == pytest.approx(STEP * COEFFICIENT * np.sum(mean_rates**2), rel=close)
 
 
 def test_what_sticks_moves_with_the_rim() -> None:
     s = strike(1.0, 0)
-    a, after = s.assembly, s.after.copy()
-    damp_and_strike(STEP, s.before, after, a.laws.chain, a.room, a.slots, a.pulleys, s.damping)
+    a, after = s.model, s.after.copy()
+    solve_damping_and_friction(STEP, s.before, after, s.damping, a.system)
     for k, i, j in contacts_of(s):
-        nx, ny = a.slots.table[NX, k], a.slots.table[NY, k]
-        along = after[4, i] * nx - after[3, i] * ny + a.slots.table[FRICTION, k] / a.laws.chain.mass
-        rim = a.pulleys.table[PULLEY_RADIUS, j] * a.pulleys.table[ALPHA, j]
+        nx, ny = a.system.contacts.table[NX, k], a.system.contacts.table[NY, k]
+        impulse = a.system.contacts.table[FRICTION, k] / a.system.chain.mass
+        along = after[4, i] * nx - after[3, i] * ny + impulse
+        rim = a.system.pulleys.table[PULLEY_RADIUS, j] * a.system.pulleys.table[ALPHA, j]
         assert along == pytest.approx(rim, abs=1e-13)  # roundings of some m/s
 
 
@@ -191,7 +192,7 @@ def test_what_sticks_moves_with_the_rim() -> None:
 
 def share_solved(end: Stepped) -> float:
     """Return in what share of the steps dampers were solved for."""
-    steps, _, _, solved = end.stepping.arrays()["counts"]
+    steps, _, _, solved = end.stepper.checkpoint_arrays()["counts"]
     return float(solved / steps)
 
 
@@ -258,13 +259,13 @@ def test_backends_agree_on_the_published_drive_with_damping_of_the_section() -> 
         for backend in ("rkf45", "moreau")
     ]
     exact, found = ends
-    mass = exact.assembly.laws.chain.mass
-    coefficient = exact.assembly.laws.axial_damping.coefficient
+    mass = exact.model.system.chain.mass
+    coefficient = exact.model.system.effects.axial_damping.damping
     assert share_solved(found) == 1.0
-    assert found.stepping._h * 4.0 * coefficient / mass > 10.0
+    assert found.stepper._h * 4.0 * coefficient / mass > 10.0
     # In sizes of the states: the stretch of the pretension, the speed of a wave of that size.
     assert distance(found, exact) <= 1e-4
-    width = exact.assembly.room.shape[1]
+    width = exact.model.system.layout.width
     speeds = slice(6 * width + 2, 6 * width + 4)
     assert found.state[speeds] == pytest.approx(exact.state[speeds], rel=1e-4)
 

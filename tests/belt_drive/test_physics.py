@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
-from frictionsim.mechanisms.belt_drive.kernels.contact import deal_slots
-from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, rates
-from frictionsim.mechanisms.belt_drive.stability_limits import fastest
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of, rhs
+from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import (
     NO_FRICTION,
@@ -42,7 +42,7 @@ def test_a_belt_that_slips_has_the_ratio_of_the_capstan() -> None:
     quantities = {name: quantity.value for name, quantity in done.quantities.items()}
     # The driver runs away from a belt that keeps the speed at which the load balances friction.
     assert quantities["drive_speed"] < -4000.0
-    assert quantities["arc_stick_driver"] == 0.0
+    assert quantities["adhesion_arc_driver"] == 0.0
     assert quantities["driven_speed"] == pytest.approx(-22.4, abs=0.3)
     ratio = quantities["tension_tight"] / quantities["tension_slack"]
     # The eleven bodies of an arc meet it at 17 degrees: its ends lie up to half of that inside.
@@ -72,22 +72,22 @@ def test_the_limit_of_the_torque_is_that_of_the_capstan() -> None:
 # --- waves ---------------------------------------------------------------------------------------
 
 
-def eigenfrequencies(assembly: Assembly) -> Array:
+def eigenfrequencies(model: BeltModel) -> Array:
     """Return the angular frequencies of the belt about its rest position, from its rates."""
-    a = assembly
-    n, width = a.laws.chain.bodies, a.room.shape[1]
+    a = model
+    n, width = a.system.chain.bodies, a.system.layout.width
     places = [row * width + i for row in range(3) for i in range(n)]
     # Frequencies of a motion in m and in rad: levers of a body's length make them alike.
-    lever = np.repeat([1.0, 1.0, 1.0 / a.laws.chain.length], n)
+    lever = np.repeat([1.0, 1.0, 1.0 / a.system.chain.length], n)
     change = 1e-8
     matrix = np.zeros((3 * n, 3 * n))
     for column, place in enumerate(places):
         for sign in (1.0, -1.0):
             state, rate = a.state.copy(), np.zeros_like(a.state)
             state[place] += sign * change * lever[column]
-            motion = motion_in(state, a.room)
-            deal_slots(motion, n, a.pulleys, a.laws.chain.length, a.slots, a.friction)
-            rates(0.0, 0.0, state, rate, *a.parts)
+            motion = kinematics_of(state, a.system.layout)
+            find_contact_candidates(a.system, motion)
+            rhs(0.0, 0.0, state, rate, a.system)
             moved = rate[[3 * width + p for p in places]] / lever
             matrix[:, column] += sign * moved / (2.0 * change)
     found: Array = np.sqrt(np.maximum(-np.linalg.eigvals(matrix).real, 0.0))
@@ -107,9 +107,9 @@ BELTS = {
 
 @pytest.mark.parametrize("name", BELTS)
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
-    assembly = assemble(scenario_of(BELTS[name]))
-    found, _ = fastest(assembly.laws, assembly.rest)
-    highest = np.max(eigenfrequencies(assembly))
+    model = assemble(scenario_of(BELTS[name]))
+    found, _ = max_frequency_and_decay(model.system, model.equilibrium)
+    highest = np.max(eigenfrequencies(model))
     # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
     assert highest * 0.999 <= found <= highest * (1.12 if name == "tight" else 1.03)
 
@@ -121,15 +121,15 @@ def energy_at(step: float) -> float:
     data["effects"]["contact"]["damping"] = 1e-6
     data["effects"]["axial_damping"]["coefficient"] = 1e-6
     end = stepped(data, kick(1e-6))
-    width, n = end.assembly.room.shape[1], 24
+    width, n = end.model.system.layout.width, 24
     velocities = end.state[3 * width : 5 * width].reshape(2, width)[:, :n]
     return float(np.sum(velocities**2)) / (1e-12 * 24)
 
 
 def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPatch) -> None:
-    assembly = assemble(scenario_of(BELTS["pair"]))
-    highest = float(np.max(eigenfrequencies(assembly)))
-    limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
+    model = assemble(scenario_of(BELTS["pair"]))
+    highest = float(np.max(eigenfrequencies(model)))
+    limit = 2.0 / max_frequency_and_decay(model.system, model.equilibrium)[0]
     assert limit <= 2.0 / highest
     assert energy_at(0.99 * limit) < 10.0
     monkeypatch.setattr(moreau, "LONGEST", 3.0)
@@ -139,8 +139,8 @@ def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("share", [0.98, 1.02])
 def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None:
-    assembly = assemble(scenario_of(pair()))
-    limit = 2.0 / fastest(assembly.laws, assembly.rest)[0]
+    model = assemble(scenario_of(pair()))
+    limit = 2.0 / max_frequency_and_decay(model.system, model.equilibrium)[0]
     data = pair(solver={"backend": "moreau", "step": share * limit, "duration": 0.01})
     if share < 1.0:
         assert simulate(data).status == "done"
@@ -155,11 +155,11 @@ def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None
 def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     """It never has to be rejected because the waves make it unstable."""
     end = stepped(pair(solver__rtol=1e-2, solver__duration=0.1), kick(1e-3))
-    steps, rejected, _ = end.stepping.statistics
+    steps, rejected, _ = end.stepper.statistics
     assert rejected <= 0.01 * steps
-    assert isinstance(end.stepping, rkf45.Stepping)
-    tau = end.assembly.laws.exact.tau
-    assert end.stepping._longest == pytest.approx(3.5 / (1.0 / tau))
+    assert isinstance(end.stepper, rkf45.BeltStepper)
+    tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
+    assert end.stepper._max_step == pytest.approx(3.5 / (1.0 / tau))
 
 
 # --- the published friction ----------------------------------------------------------------------

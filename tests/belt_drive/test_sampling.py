@@ -110,8 +110,8 @@ QUANTITIES = {
     "drive_speed": "rad/s",
     "tension_driver_to_driven": "N",
     "tension_driven_to_driver": "N",
-    "arc_contact_driver": "rad",
-    "arc_stick_driven": "rad",
+    "contact_arc_driver": "rad",
+    "adhesion_arc_driven": "rad",
     "efficiency": "1",
     **{f"energy_{name}": "J" for name in ("input", "kinetic", "potential", "friction", "damping")},
 }
@@ -136,7 +136,7 @@ def test_figures_of_the_summary() -> None:
     speeds = way / (time[-1] - time[0])
     assert speeds == pytest.approx([quantities["drive_speed"], quantities["driven_speed"]])
     # Bodies of 0.52 rad, six or seven of them.
-    assert quantities["arc_contact_driver"] == pytest.approx(np.pi, abs=0.6)
+    assert quantities["contact_arc_driver"] == pytest.approx(np.pi, abs=0.6)
 
 
 def test_spans_have_their_tension() -> None:
@@ -215,7 +215,7 @@ def test_static_prints_the_rest_position(
     assert quantities["pretension"] == pytest.approx(200.0, rel=1e-7)
     assert quantities["residual_force"] <= 1e-7 * 200.0
     assert quantities["residual_force"]["unit"] == "N"
-    assert quantities["arc_driver"] == pytest.approx(np.pi)
+    assert quantities["wrap_angle_driver"] == pytest.approx(np.pi)
     assert quantities["capstan_ratio_driver"] == pytest.approx(np.exp(0.6 * np.pi))
     assert quantities["path_length"] == pytest.approx(0.5 + 0.16 * np.pi)
     assert quantities["belt_length"] == pytest.approx(24 * quantities["body_length"])

@@ -101,17 +101,17 @@ def nearest_line_tensions(done: RunResult) -> Array:
 
 def test_the_balance_of_torques_catches_wrong_spans(tensioner: RunResult) -> None:
     scenario: Any = tensioner.scenario
-    assembly = assemble(scenario)
+    model = assemble(scenario)
     pulleys = len(scenario.mechanism.pulleys)
     c = tensioner.channels
     right = np.array(
         [span_tensions(*row, pulleys) for row in zip(c["tension"], c["pulley_index"], strict=True)]
     )
-    check = torque_balance(scenario, assembly, tensioner.time, seen_of(tensioner, right))
+    check = torque_balance(scenario, model, tensioner.time, seen_of(tensioner, right))
     assert check.ok
     wrong = nearest_line_tensions(tensioner)
     assert np.mean(wrong[-100:], axis=0).max() == pytest.approx(309.0, abs=1.0)
-    check = torque_balance(scenario, assembly, tensioner.time, seen_of(tensioner, wrong))
+    check = torque_balance(scenario, model, tensioner.time, seen_of(tensioner, wrong))
     assert not check.ok
     assert check.value > 5.0 * check.limit
 

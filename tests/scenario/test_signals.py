@@ -199,3 +199,27 @@ def test_a_signal_is_monotone_up_to_its_next_turn(force: Signal, t: float) -> No
     steps = np.diff(values)
     rounding = 1e-11  # of values up to 20 in a phase of up to 1e4
     assert np.all(steps >= -rounding) or np.all(steps <= rounding)
+
+
+PIECES: dict[str, Signal] = {
+    "constant": Constant(3.0),
+    "points": PiecewiseLinear([0.1, 0.2, 0.5], [1.0, -2.0, 4.0]),
+    "one point": PiecewiseLinear([0.1], [1.5]),
+    "sine": Sine(0.2, -1.5, 30.0, 0.7),
+    "smooth step": SmoothStep(1.0, -3.0, 0.2, 0.4),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_pieces_and_harmonic_are_the_signal(name: str) -> None:
+    """What compiled kernels evaluate in the place of the signal itself."""
+    signal = PIECES[name]
+    pieces, harmonic = signal.pieces(), signal.harmonic()
+    for k in range(-20, 100):
+        t = 0.00731 * k
+        piece = [p for i, p in enumerate(pieces) if p.knot <= t or i == 0][-1]
+        x = t - piece.knot
+        value = piece.c0 + x * (piece.c1 + x * (piece.c2 + x * piece.c3))
+        if harmonic is not None:
+            value += harmonic.amplitude * sin(harmonic.angular_frequency * t + harmonic.phase)
+        assert value == pytest.approx(signal(t), abs=1e-13)

@@ -15,7 +15,7 @@ from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SCIPY
 from frictionsim.simulation.simulate import RunResult
 from frictionsim.simulation.simulate import run as simulate_scenario
-from frictionsim.solvers import regularised
+from frictionsim.solvers.friction_curve import friction_curve
 from tests.support.problems import (
     BREAKAWAY,
     CORD_RADIUS,
@@ -40,7 +40,7 @@ def smoothed(backend: str, speed: float, **changes: Any) -> RunResult:
 
 def test_the_curve_rises_to_the_static_and_falls_to_the_kinetic_limit() -> None:
     x = np.linspace(0.0, 2.0, 2001)
-    curve = np.array([regularised.smoothed_limit(float(at), 3.0, 2.0) for at in x])
+    curve = np.array([friction_curve(float(at), 3.0, 2.0) for at in x])
     assert curve[0] == 0.0
     assert curve[1000] == pytest.approx(3.0)
     assert np.all(curve[x >= 1.5] == 2.0)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.assembly import Assembly, assemble
+from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.scenario.loading import validate
@@ -94,43 +94,43 @@ class Stepped(NamedTuple):
     """Where a backend got to, without samples on the way."""
 
     state: Array
-    assembly: Assembly
-    stepping: Any
+    model: BeltModel
+    stepper: Any
 
 
-Disturb = Callable[[Assembly], None]
+Disturb = Callable[[BeltModel], None]
 
 
 def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
     """Step a scenario to the end of its duration, from its start or what `disturb` makes of it."""
     scenario = scenario_of(data)
-    assembly = assemble(scenario)
+    model = assemble(scenario)
     if disturb is not None:
-        disturb(assembly)
+        disturb(model)
     module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-    stepping = module.Stepping(assembly, scenario.solver)
-    stepping.begin()
+    stepper = module.BeltStepper(model, scenario.solver)
+    stepper.start()
     end = scenario.solver.duration
-    while stepping.t < end * (1.0 - 1e-12):
-        stepping.advance(end, np.inf, 1_000_000)
-    return Stepped(stepping.look(end).copy(), assembly, stepping)
+    while stepper.t < end * (1.0 - 1e-12):
+        stepper.advance(end, np.inf, 1_000_000)
+    return Stepped(stepper.interpolate(end).copy(), model, stepper)
 
 
 def kick(speed: float) -> Disturb:
     """Return what gives the bodies a velocity along a wave as long as the belt, m/s."""
 
-    def disturb(assembly: Assembly) -> None:
-        width, n = assembly.room.shape[1], assembly.laws.chain.bodies
+    def disturb(model: BeltModel) -> None:
+        width, n = model.system.layout.width, model.system.chain.bodies
         phase = 2.0 * np.pi * np.arange(n) / n
         for row in (3, 4):
-            assembly.state[row * width : row * width + n] += speed * np.sin(phase + row)
+            model.state[row * width : row * width + n] += speed * np.sin(phase + row)
 
     return disturb
 
 
 def distance(a: Stepped, b: Stepped) -> float:
     """Return how far two ends are apart, at most, in sizes of the states."""
-    return float(np.max(np.abs(a.state - b.state) / a.assembly.sizes))
+    return float(np.max(np.abs(a.state - b.state) / a.model.error_scales))
 
 
 def scenario_of(data: Scenario) -> BeltDriveScenario:
@@ -139,10 +139,10 @@ def scenario_of(data: Scenario) -> BeltDriveScenario:
     return scenario
 
 
-def kinematics(state: Array, assembly: Assembly) -> list[Array]:
+def kinematics(state: Array, model: BeltModel) -> list[Array]:
     """Return x, y, phi, vx, vy, w of the bodies and theta, omega of the pulleys in a state."""
-    n, width = assembly.laws.chain.bodies, assembly.room.shape[1]
-    table, free = assembly.pulleys.table, assembly.pulleys.free
+    n, width = model.system.chain.bodies, model.system.layout.width
+    table, free = model.system.pulleys.table, model.system.pulleys.free
     m = table.shape[1]
     motion = state[: 6 * width].reshape(6, width)[:, :n]
     omega = table[4].copy()

@@ -320,10 +320,10 @@ def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
     still = part.channels.get("sticking")
     seen = {}
     for j, name in enumerate(drive.names):
-        seen[f"arc_contact_{name}"] = _arc(part.time, statistics[j], length / drive.radius[j])
+        seen[f"contact_arc_{name}"] = _arc(part.time, statistics[j], length / drive.radius[j])
         if still is not None:
             sticks = np.sum((on == j) & (still == 1.0), axis=1).astype(float)
-            seen[f"arc_stick_{name}"] = _arc(part.time, sticks, length / drive.radius[j])
+            seen[f"adhesion_arc_{name}"] = _arc(part.time, sticks, length / drive.radius[j])
     if still is not None:
         stick = averaged(part.time, np.sum((on >= 0) & (still == 1.0), axis=1).astype(float))
         touch = averaged(part.time, np.sum(on >= 0, axis=1).astype(float))

@@ -3,12 +3,13 @@
 Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1]_. The model is in
 
     schema            the scenario's tables
+    effects           each with its table, force, energy and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
-    equilibrium       the belt at rest at its pretension
+    equilibrium       the belt at rest: initial_guess, energy, banded_newton
     assembly          from a scenario to arrays
-    kernels           forces of chain and contacts, exact stick, and the equations of motion
+    kernels           one system of arrays, the search for contacts, the equations of motion
     steppers          the integration methods
-    stability_limits  the fastest frequency and decay, which bound the steps
+    stability_limits  the highest frequency and decay, which bound the steps
     belt_simulation   from step to step
     sampling          what is recorded
     spans             the tension of each span
@@ -23,19 +24,18 @@ References
    dry friction", Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
 from frictionsim.results import Quantities
 
 if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.simulation.base import Simulation
 
 __all__ = [
     "METRICS",
     "PANELS",
-    "SCENARIO",
     "ladders",
     "references",
     "simulation",
@@ -43,21 +43,27 @@ __all__ = [
     "tighter",
 ]
 
-SCENARIO = BeltDriveScenario
-
 # What a plot shows, from top to bottom.
 PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
 
 
-def simulation(scenario: BeltDriveScenario) -> "Simulation":
+def __getattr__(name: str) -> Any:
+    """Return SCENARIO, when it is first asked for: by then all effects have to be known."""
+    if name == "SCENARIO":
+        from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+        return BeltDriveScenario
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def simulation(scenario: "BeltDriveScenario") -> "Simulation":
     """Return what simulates a scenario."""
-    # numba, if it is needed at all
     from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 
     return BeltDrive(scenario)
 
 
-def statics(scenario: BeltDriveScenario) -> Quantities:
+def statics(scenario: "BeltDriveScenario") -> Quantities:
     """Return the belt at rest at its pretension, without friction."""
     from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
 

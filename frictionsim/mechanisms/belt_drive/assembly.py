@@ -5,40 +5,44 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ScenarioError
-from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium, NoEquilibrium, equilibrium
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    ROOM_ROWS,
-    AxialDamping,
-    Bending,
-    Chain,
-    Weight,
+from frictionsim.mechanisms.belt_drive import stability_limits
+from frictionsim.mechanisms.belt_drive.effects import EFFECTS
+from frictionsim.mechanisms.belt_drive.effects.base import Chain
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.equilibrium import (
+    Equilibrium,
+    NoEquilibrium,
+    find_equilibrium,
 )
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    CONTACT_ROWS,
     PULLEY_RADIUS,
-    ROWS,
-    VECTOR,
-    Contact,
-    ContactDamping,
-    Creep,
-    ExactStick,
-    Friction,
-    Pulleys,
-    Regularised,
-    Slots,
+    PULLEY_ROWS,
+    SIMD_WIDTH,
+    WORKSPACE_ROWS,
+    StateLayout,
+    aligned_zeros,
+    kinematics_of,
+    state_layout,
+    zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import LEDGER, Laws, Loads, Speeds, Torques
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    linear_pieces,
-    pieces_in_time,
-    pieces_of,
-    sines_of,
+    PrescribedSpeeds,
+    SpeedTorques,
+    TimeTorques,
+    stack_harmonics,
+    stack_pieces,
 )
-from frictionsim.mechanisms.belt_drive.stability_limits import (
-    contact_stiffness,
-    fastest,
-    fastest_bending,
+from frictionsim.mechanisms.belt_drive.kernels.system import (
+    Contacts,
+    EffectParameters,
+    Pulleys,
+    System,
 )
-from frictionsim.scenario.signal_tables import SpeedTable
+from frictionsim.scenario.signal_tables import SpeedTable, signal_from
+from frictionsim.scenario.signals import PiecewiseLinear, Signal
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -49,204 +53,143 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
-# s: a body that sticks has lost its slip after the time in which a wave gets from body to body, so
-# before anything else can have happened; and the results do not depend on it below this.
-LONGEST_CAPTURE = 1e-5
-
-
-class Assembly(NamedTuple):
+class BeltModel(NamedTuple):
     """A belt drive ready to be stepped.
 
     Attributes
     ----------
-    laws : Laws
-    torques, loads, speeds : Torques, Loads, Speeds or None
-    room : (12, width)
-        For the kernels of the chain to work in.
-    slots : Slots
-    pulleys : Pulleys
-    friction : Friction or None
-    hysteresis : bool or None
-        True if static and kinetic friction differ and the law tells them apart, else None.
-    rest : Equilibrium
-    state : (n,)
+    system : System
+    distinct_static_friction : bool
+        Static and kinetic friction differ and the law tells them apart.
+    equilibrium : Equilibrium
+    state : (size,)
         At the start: at rest, no friction yet.
-    sizes : (n,)
+    error_scales : (size,)
         What an error in each state is measured by; infinite for energies.
     """
 
-    laws: Laws
-    torques: Torques | None
-    loads: Loads | None
-    speeds: Speeds | None
-    room: "Array"
-    slots: Slots
-    pulleys: Pulleys
-    friction: Friction | None
-    hysteresis: bool | None
-    rest: Equilibrium
+    system: System
+    distinct_static_friction: bool
+    equilibrium: Equilibrium
     state: "Array"
-    sizes: "Array"
+    error_scales: "Array"
 
     @property
-    def fastest(self) -> tuple[float, float]:
+    def max_frequency_and_decay(self) -> tuple[float, float]:
         """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
-        return fastest(self.laws, self.rest)
+        return stability_limits.max_frequency_and_decay(self.system, self.equilibrium)
 
     @property
-    def fastest_bending(self) -> float:
+    def max_bending_frequency(self) -> float:
         """The highest angular frequency of waves in which the belt bends, rad/s."""
-        return fastest_bending(self.laws, self.rest)
+        return stability_limits.max_bending_frequency(self.system, self.equilibrium)
 
-    def memory(self) -> dict[str, Any]:
+    @property
+    def contact_stiffness(self) -> float:
+        """dN/dp of a contact that is pressed deeper than any is at rest, N/m."""
+        return _contact_stiffness(self.system.effects, self.equilibrium)
+
+    def contact_state(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""
+        contacts, pulleys = self.system.contacts, self.system.pulleys
         return {
-            "slots_first": self.slots.first,
-            "slots_body": self.slots.body,
-            "slots": self.slots.table,
-            "pulleys": self.pulleys.table,
+            "contact_offsets": contacts.offsets,
+            "contact_bodies": contacts.body,
+            "contacts": contacts.table,
+            "pulleys": pulleys.table,
         }
 
-    @property
-    def parts(self) -> tuple[Any, ...]:
-        """What the kernels that evaluate the equations take, in their order."""
-        return (
-            self.laws,
-            self.torques,
-            self.loads,
-            self.speeds,
-            self.room,
-            self.slots,
-            self.pulleys,
-        )
+
+def assemble(scenario: "BeltDriveScenario") -> BeltModel:
+    """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
+    equilibrium = solve_equilibrium(scenario)
+    chain, pulleys = chain_of(scenario, equilibrium.body_length), _pulleys(scenario)
+    effects = effect_parameters(scenario, chain)
+    friction = _friction_coefficients(scenario, equilibrium.body_length)
+    bodies, count = chain.bodies, pulleys.table.shape[1]
+    layout = state_layout(bodies, count, len(pulleys.free))
+    system = System(
+        layout,
+        chain,
+        effects,
+        friction,
+        _time_torques(scenario),
+        _speed_torques(scenario),
+        _prescribed_speeds(scenario),
+        aligned_zeros(WORKSPACE_ROWS, layout.width),
+        _contacts(bodies, count),
+        pulleys,
+    )
+    law = effects.belt_friction
+    differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
+    return BeltModel(
+        system,
+        bool(differ and law.set_valued is not None),
+        equilibrium,
+        initial_state(equilibrium, layout),
+        _error_scales(equilibrium, system),
+    )
 
 
-def share_of_reference(scenario: "BeltDriveScenario") -> float:
-    """Return by how much the contact of a body differs from the one that the scenario gives."""
-    reference = scenario.effects.contact.reference_bodies
-    return 1.0 if reference is None else reference / scenario.mechanism.belt.bodies
+def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
+    """Return what bodies of this length, m, have in common."""
+    belt = scenario.mechanism.belt
+    mass = belt.mass_per_length * body_length
+    inertia = mass * body_length**2 / 12.0
+    return Chain(belt.bodies, body_length, mass, inertia, scenario.mechanism.path().total_turning)
 
 
-def rest_of(scenario: "BeltDriveScenario") -> Equilibrium:
+def effect_parameters(scenario: "BeltDriveScenario", chain: Chain) -> Any:
+    """Return the parameters of each effect, None for those that the scenario lacks."""
+    return EffectParameters(*(effect.parameters(scenario, chain) for effect in EFFECTS))
+
+
+def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
     """Return the belt at rest, without friction.
 
     Raises
     ------
     ScenarioError
     """
-    belt, effects = scenario.mechanism.belt, scenario.effects
-    share = share_of_reference(scenario)
+    belt = scenario.mechanism.belt
     try:
-        return equilibrium(
+        return find_equilibrium(
             scenario.mechanism.path(),
             scenario.mechanism.circles,
-            belt.bodies,
-            axial_rigidity=belt.axial_rigidity,
-            mass_per_length=belt.mass_per_length,
-            c1=effects.contact.c1 * share,
-            c2=effects.contact.c2 * share,
+            belt.axial_rigidity,
+            lambda length: chain_of(scenario, length),
+            lambda chain: effect_parameters(scenario, chain),
             pretension=belt.pretension,
             length=belt.length,
-            bending_rigidity=effects.bending.rigidity if effects.bending else 0.0,
-            gravity=(0.0, -effects.gravity.g) if effects.gravity else (0.0, 0.0),
         )
     except NoEquilibrium as error:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def assemble(scenario: "BeltDriveScenario") -> Assembly:
-    """Find the belt's rest position and compose its equations of the effects of the scenario."""
-    rest = rest_of(scenario)
-    laws, pulleys = laws_of(scenario, rest.body_length), _pulleys(scenario)
-    friction = _coefficients(scenario, rest.body_length)
-    differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
-    bodies = scenario.mechanism.belt.bodies
-    return Assembly(
-        laws,
-        _torques(scenario),
-        _loads(scenario),
-        _speeds(scenario),
-        aligned(ROOM_ROWS, width_of(bodies)),
-        _slots(bodies, pulleys.table.shape[1]),
-        pulleys,
-        friction,
-        True if differ and laws.exact is not None else None,
-        rest,
-        start_of(rest, pulleys),
-        sizes_of(rest, laws, pulleys),
-    )
-
-
-def laws_of(scenario: "BeltDriveScenario", body_length: float) -> Laws:
-    """Return what acts in a scenario whose bodies are so long."""
-    table, effects = scenario.mechanism.belt, scenario.effects
-    mass = table.mass_per_length * body_length
-    stiffness = table.axial_rigidity / body_length
-    damping, bending, law = effects.axial_damping, effects.bending, effects.belt_friction
-    share, contact = share_of_reference(scenario), effects.contact
-    exact = law is not None and law.law == "set-valued"
-    return Laws(
-        chain=Chain(
-            table.bodies,
-            body_length,
-            mass,
-            mass * body_length**2 / 12.0,
-            stiffness,
-            scenario.mechanism.path().turn,
-        ),
-        contact=Contact(contact.c1 * share, contact.c2 * share),
-        axial_damping=AxialDamping(
-            damping.coefficient / (body_length if damping.basis == "section" else 1.0)
-        )
-        if damping
-        else None,
-        bending=Bending(bending.rigidity / body_length, bending.damping / body_length)
-        if bending
-        else None,
-        weight=Weight(0.0, -effects.gravity.g) if effects.gravity else None,
-        contact_damping=ContactDamping(contact.damping * share, contact.p_max)
-        if contact.damping
-        else None,
-        exact=ExactStick(min(float(np.sqrt(mass / stiffness)), LONGEST_CAPTURE)) if exact else None,
-        regularised=Regularised(law.transition_speed) if law and law.transition_speed else None,
-        creep=Creep(law.maximum_creep) if law and law.maximum_creep else None,
-    )
-
-
 def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
     pulleys = scenario.mechanism.pulleys
     prescribed = {name for name, drive in scenario.drive.items() if drive.speed is not None}
-    table = np.zeros((8, len(pulleys)))
+    table = np.zeros((PULLEY_ROWS, len(pulleys)))
     for j, p in enumerate(pulleys):
         table[:4, j] = *p.center, p.radius, p.inertia
     free = [j for j, p in enumerate(pulleys) if p.name not in prescribed]
     return Pulleys(np.array(free, dtype=np.int64), table)
 
 
-def _slots(bodies: int, pulleys: int) -> Slots:
-    """Return slots for as many bodies as could ever be near a pulley: all of them."""
-    slots = (bodies + VECTOR) * pulleys // VECTOR * VECTOR
-    return Slots(
+def _contacts(bodies: int, pulleys: int) -> Contacts:
+    """Return room for as many candidates as there could ever be: all bodies."""
+    size = (bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
+    return Contacts(
         np.zeros(pulleys + 1, dtype=np.int64),
-        np.zeros(slots, dtype=np.uint64),  # an index that is never negative needs no look
-        aligned(ROWS, slots),
+        np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
+        aligned_zeros(CONTACT_ROWS, size),
         np.zeros((2, bodies)),
     )
 
 
-def width_of(bodies: int) -> int:
-    """Return the length of a row over the joints, with the copy of the first, in full vectors."""
-    return -(-(bodies + 1) // VECTOR) * VECTOR
-
-
-def aligned(rows: int, width: int) -> "Array":
-    """Return zeros that begin where the widest vector is loaded fastest."""
-    spare = np.zeros(rows * width + VECTOR)
-    offset = -spare.ctypes.data // spare.itemsize % VECTOR
-    return spare[offset : offset + rows * width].reshape(rows, width)
-
-
-def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction | None:
+def _friction_coefficients(
+    scenario: "BeltDriveScenario", body_length: float
+) -> FrictionCoefficients | None:
     """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
     law, patch = scenario.effects.belt_friction, scenario.effects.patch
     if law is None:
@@ -260,87 +203,68 @@ def _coefficients(scenario: "BeltDriveScenario", body_length: float) -> Friction
     if patch is not None:
         inside = patch_bodies(scenario, body_length)
         static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
-    return Friction(static, kinetic)
+    return FrictionCoefficients(static, kinetic)
 
 
-def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
-    """Return which bodies are in the patch, (n,); none without one."""
-    patch = scenario.effects.patch
-    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
-    if patch is None:
-        return np.zeros(len(centres), dtype=bool)
-    return (centres >= patch.start) & (centres < patch.end)
-
-
-def _driven(scenario: "BeltDriveScenario", key: str, of_speed: bool) -> tuple["Indices", list[Any]]:
+def _signals(
+    scenario: "BeltDriveScenario", key: str, of_speed: bool
+) -> tuple["Indices", list[Signal]]:
     """Return the pulleys that have a signal of one sort, and the signals."""
-    found = [
-        (j, getattr(scenario.drive[name], key))
-        for j, name in enumerate(scenario.mechanism.names)
-        if name in scenario.drive and getattr(scenario.drive[name], key) is not None
-    ]
-    found = [(j, table) for j, table in found if isinstance(table, SpeedTable) == of_speed]
-    return np.array([j for j, _ in found], dtype=np.int64), [table for _, table in found]
+    found: list[tuple[int, Signal]] = []
+    for j, name in enumerate(scenario.mechanism.names):
+        table = getattr(scenario.drive.get(name), key, None)
+        if table is not None and isinstance(table, SpeedTable) == of_speed:
+            signal = PiecewiseLinear(table.speed, table.value) if of_speed else signal_from(table)
+            found.append((j, signal))
+    return np.array([j for j, _ in found], dtype=np.int64), [signal for _, signal in found]
 
 
-def _torques(scenario: "BeltDriveScenario") -> Torques | None:
-    which, tables = _driven(scenario, "torque", of_speed=False)
-    if not tables:
+def _time_torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
+    pulleys, signals = _signals(scenario, "torque", of_speed=False)
+    if not signals:
         return None
-    return Torques(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))
+    return TimeTorques(pulleys, stack_pieces(signals), stack_harmonics(signals))
 
 
-def _loads(scenario: "BeltDriveScenario") -> Loads | None:
-    which, tables = _driven(scenario, "torque", of_speed=True)
-    if not tables:
+def _speed_torques(scenario: "BeltDriveScenario") -> SpeedTorques | None:
+    pulleys, signals = _signals(scenario, "torque", of_speed=True)
+    return SpeedTorques(pulleys, stack_pieces(signals)) if signals else None
+
+
+def _prescribed_speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
+    pulleys, signals = _signals(scenario, "speed", of_speed=False)
+    if not signals:
         return None
-    return Loads(which, pieces_of([linear_pieces(t.speed, t.value) for t in tables]))
+    return PrescribedSpeeds(pulleys, stack_pieces(signals), stack_harmonics(signals))
 
 
-def _speeds(scenario: "BeltDriveScenario") -> Speeds | None:
-    which, tables = _driven(scenario, "speed", of_speed=False)
-    if not tables:
-        return None
-    return Speeds(which, pieces_of([pieces_in_time(t) for t in tables]), sines_of(tables))
-
-
-def start_of(rest: Equilibrium, pulleys: Pulleys) -> "Array":
-    """Return the state at the start: the belt at rest, free pulleys at rest."""
-    n, width = len(rest.x), width_of(len(rest.x))
-    state = new_state(n, pulleys)
-    state[0:n], state[width : width + n], state[2 * width : 2 * width + n] = (
-        rest.x,
-        rest.y,
-        rest.angle,
-    )
+def initial_state(equilibrium: Equilibrium, layout: StateLayout) -> "Array":
+    """Return the state at the start: the belt in equilibrium, free pulleys at rest."""
+    state = zero_state(layout)
+    kinematics = kinematics_of(state, layout)
+    kinematics[:3, : layout.bodies] = equilibrium.x, equilibrium.y, equilibrium.angle
     return state
 
 
-def new_state(bodies: int, pulleys: Pulleys) -> "Array":
-    """Return a state vector of zeros, or a rate, for so many bodies."""
-    size = 6 * width_of(bodies) + pulleys.table.shape[1] + len(pulleys.free) + LEDGER
-    return aligned(1, size + -size % VECTOR)[0]
+def _contact_stiffness(effects: Any, equilibrium: Equilibrium) -> float:
+    force = stability_limits.max_normal_force(equilibrium)
+    return stiffness_under(effects.contact, force)
 
 
-def sizes_of(rest: Equilibrium, laws: Laws, pulleys: Pulleys) -> "Array":
+def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     """Return the size of each state that its error is measured by."""
-    width, m, free = width_of(len(rest.x)), pulleys.table.shape[1], len(pulleys.free)
-    length, stiffness, mass = laws.chain.length, laws.chain.stiffness, laws.chain.mass
-    radius = float(np.min(pulleys.table[PULLEY_RADIUS]))
-    contact = contact_stiffness(laws, rest)
-    depth = float(np.max(rest.normal_force, initial=0.0)) / contact
+    layout, length, mass = system.layout, system.chain.length, system.chain.mass
+    stiffness = system.effects.axial_damping.stiffness
+    radius = float(np.min(system.pulleys.table[PULLEY_RADIUS]))
+    contact = _contact_stiffness(system.effects, equilibrium)
+    depth = float(np.max(equilibrium.normal_force, initial=0.0)) / contact
     # What is the smaller of the two decides how exactly positions have to be known.
-    stretch = float(np.mean(rest.tension)) / stiffness
+    stretch = float(np.mean(equilibrium.tension)) / stiffness
     speed = min(stretch * np.sqrt(stiffness / mass), depth * np.sqrt(contact / mass))
     stretch = min(stretch, depth)
-    parts = [
-        (2 * width, stretch),
-        (width, stretch / length),
-        (2 * width, speed),
-        (width, speed / length),
-        (m, stretch / radius),
-        (free, speed / radius),
-    ]
-    sizes = np.full(len(new_state(len(rest.x), pulleys)), np.inf)
-    sizes[: 6 * width + m + free] = np.concatenate([np.full(c, size) for c, size in parts])
-    return sizes
+    scales = np.full(layout.size, np.inf)
+    rows = kinematics_of(scales, layout)
+    rows[:] = np.array([[stretch, stretch, stretch / length, speed, speed, speed / length]]).T
+    scales[layout.angles : layout.speeds] = stretch / radius
+    scales[layout.speeds : layout.energies] = speed / radius
+    return scales

@@ -9,7 +9,7 @@ import numpy as np
 from frictionsim.errors import BeltOffPulleys, BudgetExceeded, Diverged
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.kernels.contact import CENTRE_X, CENTRE_Y, RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.layout import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.results import SimulationResult
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
-STEPS_BETWEEN_LOOKS = 2000  # some hundredths of a second, in which nobody is told anything
-DEEPEST = 0.5  # of a radius: a body that gets further into a pulley does not come out again
-MOST_CREATED = 1.0  # of the energy that was stored at the start or put in since
+STEPS_BETWEEN_CALLS = 2000  # some hundredths of a second, in which nobody is told anything
+MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
+MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
 
 
@@ -37,22 +37,19 @@ class BeltDrive:
 
     def __init__(self, scenario: "BeltDriveScenario") -> None:
         self._scenario = scenario
-        self._assembly = assemble(scenario)
+        self._model = assemble(scenario)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._kinks = _kinks(scenario)
-        self._observer = Observer(scenario, self._assembly)
+        self._observer = Observer(scenario, self._model)
         module = import_module(scenario.pair.module)
-        self._stepping = module.Stepping(self._assembly, scenario.solver)
-        self._observer.per_impulse = self._stepping.per_impulse
-        self._begun = False
+        self._stepper = module.BeltStepper(self._model, scenario.solver)
+        self._observer.force_per_impulse = self._stepper.force_per_impulse
+        self._started = False
         self.effects = scenario.effect_names
         self.channel_info: Mapping[str, Channel] = CHANNELS
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
-        pulleys = self._assembly.pulleys
-        self.states = (
-            6 * len(bodies) + pulleys.table.shape[1] + len(pulleys.free) + self._observer.ledger
-        )
+        self.states = self._observer.states
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Evaluate the start, and have all kernels of the run compiled; return how long that took.
@@ -61,12 +58,12 @@ class BeltDrive:
         ------
         SolverError
         """
-        stepping = self._stepping
-        with jit.compilation(stepping.compiles_in, on_step) as found:
-            if not self._begun:
-                stepping.begin()
-            stepping.prepare()
-        self._begun = True
+        stepper = self._stepper
+        with jit.announce_compilation(stepper.compile_seconds, on_step) as found:
+            if not self._started:
+                stepper.start()
+            stepper.prepare()
+        self._started = True
         return found.seconds
 
     def solve(self, on_step: Callable[[float], Any]) -> None:
@@ -76,24 +73,24 @@ class BeltDrive:
         ------
         SolverError, Interrupted
         """
-        stepping, times, end = self._stepping, self._times, self._scenario.solver.duration
+        stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
         while True:
-            while times.next <= stepping.t * (1.0 + CLOSE):
+            while times.next <= stepper.t * (1.0 + CLOSE):
                 t = times.next
-                self._observer.take(t, stepping.look(t))
+                self._observer.sample(t, stepper.interpolate(t))
                 times.advance()
-                self._see_energy(t)
-            if stepping.t >= end * (1.0 - CLOSE):
+                self._check_energy(t)
+            if stepper.t >= end * (1.0 - CLOSE):
                 return
-            on_step(stepping.t)
-            self._see_budget(stepping.t)
-            limit = min((kink for kink in self._kinks if kink > stepping.t), default=end)
-            stepping.advance(min(limit, end), times.next, STEPS_BETWEEN_LOOKS)
-            self._see_belt(stepping.t)
+            on_step(stepper.t)
+            self._check_budget(stepper.t)
+            limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
+            stepper.advance(min(limit, end), times.next, STEPS_BETWEEN_CALLS)
+            self._check_belt(stepper.t)
 
-    def _see_budget(self, t: float) -> None:
+    def _check_budget(self, t: float) -> None:
         """Stop where the steps are spent."""
-        steps, rejected, _ = self._stepping.statistics
+        steps, rejected, _ = self._stepper.statistics
         most = self._scenario.solver.max_steps
         if steps + rejected >= most:
             raise BudgetExceeded(
@@ -101,33 +98,33 @@ class BeltDrive:
                 " bodies, or a law of friction that is less stiff"
             )
 
-    def _see_energy(self, t: float) -> None:
+    def _check_energy(self, t: float) -> None:
         """Stop where there is more energy than was stored or put in."""
-        excess = self._observer.created
-        if excess > MOST_CREATED:
+        excess = self._observer.energy_gain
+        if excess > MAX_ENERGY_GAIN:
             raise Diverged(
                 f"at t = {t:.9g} s the belt has {excess:.3g} times the energy that it was given:"
                 " the steps are unstable; give a smaller solver.step or solver.max_step, or a"
                 " smaller rtol"
             )
 
-    def _see_belt(self, t: float) -> None:
+    def _check_belt(self, t: float) -> None:
         """Stop where the belt has left its pulleys, or is pressed through one."""
-        slots = self._assembly.slots
-        count = slots.first[-1]
+        contacts = self._model.system.contacts
+        count = contacts.offsets[-1]
         if count == 0:
             raise BeltOffPulleys(
                 f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
                 " torque too high?"
             )
-        radius = slots.table[RADIUS, :count]
+        radius = contacts.table[RADIUS, :count]
         filled = np.flatnonzero(radius > 0.0)
-        body = slots.body[filled].astype(np.int64)
-        x, y = self._observer.positions(self._stepping)
-        centre_x, centre_y = slots.table[CENTRE_X, filled], slots.table[CENTRE_Y, filled]
+        body = contacts.body[filled].astype(np.int64)
+        x, y = self._observer.positions(self._stepper)
+        centre_x, centre_y = contacts.table[CENTRE_X, filled], contacts.table[CENTRE_Y, filled]
         share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
         deepest = int(np.argmax(share))
-        if share[deepest] > DEEPEST:
+        if share[deepest] > MAX_PENETRATION:
             raise BeltOffPulleys(
                 f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
                 f" radius into a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the"
@@ -136,14 +133,14 @@ class BeltDrive:
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
-        steps, rejected, evaluations = self._stepping.statistics
+        steps, rejected, evaluations = self._stepper.statistics
         return steps, rejected, evaluations
 
     def state(self) -> Arrays | None:
         """Return all that the rest of the run depends on; None where nothing could be saved."""
-        if not self._stepping.resumable:
+        if not self._stepper.resumable:
             return None
-        parts = {f"stepping.{k}": v for k, v in self._stepping.arrays().items()}
+        parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
         return {**numbers, **dump_part(self._times, "times"), **self._observer.state()}
 
@@ -155,14 +152,14 @@ class BeltDrive:
         InputError
             If it is of another scenario.
         """
-        for name, array in self._stepping.arrays().items():
+        for name, array in self._stepper.checkpoint_arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
                 raise mismatch(f"stepping.{name}")
             array[...] = values
         load_part(self._times, "times", state)
         self._observer.restore(state)
-        self._begun = True
+        self._started = True
 
     def observe(self) -> SimulationResult:
         """Return what was sampled so far, and what follows from it."""

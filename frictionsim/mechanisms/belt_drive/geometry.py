@@ -20,11 +20,14 @@ from numpy.typing import NDArray
 
 Point = tuple[float, float]
 
+MAX_STRAIN = 0.5  # of a law of springs that is linear
+MIN_BODIES = 4
+
 # A belt that turns further than this round one pulley does not come from its neighbours.
-LARGEST_SWEEP = 1.8 * pi
+MAX_WRAP_ANGLE = 1.8 * pi
 
 # Directions carry a few roundings: a smaller sweep is none.
-SMALLEST_SWEEP = 1e-9
+MIN_WRAP_ANGLE = 1e-9
 
 
 class PathError(ValueError):
@@ -48,7 +51,7 @@ class Arc(NamedTuple):
     """Where the belt touches a pulley: the polar angle of the first point and the signed sweep."""
 
     start: float
-    sweep: float
+    wrap_angle: float
 
 
 class Span(NamedTuple):
@@ -58,7 +61,7 @@ class Span(NamedTuple):
     end: Point
 
 
-class Line(NamedTuple):
+class PathPoints(NamedTuple):
     """Points of a belt: position (n, 2), tangent angle (n,), index of the pulley (n,) or -1."""
 
     position: NDArray[np.float64]
@@ -82,7 +85,7 @@ class Path:
     """
 
     length: float
-    turn: float
+    total_turning: float
     arcs: tuple[Arc, ...]
     spans: tuple[Span, ...]
     # The pieces in the order of the belt, span and arc by turns, the arc of the first pulley last.
@@ -93,11 +96,11 @@ class Path:
     _pulleys: NDArray[np.intp]
 
     @property
-    def marks(self) -> NDArray[np.float64]:
+    def breakpoints(self) -> NDArray[np.float64]:
         """Arc lengths (2 n + 1,), m, at which spans and arcs begin by turns; last the length."""
         return np.append(self._starts, self.length)
 
-    def at(self, s: NDArray[np.float64]) -> Line:
+    def at(self, s: NDArray[np.float64]) -> PathPoints:
         """Return the points of the line at arc lengths.
 
         Parameters
@@ -113,15 +116,15 @@ class Path:
         """
         piece = np.searchsorted(self._starts, s, side="right") - 1
         along = s - self._starts[piece]
-        start, bend = self._angles[piece], self._curvatures[piece] * along
+        start, add_bending = self._angles[piece], self._curvatures[piece] * along
         # The chord of an arc: along sin(bend/2)/(bend/2), half the bend off the first tangent.
-        chord = along * np.sinc(bend / tau)
-        direction = start + 0.5 * bend
+        chord = along * np.sinc(add_bending / tau)
+        direction = start + 0.5 * add_bending
         step = chord[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
-        return Line(self._points[piece] + step, start + bend, self._pulleys[piece])
+        return PathPoints(self._points[piece] + step, start + add_bending, self._pulleys[piece])
 
 
-def route(pulleys: Sequence[Pulley]) -> Path:
+def belt_path(pulleys: Sequence[Pulley]) -> Path:
     """Lay a taut belt round pulleys.
 
     Inside pulleys are passed counter-clockwise where the polygon of the centres has a positive
@@ -145,18 +148,18 @@ def route(pulleys: Sequence[Pulley]) -> Path:
     """
     if len(pulleys) < 2:
         raise PathError(f"a belt needs at least two pulleys, not {len(pulleys)}", 0)
-    _refuse_overlap(pulleys)
+    _check_overlap(pulleys)
     loop = _sense_of_loop(pulleys)
     senses = [loop if pulley.side == "inside" else -loop for pulley in pulleys]
     directions = [_direction(pulleys, senses, i) for i in range(len(pulleys))]
     arcs = [_arc(pulleys, senses, directions, i) for i in range(len(pulleys))]
-    _refuse_turn(pulleys, arcs, loop)
+    _check_turning(pulleys, arcs, loop)
     spans = [_span(pulleys, senses, directions, i) for i in range(len(pulleys))]
-    _refuse_obstacles(pulleys, spans)
+    _check_obstacles(pulleys, spans)
     return _path(pulleys, senses, directions, arcs, spans)
 
 
-def _refuse_overlap(pulleys: Sequence[Pulley]) -> None:
+def _check_overlap(pulleys: Sequence[Pulley]) -> None:
     for (_, a), (j, b) in combinations(enumerate(pulleys), 2):
         overlap = a.radius + b.radius - dist(a.center, b.center)
         if overlap >= 0.0:
@@ -202,42 +205,43 @@ def _arc(
     pulleys: Sequence[Pulley], senses: Sequence[int], directions: Sequence[float], i: int
 ) -> Arc:
     name, sense = pulleys[i].name, senses[i]
-    sweep = (sense * (directions[i] - directions[i - 1])) % tau
-    if min(sweep, tau - sweep) < SMALLEST_SWEEP:
+    wrap_angle = (sense * (directions[i] - directions[i - 1])) % tau
+    if min(wrap_angle, tau - wrap_angle) < MIN_WRAP_ANGLE:
         raise PathError(
             f"the belt touches pulley {name} in one point only, its arc is zero: "
             "leave it out or move it towards the belt",
             i,
         )
-    if sweep > LARGEST_SWEEP:
-        raise _untouched(name, sweep, i)
-    return Arc(directions[i - 1] - sense * pi / 2, sense * sweep)
+    if wrap_angle > MAX_WRAP_ANGLE:
+        raise _untouched(name, wrap_angle, i)
+    return Arc(directions[i - 1] - sense * pi / 2, sense * wrap_angle)
 
 
-def _untouched(name: str, sweep: float, i: int) -> PathError:
+def _untouched(name: str, wrap_angle: float, i: int) -> PathError:
     return PathError(
-        f"the belt does not touch pulley {name}: it would have to turn by {degrees(sweep):.4g} "
-        "degrees round it. Leave it out, move it towards the belt, or change its side",
+        f"the belt does not touch pulley {name}: it would have to turn by"
+        f" {degrees(wrap_angle):.4g} degrees round it. Leave it out, move it towards the belt, or"
+        " change its side",
         i,
     )
 
 
-def _refuse_turn(pulleys: Sequence[Pulley], arcs: Sequence[Arc], loop: int) -> None:
+def _check_turning(pulleys: Sequence[Pulley], arcs: Sequence[Arc], loop: int) -> None:
     """Refuse a belt that does not turn once in all: it misses a pulley or crosses itself."""
-    turn = loop * sum(arc.sweep for arc in arcs)
-    if turn > 1.5 * tau:
-        i = max(range(len(arcs)), key=lambda k: abs(arcs[k].sweep))
-        raise _untouched(pulleys[i].name, abs(arcs[i].sweep), i)
-    if turn < 0.5 * tau:
+    total_turning = loop * sum(arc.wrap_angle for arc in arcs)
+    if total_turning > 1.5 * tau:
+        i = max(range(len(arcs)), key=lambda k: abs(arcs[k].wrap_angle))
+        raise _untouched(pulleys[i].name, abs(arcs[i].wrap_angle), i)
+    if total_turning < 0.5 * tau:
         i = next(k for k, pulley in enumerate(pulleys) if pulley.side == "outside")
         raise PathError(
             f"the belt would cross itself: with pulley {pulleys[i].name} outside it turns by "
-            f"{degrees(turn):.4g} degrees in all, not by 360",
+            f"{degrees(total_turning):.4g} degrees in all, not by 360",
             i,
         )
 
 
-def _refuse_obstacles(pulleys: Sequence[Pulley], spans: Sequence[Span]) -> None:
+def _check_obstacles(pulleys: Sequence[Pulley], spans: Sequence[Span]) -> None:
     n = len(pulleys)
     for i, span in enumerate(spans):
         ends = f"from {pulleys[i].name} to {pulleys[(i + 1) % n].name}"
@@ -294,17 +298,17 @@ def _path(
     lengths, points, angles = [], [], []
     angle = directions[0]
     for span, i in zip(spans, order, strict=True):
-        lengths += [dist(*span), pulleys[i].radius * abs(arcs[i].sweep)]
+        lengths += [dist(*span), pulleys[i].radius * abs(arcs[i].wrap_angle)]
         points += [span.start, span.end]
         angles += [angle, angle]
-        angle += arcs[i].sweep
-    marks = np.concatenate([[0.0], np.cumsum(lengths)])
+        angle += arcs[i].wrap_angle
+    breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
     return Path(
-        length=float(marks[-1]),
-        turn=tau if angle > directions[0] else -tau,
+        length=float(breakpoints[-1]),
+        total_turning=tau if angle > directions[0] else -tau,
         arcs=tuple(arcs),
         spans=tuple(spans),
-        _starts=marks[:-1],
+        _starts=breakpoints[:-1],
         _points=np.array(points),
         _angles=np.array(angles),
         _curvatures=np.array([k for i in order for k in (0.0, senses[i] / pulleys[i].radius)]),

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.contact import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.results import Check, Quantities, Quantity
 from frictionsim.simulation.averages import last_part, time_mean
@@ -12,7 +12,7 @@ from frictionsim.simulation.averages import last_part, time_mean
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -26,13 +26,12 @@ ENERGY_LIMIT = 5e-3
 # A run in which less than this share of the stored energy moved has nothing to be relative to.
 STORED_SHARE = 1e-3
 ROUNDING = 1e-9
-# A body that sticks loses its last slip within tau; breaking loose meanwhile, it may be driven
-# for that long, by its limit of friction times next to no slip.
+# While residual slip relaxes, friction may do a little positive work.
 POWER_LIMIT = 1e-3
 
 
 def quantities_of(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> Quantities:
     """Return the summary's quantities; means are over the last fifth of the run.
 
@@ -65,22 +64,22 @@ def quantities_of(
         drive, driven = 0, len(names) - 1
     found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
     found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
-    rim = np.abs(speed) * assembly.pulleys.table[PULLEY_RADIUS]
-    moving = rim[drive] > slowest_rim(scenario, time, seen)
+    rim = np.abs(speed) * model.system.pulleys.table[PULLEY_RADIUS]
+    moving = rim[drive] > min_rim_speed(scenario, time, seen)
     slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
     found["slip_percent"] = Quantity(slip, "%")
     found["efficiency"] = Quantity(
         efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
     )
     touching, sticking = mean("_touching"), mean("_sticking")
-    if assembly.friction is not None:
+    if model.system.friction is not None:
         share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
         found["stick_fraction"] = Quantity(share, "1")
     for j, name in enumerate(names):
-        per_body = assembly.laws.chain.length / assembly.pulleys.table[PULLEY_RADIUS, j]
-        found[f"arc_contact_{name}"] = Quantity(float(touching[j] * per_body), "rad")
-        if assembly.friction is not None:
-            found[f"arc_stick_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
+        per_body = model.system.chain.length / model.system.pulleys.table[PULLEY_RADIUS, j]
+        found[f"contact_arc_{name}"] = Quantity(float(touching[j] * per_body), "rad")
+        if model.system.friction is not None:
+            found[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
     found["final_time"] = Quantity(float(time[-1]), "s")
     for name, energy in seen.items():
         if name.startswith("energy"):
@@ -88,7 +87,7 @@ def quantities_of(
     return found
 
 
-def slowest_rim(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]) -> float:
+def min_rim_speed(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]) -> float:
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
     last = last_part(time)
     tension = float(np.mean(seen["_span_tension"][last]))
@@ -127,7 +126,7 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
 
 
 def checks_of(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
     if not time.size:
@@ -140,12 +139,12 @@ def checks_of(
     largest = max(float(np.max(np.abs(change))) for change in changes.values())
     largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
     checks = {"energy_balance": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
-    if assembly.friction is not None:
+    if model.system.friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
         checks["friction_law"] = _relative(over, limit, ROUNDING)
         driving, power = np.max(seen["_power"], axis=0)
         checks["dissipation_sign"] = _relative(driving, power, POWER_LIMIT)
-    checks["torque_balance"] = torque_balance(scenario, assembly, time, seen)
+    checks["torque_balance"] = torque_balance(scenario, model, time, seen)
     return checks
 
 

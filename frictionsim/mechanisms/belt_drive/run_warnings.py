@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.contact import PULLEY_RADIUS
-from frictionsim.mechanisms.belt_drive.quantities import slowest_rim
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.simulation.averages import (
     LAST_PART,
     ROUNDING,
@@ -19,14 +19,14 @@ from frictionsim.simulation.averages import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Quantities
 
     Array = npt.NDArray[np.float64]
 
 SLACK = 0.01  # of the pretension
-FEWEST_SAMPLES = 10  # for a mean
+MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP = 0.99  # of the friction that sliding bodies have
@@ -37,7 +37,7 @@ SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt with
 
 def warnings_of(
     scenario: "BeltDriveScenario",
-    assembly: "Assembly",
+    model: "BeltModel",
     time: "Array",
     seen: dict[str, "Array"],
     quantities: "Quantities",
@@ -55,14 +55,14 @@ def warnings_of(
     if not time.size:
         return ()
     found = [
-        *_slack_spans(scenario, assembly, time, seen["_span_tension"]),
+        *_slack_spans(scenario, model, time, seen["_span_tension"]),
         *_full_slip(scenario, time, seen),
         *_created_energy(scenario, seen),
     ]
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
-        found += _untouched_patch(scenario, assembly, seen)
-        found += _unsteady_means(scenario, assembly, time, seen)
-        found += _slip_of_corners(assembly, quantities)
+        found += _untouched_patch(scenario, model, seen)
+        found += _unsteady_means(scenario, model, time, seen)
+        found += _slip_of_corners(model, quantities)
         found += _no_efficiency(quantities)
     return tuple(found)
 
@@ -73,10 +73,10 @@ def _spans(scenario: "BeltDriveScenario") -> list[str]:
 
 
 def _slack_spans(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", tension: "Array"
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", tension: "Array"
 ) -> Iterator[str]:
     """Say which spans went slack, and when first."""
-    slack = tension < SLACK * float(np.mean(assembly.rest.tension))
+    slack = tension < SLACK * float(np.mean(model.equilibrium.tension))
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             yield (
@@ -106,15 +106,15 @@ def _full_slip(
 
 
 def _untouched_patch(
-    scenario: "BeltDriveScenario", assembly: "Assembly", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", seen: dict[str, "Array"]
 ) -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
     if scenario.effects.patch is None:
         return
-    if not patch_bodies(scenario, assembly.laws.chain.length).any():
+    if not patch_bodies(scenario, model.system.chain.length).any():
         yield (
             "effects.patch has the middle of no body in it, and changes nothing: make it longer"
-            f" than a body, {assembly.laws.chain.length:.4g} m, or take more bodies"
+            f" than a body, {model.system.chain.length:.4g} m, or take more bodies"
         )
     elif not seen["_patch"].any():
         yield (
@@ -124,23 +124,28 @@ def _untouched_patch(
 
 
 def _unsteady_means(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> Iterator[str]:
     """Say that the means of the summary are of too few samples, or of a motion that changes."""
     last = last_part(time)
     count, share = int(np.sum(last)), round(100.0 * LAST_PART)
-    if count < FEWEST_SAMPLES:
+    if count < MIN_SAMPLES:
         yield (
             f"the means of the summary, over the last {share} % of the run, are of {count}"
             f" sample{'s' if count > 1 else ''}; give a smaller output.interval"
         )
         return
     tension = float(np.mean(seen["_span_tension"]))
-    at_rest = slowest_rim(scenario, time, seen)
-    rim = seen["_speed"][last] * _radii(assembly)
-    fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
+    at_rest = min_rim_speed(scenario, time, seen)
+    rim = seen["_speed"][last] * _radii(model)
+    max_frequency_and_decay = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
-        *_changes(time[last], rim, fastest, [f"speed of '{n}'" for n in scenario.mechanism.names]),
+        *_changes(
+            time[last],
+            rim,
+            max_frequency_and_decay,
+            [f"speed of '{n}'" for n in scenario.mechanism.names],
+        ),
         *_changes(
             time[last],
             seen["_span_tension"][last],
@@ -175,14 +180,14 @@ def _changes(
     ]
 
 
-def _slip_of_corners(assembly: "Assembly", quantities: "Quantities") -> Iterator[str]:
+def _slip_of_corners(model: "BeltModel", quantities: "Quantities") -> Iterator[str]:
     """Say that the slip is no larger than what the polygon of the bodies makes of it.
 
     Links at the angle l/R slow down by (l/R)^2/12 as they wrap, and friction takes hold of them
     before that: a drive of unlike radii may even seem to slip backwards.
     """
     slip = quantities["slip_percent"].value
-    corner = 100.0 * float(np.max(assembly.laws.chain.length / _radii(assembly))) ** 2 / 12.0
+    corner = 100.0 * float(np.max(model.system.chain.length / _radii(model))) ** 2 / 12.0
     if slip is not None and abs(slip) < corner:
         yield (
             f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
@@ -200,8 +205,8 @@ def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
         )
 
 
-def _radii(assembly: "Assembly") -> "Array":
-    radii: Array = assembly.pulleys.table[PULLEY_RADIUS]
+def _radii(model: "BeltModel") -> "Array":
+    radii: Array = model.system.pulleys.table[PULLEY_RADIUS]
     return radii
 
 
@@ -212,16 +217,16 @@ def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> 
     see it.
     """
     stored = float(abs(seen["energy_potential"][0]))
-    created = float(-(seen["energy_input"][-1] - seen["energy_input"][0]))
+    energy_gain = float(-(seen["energy_input"][-1] - seen["energy_input"][0]))
     for name, energy in seen.items():
         if name.startswith("energy") and name != "energy_input":
-            created += float(energy[-1] - energy[0])
-    if created > CREATED * stored:
+            energy_gain += float(energy[-1] - energy[0])
+    if energy_gain > CREATED * stored:
         adaptive = scenario.solver.backend != "moreau"
         way_out = "solver.rtol, or take backend = 'moreau'" if adaptive else "solver.step"
         yield (
-            f"the steps have put {created:.3g} J into the belt, {100.0 * created / stored:.2g} % of"
-            f" what it stores: give a smaller {way_out}"
+            f"the steps have put {energy_gain:.3g} J into the belt, "
+            f"{100.0 * energy_gain / stored:.2g} % of what it stores: give a smaller {way_out}"
         )
     if _held_by_dampers(scenario):
         yield (

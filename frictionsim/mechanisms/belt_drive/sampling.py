@@ -5,29 +5,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
+from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects.base import Shape
+from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
-    PULL_X,
-    PULL_Y,
+    BACKWARD_LIMIT,
+    FORCE_X,
+    FORCE_Y,
+    FORWARD_LIMIT,
+    FRICTION,
+    INERTIA,
+    KINETIC,
+    NORMAL,
+    PULLEY_RADIUS,
+    PULLEY_X,
+    PULLEY_Y,
+    RADIUS,
+    SLIP,
+    SPEED,
     SPIN,
+    STATIC,
+    STICKING,
+    TORQUE,
     VX,
     VY,
     X,
     Y,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
-    BACKWARD_LIMIT,
-    FORWARD_LIMIT,
-    FRICTION,
-    KINETIC,
-    NORMAL,
-    RADIUS,
-    SLIP,
-    SPEED,
-    STATIC,
-    STUCK,
-    TORQUE,
+    kinematics_of,
 )
 from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
@@ -38,7 +43,8 @@ from frictionsim.results import SimulationResult
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -52,26 +58,25 @@ class Observer:
     Parameters
     ----------
     scenario : BeltDriveScenario
-    assembly : Assembly
-        Its room holds the forces of the state that a sample is taken of.
+    model : BeltModel
+        Its system holds the forces of the state that a sample is taken of.
     """
 
-    def __init__(self, scenario: "BeltDriveScenario", assembly: "Assembly") -> None:
-        self._scenario, self._assembly = scenario, assembly
-        # Makes a force of what the slots hold as friction, if that is an impulse.
-        self.per_impulse = 1.0
+    def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
+        self._scenario, self._model = scenario, model
+        # Makes a force of what the contacts hold as friction, if that is an impulse.
+        self.force_per_impulse = 1.0
         self._bodies = scenario.mechanism.belt.bodies
-        self._width = assembly.room.shape[1]
+        self._system = system = model.system
         self._energies = ["energy_input"]
-        if assembly.friction is not None:
+        if system.friction is not None:
             self._energies.append("energy_friction")
-        laws = assembly.laws
-        bending = laws.bending is not None and laws.bending.damping > 0.0
-        if laws.axial_damping is not None or laws.contact_damping is not None or bending:
+        present = ((e, getattr(system.effects, e.key)) for e in in_order())
+        self._effects = [(effect, found) for effect, found in present if found is not None]
+        if any(effect.dissipates(found) for effect, found in self._effects):
             self._energies.append("energy_damping")
-        self.ledger = len(self._energies)
         contact = {"friction_force", "slip_velocity", "sticking"}
-        absent = contact if assembly.friction is None else set()
+        absent = contact if system.friction is None else set()
         wanted = scenario.output.channels
         self._wanted = [
             name
@@ -79,31 +84,42 @@ class Observer:
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._before = np.arange(self._bodies) - 1
-        self._patch = patch_bodies(scenario, laws.chain.length)
+        self._patch = patch_bodies(scenario, system.chain.length)
         self._samples: dict[str, list[Any]] = {}
-        self.created = 0.0  # energy that came from nowhere, over what was stored and put in
+        self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
-    def positions(self, stepping: Any) -> tuple["Array", "Array"]:
+    def positions(self, stepper: Any) -> tuple["Array", "Array"]:
         """Return where the bodies are at the end of the last step, m."""
-        motion = self._motion(stepping.look(stepping.t))
-        return motion[X], motion[Y]
+        kinematics = self._kinematics(stepper.interpolate(stepper.t))
+        return kinematics[X], kinematics[Y]
 
-    def _motion(self, state: "Array") -> "Array":
-        return state[: 6 * self._width].reshape(6, self._width)[:, : self._bodies]
+    def _kinematics(self, state: "Array") -> "Array":
+        rows: Array = kinematics_of(state, self._system.layout)
+        return rows[:, : self._bodies]
 
-    def take(self, t: float, state: "Array") -> None:
+    @property
+    def states(self) -> int:
+        """How many numbers are integrated: those of the state that this scenario needs."""
+        layout = self._system.layout
+        rows = layout.angles // layout.width
+        return rows * self._bodies + layout.energies - layout.angles + len(self._energies)
+
+    def sample(self, t: float, state: "Array") -> None:
         """Add the sample of time t."""
-        motion = self._motion(state)
-        channels = {**self._of_bodies(motion), **self._of_pulleys(state)}
+        kinematics = self._kinematics(state)
+        channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
         seen = {name: channels[name].copy() for name in self._wanted}
-        seen |= self._quantities(state, motion, channels)
+        seen |= self._quantities(state, kinematics, channels)
         for name, values in seen.items():
             self._samples.setdefault(name, []).append(values)
         self._samples.setdefault("time", []).append(t)
-        self._see_energy()
+        self._check_energy()
 
-    def _see_energy(self) -> None:
-        """Compare what the belt has with what it was given; heats only take, and are left out."""
+    def _check_energy(self) -> None:
+        """Compare what the belt has with what it was given.
+
+        Dissipated energy is ignored: it can only lower the total.
+        """
         samples = self._samples
 
         def gained(name: str) -> float:
@@ -112,7 +128,7 @@ class Observer:
         put_in = gained("energy_input")
         has = gained("energy_kinetic") + gained("energy_potential")
         stored = abs(samples["energy_potential"][0]) + abs(put_in)
-        self.created = (has - put_in) / stored if stored > 0.0 else 0.0
+        self.energy_gain = (has - put_in) / stored if stored > 0.0 else 0.0
 
     def state(self) -> dict[str, "Array"]:
         """Return the samples so far."""
@@ -129,117 +145,130 @@ class Observer:
             if name.startswith("samples.")
         }
 
-    def _of_bodies(self, motion: "Array") -> dict[str, "Array"]:
-        slots = self._assembly.slots
-        count = slots.first[-1]
-        filled = np.flatnonzero(slots.table[RADIUS, :count] > 0.0)
-        body = slots.body[filled].astype(np.int64)
-        found: dict[str, Array] = {"x": motion[X], "y": motion[Y], "angle": motion[ANGLE]}
+    def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
+        contacts = self._system.contacts
+        count = contacts.offsets[-1]
+        filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
+        body = contacts.body[filled].astype(np.int64)
+        found: dict[str, Array] = {
+            "x": kinematics[X],
+            "y": kinematics[Y],
+            "angle": kinematics[ANGLE],
+        }
         for name, row in (
             ("normal_force", NORMAL),
             ("friction_force", FRICTION),
             ("slip_velocity", SLIP),
-            ("sticking", STUCK),
+            ("sticking", STICKING),
         ):
             found[name] = np.zeros(self._bodies)
-            found[name][body] = slots.table[row, filled]
+            found[name][body] = contacts.table[row, filled]
         touching = found["normal_force"] > 0.0
-        found["friction_force"] *= self.per_impulse
+        found["friction_force"] *= self.force_per_impulse
         found["slip_velocity"] *= touching
         found["sticking"] *= touching
-        pulley = np.searchsorted(slots.first, filled, side="right") - 1.0
+        pulley = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
         found["pulley_index"] = np.full(self._bodies, -1.0)
         found["pulley_index"][body] = np.where(touching[body], pulley, -1.0)
-        found["tension"] = self._tension(motion)
+        found["tension"] = self._tension(kinematics)
         return found
 
-    def _tension(self, motion: "Array") -> "Array":
+    def _tension(self, kinematics: "Array") -> "Array":
         """Return the tension of every joint; negative where the bodies are pressed together."""
-        pull_x = self._assembly.room[PULL_X, : self._bodies]
-        pull_y = self._assembly.room[PULL_Y, : self._bodies]
-        angle = motion[ANGLE]
+        force_x = self._system.workspace[FORCE_X, : self._bodies]
+        force_y = self._system.workspace[FORCE_Y, : self._bodies]
+        angle = kinematics[ANGLE]
         cos, sin = np.cos(angle), np.sin(angle)
-        along = pull_x * (cos + cos[self._before]) + pull_y * (sin + sin[self._before])
-        return np.copysign(np.hypot(pull_x, pull_y), along)
+        along = force_x * (cos + cos[self._before]) + force_y * (sin + sin[self._before])
+        return np.copysign(np.hypot(force_x, force_y), along)
 
     def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
-        table = self._assembly.pulleys.table
-        angles = state[6 * self._width : 6 * self._width + table.shape[1]]
+        layout = self._system.layout
         return {
-            "pulley_angle": angles,
+            "pulley_angle": state[layout.angles : layout.speeds],
             "pulley_speed": self._speeds(state),
-            "pulley_torque": table[TORQUE],
+            "pulley_torque": self._system.pulleys.table[TORQUE],
         }
 
     def _speeds(self, state: "Array") -> "Array":
         """Return the speeds of all pulleys; the free ones have theirs in the state."""
-        pulleys = self._assembly.pulleys
+        pulleys = self._system.pulleys
         speeds = pulleys.table[SPEED].copy()
-        at = 6 * self._width + len(speeds)
-        speeds[pulleys.free] = state[at : at + len(pulleys.free)]
+        layout = self._system.layout
+        speeds[pulleys.free] = state[layout.speeds : layout.energies]
         return speeds
 
     def _quantities(
-        self, state: "Array", motion: "Array", channels: dict[str, "Array"]
+        self, state: "Array", kinematics: "Array", channels: dict[str, "Array"]
     ) -> dict[str, Any]:
         """Return what quantities and audit need of a sample, whatever is recorded."""
-        assembly = self._assembly
-        table = assembly.pulleys.table
-        at = 6 * self._width + table.shape[1] + len(assembly.pulleys.free)
+        table, layout = self._system.pulleys.table, self._system.layout
         speeds, tension, pulley = (
             channels[name] for name in ("pulley_speed", "tension", "pulley_index")
         )
-        ledger = dict(
-            zip(("energy_input", "energy_friction", "energy_damping"), state[at:], strict=False)
-        )
+        names = "energy_input", "energy_friction", "energy_damping"
+        energies = dict(zip(names, state[layout.energies : layout.end], strict=True))
         members = range(table.shape[1])
         return {
-            **{name: ledger[name] for name in self._energies},
-            "energy_kinetic": kinetic_energy(assembly, motion, speeds),
-            "energy_potential": potential_energy(assembly, motion),
+            **{name: energies[name] for name in self._energies},
+            "energy_kinetic": kinetic_energy(self._system, kinematics, speeds),
+            "energy_potential": self._potential_energy(kinematics),
             "_speed": speeds,
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
-            "_belt_speed": belt_speed(motion),
+            "_belt_speed": belt_speed(kinematics),
             "_span_tension": span_tensions(tension, pulley, len(members)),
             "_touching": np.array([np.sum(pulley == j) for j in members]),
             "_sticking": np.array([channels["sticking"][pulley == j].sum() for j in members]),
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),
-            "_excess": self._excess(),
+            "_excess": self._friction_excess(),
             "_power": friction_power(channels),
         }
 
+    def _potential_energy(self, kinematics: "Array") -> float:
+        """Return the energy of all effects that store one, J."""
+        pulley = self._system.pulleys.table
+        shape = Shape(
+            self._system.chain,
+            kinematics[[X, Y]].T,
+            kinematics[ANGLE],
+            pulley[[PULLEY_X, PULLEY_Y]].T,
+            pulley[PULLEY_RADIUS],
+        )
+        return float(sum(np.sum(e.energies(found, shape)) for e, found in self._effects))
+
     def _friction_on_pulleys(self) -> dict[str, "Array"]:
         """Return the sum of the friction on the belt, N, and what it could be in full slip."""
-        slots, a = self._assembly.slots, self._assembly
-        if a.friction is None:
+        contacts = self._system.contacts
+        if self._system.friction is None:
             return {}
-        ranges = [slice(*ends) for ends in pairwise(slots.first)]
-        friction = slots.table[FRICTION] * self.per_impulse
-        kinetic = slots.table[KINETIC] * slots.table[NORMAL]
+        ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
+        friction = contacts.table[FRICTION] * self.force_per_impulse
+        kinetic = contacts.table[KINETIC] * contacts.table[NORMAL]
         return {
             "_friction": np.array([friction[of].sum() for of in ranges]),
             "_capacity": np.array([kinetic[of].sum() for of in ranges]),
         }
 
-    def _excess(self) -> "Array":
+    def _friction_excess(self) -> "Array":
         """Return by how much a friction is off its limits, N, and the largest limit, N.
 
         Above the one that holds it; or below that at rest, of a body that has no slip but does not
         stick: the static coefficient would hold it.
         """
-        slots, a = self._assembly.slots, self._assembly
-        if a.friction is None:
+        contacts = self._system.contacts
+        if self._system.friction is None:
             return np.zeros(2)
-        table = slots.table[:, : slots.first[-1]]
-        friction, at_rest = table[FRICTION] * self.per_impulse, table[STATIC] * table[NORMAL]
+        table = contacts.table[:, : contacts.offsets[-1]]
+        friction, at_rest = table[FRICTION] * self.force_per_impulse, table[STATIC] * table[NORMAL]
         size, limit = np.abs(friction), at_rest
         off = size - at_rest
-        if a.laws.exact:
+        law = self._system.effects.belt_friction
+        if law is not None and law.set_valued is not None:
             limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
-            limit = np.where(friction > 0.0, *limits) * self.per_impulse
-            let_go = (table[SLIP] == 0.0) & (table[STUCK] == 0.0)
+            limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
+            let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
@@ -247,25 +276,25 @@ class Observer:
         """Return the samples before the first that is not finite, and what follows from them."""
         samples = {name: np.array(values) for name, values in self._samples.items()}
         time = samples.pop("time", np.zeros(0))
-        sound = _sound(time, samples)
+        sound = _n_finite(time, samples)
         samples = {name: values[:sound] for name, values in samples.items()}
         channels = {name: samples[name] for name in CHANNELS if name in samples}
         energies = {name: v for name, v in channels.items() if name.startswith("energy")}
         seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
         time = time[:sound]
-        quantities = quantities_of(self._scenario, self._assembly, time, seen)
+        quantities = quantities_of(self._scenario, self._model, time, seen)
         return SimulationResult(
             time=time,
             channels=channels,
             transitions=[],
             quantities=quantities,
-            checks=checks_of(self._scenario, self._assembly, time, seen),
+            checks=checks_of(self._scenario, self._model, time, seen),
             non_finite_tail=sound < len(self._samples.get("time", ())),
-            warnings=warnings_of(self._scenario, self._assembly, time, seen, quantities),
+            warnings=warnings_of(self._scenario, self._model, time, seen, quantities),
         )
 
 
-def _sound(time: "Array", samples: dict[str, "Array"]) -> int:
+def _n_finite(time: "Array", samples: dict[str, "Array"]) -> int:
     """Return how many samples come before the first that is not finite."""
     sound = len(time)
     for values in samples.values():
@@ -274,38 +303,18 @@ def _sound(time: "Array", samples: dict[str, "Array"]) -> int:
     return sound
 
 
-def belt_speed(motion: "Array") -> float:
+def belt_speed(kinematics: "Array") -> float:
     """Return the mean velocity of the bodies along the belt, m/s."""
-    along = motion[VX] * np.cos(motion[ANGLE]) + motion[VY] * np.sin(motion[ANGLE])
+    along = kinematics[VX] * np.cos(kinematics[ANGLE]) + kinematics[VY] * np.sin(kinematics[ANGLE])
     return float(np.mean(along))
 
 
-def kinetic_energy(assembly: "Assembly", motion: "Array", speeds: "Array") -> float:
+def kinetic_energy(system: "System", kinematics: "Array", speeds: "Array") -> float:
     """Return the kinetic energy of bodies and pulleys, J."""
-    chain, pulley = assembly.laws.chain, assembly.pulleys.table
-    linear = chain.mass * np.sum(motion[VX] ** 2 + motion[VY] ** 2)
-    turning = chain.inertia * np.sum(motion[SPIN] ** 2) + np.sum(pulley[3] * speeds**2)
+    chain, inertia = system.chain, system.pulleys.table[INERTIA]
+    linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
+    turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
     return float(0.5 * (linear + turning))
-
-
-def potential_energy(assembly: "Assembly", motion: "Array") -> float:
-    """Return the energy of springs, contacts and weight, J."""
-    laws, chain = assembly.laws, assembly.laws.chain
-    half_x = 0.5 * chain.length * np.cos(motion[ANGLE])
-    half_y = 0.5 * chain.length * np.sin(motion[ANGLE])
-    before = np.arange(motion.shape[1]) - 1
-    dx = motion[X] - half_x - (motion[X] + half_x)[before]
-    dy = motion[Y] - half_y - (motion[Y] + half_y)[before]
-    energy = 0.5 * chain.stiffness * np.sum(dx * dx + dy * dy)
-    if laws.bending is not None:
-        turned = np.diff(motion[ANGLE], prepend=motion[ANGLE, -1] - chain.turn)
-        energy += 0.5 * laws.bending.stiffness * np.sum(turned * turned)
-    if laws.weight is not None:
-        energy -= chain.mass * np.sum(laws.weight.x * motion[X] + laws.weight.y * motion[Y])
-    for x, y, radius in assembly.pulleys.table[:3].T:
-        p = np.maximum(radius - np.hypot(motion[X] - x, motion[Y] - y), 0.0)
-        energy += np.sum(p * p * (laws.contact.c1 * p / 3.0 + laws.contact.c2 / 2.0))
-    return float(energy)
 
 
 def friction_power(channels: dict[str, "Array"]) -> "Array":

@@ -1,22 +1,28 @@
 """The scenario of a belt drive: what its tables hold, and what does not go together in them."""
 
 from math import ceil, pi
-from typing import Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, field_validator, model_validator
 
 from frictionsim.errors import unknown
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, route
-from frictionsim.mechanisms.effects import Gravity
+from frictionsim.mechanisms.belt_drive.effects import EFFECTS
+from frictionsim.mechanisms.belt_drive.geometry import (
+    MAX_STRAIN,
+    MIN_BODIES,
+    Path,
+    PathError,
+    Pulley,
+    belt_path,
+)
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import BELT, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
 
-# A body longer than this share of a radius cannot follow the curve: two to half a turn.
-LONGEST_BODY = pi / 2
-LARGEST_STRAIN = 0.5  # of a law that is linear
+# A body longer than this part of a radius cannot follow the curve: two to half a turn.
+MAX_BODY_OVER_RADIUS = pi / 2
 
 CHANNELS = {
     "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
@@ -42,7 +48,7 @@ CHANNELS = {
 class BeltTable(Params):
     """`[mechanism.belt]`: give either the pretension or the unstretched length."""
 
-    bodies: int = unit_field("1", "Number of bodies of the belt.", ge=3, le=100_000)
+    bodies: int = unit_field("1", "Number of bodies of the belt.", ge=MIN_BODIES, le=100_000)
     mass_per_length: float = unit_field("kg/m", "Mass of the belt per unstretched length.", gt=0)
     axial_rigidity: float = unit_field(
         "N", "Axial rigidity EA of the section: force over strain.", gt=0
@@ -111,7 +117,7 @@ class Geometry(Params):
         ------
         PathError
         """
-        return route(self.circles)
+        return belt_path(self.circles)
 
     @model_validator(mode="after")
     def _belt_fits_its_path(self) -> Self:
@@ -119,9 +125,9 @@ class Geometry(Params):
             path = self.path()
         except PathError as error:
             raise inconsistent(("pulleys", error.pulley), str(error)) from None
-        self._see_length(path)
+        self._check_length(path)
         smallest = min(self.pulleys, key=lambda pulley: pulley.radius)
-        needed = ceil(path.length / (LONGEST_BODY * smallest.radius))
+        needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
         if self.belt.bodies < needed:
             raise inconsistent(
                 ("belt", "bodies"),
@@ -132,7 +138,7 @@ class Geometry(Params):
             )
         return self
 
-    def _see_length(self, path: Path) -> None:
+    def _check_length(self, path: Path) -> None:
         """Refuse a belt that its path would stretch beyond what the linear law is good for."""
         belt = self.belt
         if belt.length is not None:
@@ -143,21 +149,21 @@ class Geometry(Params):
                     f"a belt of {belt.length} m hangs loose on its path of {path.length:.6g} m;"
                     f" make it shorter, or move the pulleys apart",
                 )
-            if strain > LARGEST_STRAIN:
+            if strain > MAX_STRAIN:
                 raise inconsistent(
                     ("belt", "length"),
                     f"a belt of {belt.length} m is too short for its path of {path.length:.6g} m:"
                     f" it would stretch by {100 * strain:.3g} %, the law of its springs is good up"
-                    f" to {100 * LARGEST_STRAIN:.0f} %",
+                    f" to {100 * MAX_STRAIN:.0f} %",
                 )
-        elif belt.pretension is not None and belt.pretension > LARGEST_STRAIN * belt.axial_rigidity:
+        elif belt.pretension is not None and belt.pretension > MAX_STRAIN * belt.axial_rigidity:
             strain = belt.pretension / belt.axial_rigidity
             raise inconsistent(
                 ("belt", "pretension"),
                 f"{belt.pretension} N stretch a belt of {belt.axial_rigidity} N by"
                 f" {100 * strain:.3g} %: it would be too short for its path of"
                 f" {path.length:.6g} m; the law of its springs is good up to"
-                f" {100 * LARGEST_STRAIN:.0f} %",
+                f" {100 * MAX_STRAIN:.0f} %",
             )
 
 
@@ -179,135 +185,27 @@ class PulleyDrive(Params):
         return self
 
 
-class ContactTable(Params):
-    """`[effects.contact]`: eqs 9-11 of Kubas 2014, for one body.
-
-    With `reference_bodies` the numbers are for a body of a belt of so many; each body of another
-    mesh has its share by length, so that the mesh can be refined.
-    """
-
-    c1: float = unit_field("N/m^2", "Quadratic stiffness of the contact of a body.", 0.0, ge=0)
-    c2: float = unit_field("N/m", "Linear stiffness of the contact of a body.", gt=0)
-    damping: float = unit_field("N s/m", "Damping of the contact of a body.", 0.0, ge=0)
-    p_max: float = unit_field(
-        "m", "Penetration from which on the damping acts in full.", 1e-3, gt=0
-    )
-    reference_bodies: int | None = unit_field(
-        "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
-    )
+def _effect_tables() -> Any:
+    """Return the model of `[effects]`: a field for each of `EFFECTS`, None for one that is off."""
+    fields: dict[str, Any] = {
+        effect.key: (effect.table, ...) if effect.required else (effect.table | None, None)
+        for effect in EFFECTS
+    }
+    return create_model("Effects", __base__=Params, __module__=__name__, **fields)
 
 
-class Coefficients(Params):
-    """Friction of one pulley, or of a part of the belt."""
-
-    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
-    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
-
-    @model_validator(mode="after")
-    def _static_is_not_below_kinetic(self) -> Self:
-        if self.mu_s < self.mu_k:
-            raise inconsistent(
-                ("mu_s",), f"{self.mu_s} is below mu_k = {self.mu_k}; expected mu_s >= mu_k"
-            )
-        return self
-
-
-class BeltFriction(Coefficients):
-    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
-
-    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
-
-    law: Literal["set-valued", "regularised", "creep"] = Field(
-        "set-valued", description="Friction law."
-    )
-    transition_speed: float | None = unit_field(
-        "m/s", "Speed over which a regularised law rises to its full friction.", None, gt=0
-    )
-    maximum_creep: float | None = unit_field(
-        "m", "Creep at which a contact without slip has its full friction, eq 13.", None, gt=0
-    )
-    pulleys: dict[str, Coefficients] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _law_has_its_parameters(self) -> Self:
-        needs = {
-            "transition_speed": self.law in ("regularised", "creep"),
-            "maximum_creep": self.law == "creep",
-        }
-        for key, needed in needs.items():
-            given = getattr(self, key) is not None
-            if needed and not given:
-                raise inconsistent((key,), f"missing; law = '{self.law}' needs it")
-            if given and not needed:
-                raise inconsistent(
-                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
-                )
-        return self
-
-
-class AxialDampingTable(Params):
-    """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
-
-    coefficient: float = unit_field(
-        "N s/m or N s", "Damping along the belt: of a joint, N s/m, or of the section, N s.", gt=0
-    )
-    basis: Literal["joint", "section"] = Field(
-        "joint",
-        description="What the coefficient belongs to; of the section a joint has coefficient/l.",
-    )
-
-
-class BendingTable(Params):
-    """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
-
-    rigidity: float = unit_field(
-        "N m^2", "Bending rigidity EI of the section; a joint has EI/l.", gt=0
-    )
-    damping: float = unit_field(
-        "N m^2 s", "Bending damping of the section; a joint has it over l.", 0.0, ge=0
-    )
-
-
-class Patch(Coefficients):
-    """`[effects.patch]`: a part of the belt with a friction of its own, by its unstretched length.
-
-    Measured from where the belt leaves the first pulley at the start, in its direction.
-    """
-
-    start: float = unit_field(
-        "m",
-        "Start of the patch, from where the belt leaves the first pulley at the start.",
-        alias="from",
-        ge=0,
-    )
-    end: float = unit_field(
-        "m", "End of the patch, in the direction of the belt.", alias="to", gt=0
-    )
-
-    @model_validator(mode="after")
-    def _end_after_start(self) -> Self:
-        if not self.end > self.start:
-            raise inconsistent(("to",), f"{self.end} m is not after from = {self.start} m")
-        return self
-
-
-class Effects(Params):
-    """`[effects]`: one table for each effect that is simulated."""
-
-    contact: ContactTable
-    belt_friction: BeltFriction | None = None
-    axial_damping: AxialDampingTable | None = None
-    bending: BendingTable | None = None
-    gravity: Gravity | None = None
-    patch: Patch | None = None
+if TYPE_CHECKING:
+    Effects = Any  # what it holds is known at run time only
+else:
+    Effects = _effect_tables()
 
 
 class BeltSolverSettings(SolverSettings):
-    """`[solver]` of a belt: a step is accepted when the error is (rtol + atol) sizes of its states.
+    """`[solver]` of a belt: a step is accepted when its error is rtol scales of the states.
 
-    The sizes are those that the pretension gives: the stretch of a joint or the depth of a contact,
-    m, whichever is less, and over the length of a body, rad; the velocity with which either would
-    swing, m/s, over the length of a body and over the smallest radius, rad/s.
+    The scales are those that the pretension gives: the stretch of a joint or the depth of a
+    contact, m, whichever is less, and over the length of a body, rad; the velocity with which
+    either would swing, m/s, over the length of a body and over the smallest radius, rad/s.
     """
 
     backend: str = Field("rkf45", description="Integration method.")
@@ -320,10 +218,20 @@ class BeltSolverSettings(SolverSettings):
         ge=1e-12,
         lt=1,
     )
-    atol: float = unit_field("1", "Is added to rtol.", 0.0, ge=0)
+    atol: None = Field(  # type: ignore[assignment]
+        None, description="Not of belts: their states have scales of their own."
+    )
     max_steps: int = unit_field(
         "1", "Budget of steps; a resumed run has as many again.", 1_000_000_000, gt=0
     )
+
+    @field_validator("atol", mode="before")
+    @classmethod
+    def _no_absolute_tolerance(cls, atol: Any) -> None:
+        if atol is not None:
+            raise inconsistent(
+                (), "the states of a belt have scales of their own; give solver.rtol alone"
+            )
 
 
 class BeltDriveScenario(Scenario):

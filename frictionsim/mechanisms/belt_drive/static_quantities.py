@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import rest_of
+from frictionsim.mechanisms.belt_drive.assembly import solve_equilibrium
 from frictionsim.results import Quantities, Quantity
 
 if TYPE_CHECKING:
@@ -13,39 +13,41 @@ if TYPE_CHECKING:
 
 
 def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
-    """Return tension, lengths, arcs and loads of the belt at rest, and what friction could hold.
+    """Return tension, lengths, wrap angles and loads at rest, and what friction could hold.
 
-    capstan_ratio is exp(mu_s arc), the largest ratio of the tensions on the two sides of a
+    capstan_ratio is exp(mu_s wrap_angle), the largest ratio of the tensions on the two sides of a
     pulley; torque_limit what it would transmit at the belt's pretension if its sides
     could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
     """
-    rest, path = rest_of(scenario), scenario.mechanism.path()
+    equilibrium, path = solve_equilibrium(scenario), scenario.mechanism.path()
     bodies = scenario.mechanism.belt.bodies
-    tension = float(np.mean(rest.tension))
+    tension = float(np.mean(equilibrium.tension))
     found = {
         "pretension": Quantity(tension, "N"),
-        "tension_least": Quantity(float(np.min(rest.tension)), "N"),
-        "tension_largest": Quantity(float(np.max(rest.tension)), "N"),
+        "tension_min": Quantity(float(np.min(equilibrium.tension)), "N"),
+        "tension_max": Quantity(float(np.max(equilibrium.tension)), "N"),
         "path_length": Quantity(path.length, "m"),
-        "belt_length": Quantity(rest.body_length * bodies, "m"),
-        "body_length": Quantity(rest.body_length, "m"),
+        "belt_length": Quantity(equilibrium.body_length * bodies, "m"),
+        "body_length": Quantity(equilibrium.body_length, "m"),
         "strain": Quantity(tension / scenario.mechanism.belt.axial_rigidity, "1"),
-        "residual_force": Quantity(rest.residual, "N"),
+        "residual_force": Quantity(equilibrium.residual, "N"),
     }
     friction = scenario.effects.belt_friction
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, path.arcs, strict=True)):
-        name, on = pulley.name, rest.pulley == j
-        found[f"arc_{name}"] = Quantity(abs(arc.sweep), "rad")
+        name, on = pulley.name, equilibrium.pulley == j
+        found[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
         force = (
-            rest.normal_force[on]
-            @ np.column_stack([rest.x[on] - pulley.center[0], rest.y[on] - pulley.center[1]])
+            equilibrium.normal_force[on]
+            @ np.column_stack(
+                [equilibrium.x[on] - pulley.center[0], equilibrium.y[on] - pulley.center[1]]
+            )
             if on.any()
             else np.zeros(2)
         )
         found[f"shaft_load_{name}"] = Quantity(float(np.hypot(*force)) / pulley.radius, "N")
         if friction is not None:
             mu = friction.pulleys.get(name, friction).mu_s
-            ratio = exp(mu * abs(arc.sweep))
+            ratio = exp(mu * abs(arc.wrap_angle))
             found[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
             limit = 2.0 * tension * pulley.radius * (ratio - 1.0) / (ratio + 1.0)
             found[f"torque_limit_{name}"] = Quantity(limit, "N m")

@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.contact import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.layout import INERTIA, PULLEY_RADIUS
 from frictionsim.results import Check
 from frictionsim.simulation.averages import BATCHES, last_part, time_mean
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -37,12 +37,12 @@ LIMIT = 0.02
 # this times (l/R)^2 is what they do to the force, or, where the belt hardly moves over a pulley and
 # a corner may hold it, to the tension.
 CORNER = 1.0 / 4.0
-FEWEST_BODIES = 10.0  # that pass while corners even out
+MIN_BODIES = 10.0  # that pass while corners even out
 # Forces of less than this share of the tension are what corners and contacts make at random.
-LEAST_FORCE = 0.05
+MIN_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
 # A mean that is over less than so many times of a wave along the belt and back says nothing.
-FEWEST_ROUNDS = 4.0
+MIN_ROUND_TRIPS = 4.0
 
 
 class Misfit(NamedTuple):
@@ -53,27 +53,27 @@ class Misfit(NamedTuple):
 
 
 def torque_balance(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> Check:
     """Return the difference of the two ways at the pulley where it is most, and its limit.
 
     Both are over the largest force. The limit counts what the means of the samples are uncertain
     by, what corners may do, and moments of bending in the middle of short spans.
     """
-    radius = assembly.pulleys.table[PULLEY_RADIUS]
+    radius = model.system.pulleys.table[PULLEY_RADIUS]
     torque = seen["_torque"] / radius
-    turned = seen["_speed"] * assembly.pulleys.table[INERTIA] / radius
+    turned = seen["_speed"] * model.system.pulleys.table[INERTIA] / radius
     rim = torque - seen.get("_friction", np.zeros_like(torque))
     last = last_part(time)
     fall = np.roll(seen["_span_tension"], 1, axis=1) - seen["_span_tension"]
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
-    least = LEAST_FORCE * float(np.mean(seen["_span_tension"]))
+    least = MIN_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
     belt, misfits = scenario.mechanism.belt, [_misfit(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
-    if np.ptp(time[last]) * wave > FEWEST_ROUNDS * scenario.mechanism.path().length:
+    if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
         of_last = {name: values[last] for name, values in seen.items()}
-        misfits.append(_misfit_of_spans(scenario, assembly, time[last], of_last))
+        misfits.append(_misfit_of_spans(scenario, model, time[last], of_last))
     off, uncertain = (np.concatenate(parts) / largest for parts in zip(*misfits, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
@@ -81,31 +81,33 @@ def torque_balance(
 
 
 def _misfit_of_spans(
-    scenario: "BeltDriveScenario", assembly: "Assembly", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> Misfit:
     """Return what the spans beside each pulley and what turns it differ by.
 
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
     """
     path, density = scenario.mechanism.path(), scenario.mechanism.belt.mass_per_length
-    radius, inertia = assembly.pulleys.table[PULLEY_RADIUS], assembly.pulleys.table[INERTIA]
-    sweep = np.array([arc.sweep for arc in path.arcs])
+    radius, inertia = model.system.pulleys.table[PULLEY_RADIUS], model.system.pulleys.table[INERTIA]
+    wrap_angle = np.array([arc.wrap_angle for arc in path.arcs])
     straight = np.array([np.hypot(*np.subtract(s.end, s.start)) for s in path.spans])
-    mass = density * (np.abs(sweep) * radius + 0.5 * (straight + np.roll(straight, 1)))
+    mass = density * (np.abs(wrap_angle) * radius + 0.5 * (straight + np.roll(straight, 1)))
     spans = seen["_span_tension"]
     fall = np.roll(spans, 1, axis=1) - spans
-    force = fall - np.sign(sweep) * seen["_torque"] / radius
-    if assembly.laws.weight is not None:
+    force = fall - np.sign(wrap_angle) * seen["_torque"] / radius
+    if model.system.effects.gravity is not None:
         middle = np.array([0.5 * np.add(s.start, s.end) for s in path.spans])
-        height = -middle @ np.array([assembly.laws.weight.x, assembly.laws.weight.y])
+        height = -middle @ np.array(
+            [model.system.effects.gravity.x, model.system.effects.gravity.y]
+        )
         force = force - density * (np.roll(height, 1) - height)
-    gained = np.sign(sweep) * seen["_speed"] * inertia / radius + np.outer(
+    gained = np.sign(wrap_angle) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
     off, chance = _misfit(time, force, -gained)
-    length = assembly.laws.chain.length
+    length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
-    holds = np.where(passed > FEWEST_BODIES, np.max(np.abs(time_mean(time, fall))), spans.mean())
+    holds = np.where(passed > MIN_BODIES, np.max(np.abs(time_mean(time, fall))), spans.mean())
     corners = CORNER * (length / radius) ** 2 * holds
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)

@@ -35,18 +35,18 @@ SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a seco
 
 def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list[Setting]":
     """Return tolerances, steps and smoothed laws; those tolerances that suit a belt."""
-    from frictionsim.scenario.variants import Setting, short, with_tolerance
+    from frictionsim.scenario.variants import Setting, short
 
-    found = [with_tolerance("rkf45", rtol) for rtol in _suiting(tolerances)]
-    found += [with_tolerance(name, rtol) for name in SCIPY for rtol in SCIPY_TOLERANCES]
-    longest = _longest_step(scenario)
-    found += [_with_step(longest, part) for part in PARTS]
+    found = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
+    found += [_with_rtol(name, rtol) for name in SCIPY for rtol in SCIPY_TOLERANCES]
+    step_limit = _default_step(scenario)
+    found += [_with_step(step_limit, part) for part in PARTS]
     found = [setting.with_law(SET_VALUED, scenario) for setting in found]
     if scenario.effects.belt_friction is None:
         return found
     for speed in SPEEDS:
         smoothed = f"effects.belt_friction.transition_speed={speed:g}"
-        overrides = (smoothed, *with_tolerance("rkf45", TOLERANCES[-1]).overrides)
+        overrides = (smoothed, *_with_rtol("rkf45", TOLERANCES[-1]).overrides)
         setting = Setting("rkf45", f"speed {short(speed)}", overrides)
         found.append(setting.with_law(REGULARISED, scenario))
     return found
@@ -54,10 +54,8 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
 
 def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Setting]":
     """Return the adaptive method and short fixed steps."""
-    from frictionsim.scenario.variants import with_tolerance
-
-    adaptive = with_tolerance("rkf45", max(rtol, REFERENCE_TOLERANCE))
-    fixed = _with_step(_longest_step(scenario), REFERENCE_PART)
+    adaptive = _with_rtol("rkf45", max(rtol, REFERENCE_TOLERANCE))
+    fixed = _with_step(_default_step(scenario), REFERENCE_PART)
     return adaptive.with_law(SET_VALUED, scenario), fixed.with_law(SET_VALUED, scenario)
 
 
@@ -65,7 +63,7 @@ def tighter(scenario: "BeltDriveScenario") -> "Setting | None":
     """Return half the step, also where `moreau` takes its own; None where tolerances decide."""
     if scenario.solver.backend != "moreau":
         return None
-    return _with_step(scenario.solver.step or _longest_step(scenario), 2)
+    return _with_step(scenario.solver.step or _default_step(scenario), 2)
 
 
 def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
@@ -76,17 +74,23 @@ def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
     return TOLERANCES if asked == USUAL else asked
 
 
-def _with_step(longest: float, part: int) -> "Setting":
+def _with_rtol(backend: str, rtol: float) -> "Setting":
     from frictionsim.scenario.variants import Setting, short
 
-    step = float(f"{longest / part:.3g}")
+    return Setting(backend, f"rtol {short(rtol)}", (f"solver.rtol={rtol:.6g}",))
+
+
+def _with_step(step_limit: float, part: int) -> "Setting":
+    from frictionsim.scenario.variants import Setting, short
+
+    step = float(f"{step_limit / part:.3g}")
     return Setting("moreau", f"step {short(step)}", (f"solver.step={step:.3g}",))
 
 
-def _longest_step(scenario: "BeltDriveScenario") -> float:
+def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
     from frictionsim.mechanisms.belt_drive.assembly import assemble
-    from frictionsim.mechanisms.belt_drive.steppers.moreau import Stepping
+    from frictionsim.mechanisms.belt_drive.steppers.moreau import BeltStepper
 
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
-    return 1.0 / Stepping(assemble(scenario), settings).per_impulse
+    return 1.0 / BeltStepper(assemble(scenario), settings).force_per_impulse

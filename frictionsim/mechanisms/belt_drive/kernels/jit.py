@@ -1,4 +1,4 @@
-"""Compiled kernels: the only module that imports numba.
+"""Compiled kernels: the only module that imports numba, and not before a kernel is called.
 
 Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
 effects that a scenario calls for, and kept on the disk for later runs. numba looks at the time
@@ -7,38 +7,103 @@ files: the folder of the cache therefore carries a digest of the source of all o
 """
 
 import os
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from functools import cache
+from functools import cache, cached_property, update_wrapper
 from hashlib import sha256
 from pathlib import Path
 from tempfile import gettempdir
 from time import perf_counter
 from typing import Any
 
-import numba
-from numba.core import event
-
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
-REORDERING = {"reassoc", "contract", "arcp", "nsz", "afn"}
+FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
+
+# Plain Python for one coordinate, and compiled for belts.
+SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
+
+# Of a kernel that is a part of others: what Python calls it by would take as long to compile.
+PART = {"forceinline": True, "no_cpython_wrapper": True}
+
+_modules_with_kernels: set[str] = set()
 
 
-@cache
-def kernel_sources() -> tuple[Path, ...]:
-    """Return the files whose code goes into kernels: this one, and those that compile with it.
+class Kernel:
+    """A function that is compiled when Python or another kernel first calls it.
 
-    The integrator does not: it is plain Python for one coordinate, and compiled for belts.
+    A scenario can so be read and checked without numba, which takes half a second to import,
+    though the kernels of an effect stand beside its parameters.
+
+    Kernels make no arrays and return none. So numba need not count who uses one: counting all
+    arrays of a `System` wherever a part of it is taken would cost more than the forces (`_nrt`).
     """
+
+    def __init__(self, function: Callable[..., Any], **as_part: Any) -> None:
+        self.py_func = function
+        self._as_part = as_part
+        update_wrapper(self, function)
+        _modules_with_kernels.add(function.__module__)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.compiled(*arguments)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The function as Python calls it."""
+        return _compiled(self.py_func, cache=True)
+
+    @cached_property
+    def part(self) -> Any:
+        """The function as other kernels call it."""
+        return _compiled(self.py_func, **self._as_part) if self._as_part else self.compiled
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes it for where another kernel calls it."""
+        return self.part._numba_type_
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    return _numba().njit(
+        function,
+        fastmath=FASTMATH_FLAGS,
+        error_model="numpy",
+        no_cfunc_wrapper=True,  # nor does C call it
+        _nrt=False,
+        **options,
+    )
+
+
+def inline_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function as a part of each kernel that calls it: the call costs nothing."""
+    return Kernel(function, **PART)
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls, or that is too large to be repeated."""
+    return Kernel(function)
+
+
+def generated_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that stands in no file, as a part of each kernel that calls it."""
+    return Kernel(function, **PART)
+
+
+def kernel_sources() -> tuple[Path, ...]:
+    """Return the files whose code goes into kernels, wherever they are."""
     package = Path(__file__).parents[3]
-    others = [
+    modules = [sys.modules[name].__file__ for name in _modules_with_kernels if name in sys.modules]
+    found = {Path(file) for file in modules if file}
+    in_package = {
         path
-        for path in sorted(package.rglob("*.py"))
+        for path in package.rglob("*.py")
         if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
-    ]
-    return Path(__file__), package / "solvers" / "runge_kutta_fehlberg.py", *others
+    }
+    shared = {package / name for name in SHARED}
+    return tuple(sorted({Path(__file__), *found, *in_package, *shared}))
 
 
-@cache
 def cache_folder() -> Path:
     """Return the folder of this build's compiled kernels; it need not exist."""
     digest = sha256()
@@ -58,48 +123,32 @@ def _usable(folder: Path) -> Path:
     return folder if usable else Path(gettempdir()) / f"frictionsim-{os.getuid()}" / folder.name
 
 
-FOLDER = _usable(cache_folder())
-numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]
+@cache
+def _numba() -> Any:
+    """Import numba, and have it keep its kernels in the folder of this build."""
+    import numba
+
+    numba.config.CACHE_DIR = str(_usable(cache_folder()))  # type: ignore[attr-defined]
+    return numba
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function as a part of each kernel that calls it: the call costs nothing."""
-    return numba.njit(
-        function, cache=True, fastmath=REORDERING, error_model="numpy", forceinline=True
-    )
-
-
-def entry(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls, or that is too large to be repeated."""
-    return numba.njit(function, cache=True, fastmath=REORDERING, error_model="numpy")
-
-
-class Compilation(event.Listener):
-    """Notices when a kernel is compiled that is not on the disk.
+class Compilation:
+    """What is known of the kernels that a block has compiled.
 
     Attributes
     ----------
     seconds : float
-        How long it took; 0 where every kernel was there.
+        How long it took; 0 where every kernel was on the disk.
+    noticed : bool
     """
 
-    def __init__(self, first: Callable[[], Any]) -> None:
+    def __init__(self) -> None:
         self.seconds = 0.0
         self.noticed = False
-        self._first = first
-
-    def on_start(self, event: Any) -> None:
-        """Call `first`, once."""
-        if not self.noticed:
-            self.noticed = True
-            self._first()
-
-    def on_end(self, event: Any) -> None:
-        """Do nothing: there may be more."""
 
 
 @contextmanager
-def compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
+def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
     """Have a block, in which kernels are called first, tell when it compiles, and how long.
 
     Parameters
@@ -109,13 +158,50 @@ def compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
     on_step : object
         Its method `compiling`, if it has one, is entered with them when something is compiled.
     """
+    _numba()
+    from numba.core import event
+
+    found = Compilation()
+
+    class Listener(event.Listener):
+        """Hears of each kernel that is compiled because it is not on the disk."""
+
+        def on_start(self, event: Any) -> None:
+            """Announce the first."""
+            compiling = getattr(on_step, "compiling", None)
+            if not found.noticed and compiling is not None:
+                stack.enter_context(compiling(expected))
+            found.noticed = True
+
+        def on_end(self, event: Any) -> None:
+            """Do nothing: there may be more."""
+
     with ExitStack() as stack:
-        compiling = getattr(on_step, "compiling", None)
-        found = Compilation(
-            lambda: compiling and stack.enter_context(compiling(expected)),
-        )
         started = perf_counter()
-        with event.install_listener("numba:compile", found):
+        with event.install_listener("numba:compile", Listener()):
             yield found
         if found.noticed:
             found.seconds = perf_counter() - started
+
+
+def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:
+    """Return a kernel that sums what others return.
+
+    Parameters
+    ----------
+    terms : mapping of str to Kernel
+        Each with the arguments that it is called with, "system.effects.gravity, x".
+    parameters : str
+        Of the kernel, "system, x".
+
+    numba has no loop over different functions; so its lines are written out. A kernel in a file
+    that calls this one is kept on the disk like any other.
+    """
+    names = {f"kernel_{i}": kernel for i, kernel in enumerate(terms.values())}
+    lines = [f"    total += {name}({call})" for name, call in zip(names, terms, strict=True)]
+    code = "\n".join(
+        [f"def total_of({parameters}):", "    total = 0.0", *lines, "    return total"]
+    )
+    scope: dict[str, Any] = {"__name__": __name__, **names}
+    exec(compile(code, __file__, "exec"), scope)
+    return generated_kernel(scope["total_of"])

@@ -8,49 +8,60 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.assembly import new_state
-from frictionsim.mechanisms.belt_drive.kernels.chain import TINY
-from frictionsim.mechanisms.belt_drive.kernels.contact import ALPHA, BEFORE, SPEED, Friction
-from frictionsim.mechanisms.belt_drive.stability_limits import contact_stiffness
+from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    ALPHA,
+    SPEED,
+    SPEED_OLD,
+    kinematics_of,
+    zero_state,
+)
+from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
-from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import MOST_OBLIQUE, Walk, look, walk
+from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
+    STEPS,
+    MoreauState,
+    StepTreatment,
+    evaluate_forces,
+    integrate,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
 
 # The scheme is stable for omega h < 2; where a damper takes the share r h of a velocity in a step
 # and its velocity is extrapolated, for (omega + 1.1 r) h < 2 (largest eigenvalue of a step).
-LONGEST, LOST_TO_DAMPING = 2.0, 1.1
-LONGEST_DECAY = 0.65  # r h; beyond it less than that
-NEARLY = 0.935  # of it is taken by default
+MAX_OMEGA_H, LOST_TO_DAMPING = 2.0, 1.1
+MAX_DECAY = 0.65  # r h; beyond it less than that
+DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
 # Seconds, as of the adaptive method; with dampers along the belt a step is compiled in two forms.
-COMPILES_IN, COMPILES_WITH_DAMPERS_IN = 12.0, 33.0
+COMPILE_SECONDS, COMPILE_SECONDS_WITH_DAMPERS = 12.0, 33.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
-LONGEST_OF_CONTACT = 0.4
+MAX_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
 
 
-def longest_step(assembly: "Assembly") -> float:
+def max_stable_step(model: "BeltModel") -> float:
     """Return the length below which steps are stable, s."""
-    bending, inertia = assembly.laws.bending, assembly.laws.chain.inertia
-    decay = 4.0 * bending.damping / inertia if bending is not None else 0.0
-    oscillating, _ = assembly.fastest
-    return min(LONGEST / (oscillating + LOST_TO_DAMPING * decay), LONGEST_DECAY / (decay + TINY))
+    decay = explicit_decay(model.system)
+    frequency, _ = model.max_frequency_and_decay
+    return min(MAX_OMEGA_H / (frequency + LOST_TO_DAMPING * decay), MAX_DECAY / (decay + TINY))
 
 
-class Stepping:
+class BeltStepper:
     """A belt drive on its way, as the run of it sees it.
 
     Parameters
     ----------
-    assembly : Assembly
-    settings : BeltSolver
+    model : BeltModel
+    settings : BeltSolverSettings
         `step` is the length of a step, s; left out, it is near the longest stable one.
 
     Raises
@@ -61,80 +72,80 @@ class Stepping:
 
     resumable = True
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
-        self._assembly = assembly
-        bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
-        longest = longest_step(assembly)
-        pressed = np.sqrt(
-            contact_stiffness(assembly.laws, assembly.rest) / assembly.laws.chain.mass
-        )
+    def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
+        self._model = model
+        max_step = max_stable_step(model)
+        contact_frequency = np.sqrt(model.contact_stiffness / model.system.chain.mass)
         self._h = settings.step or min(
-            NEARLY * longest, LONGEST_OF_CONTACT / pressed, settings.max_step or np.inf
+            DEFAULT_STEP_RATIO * max_step,
+            MAX_OF_CONTACT / contact_frequency,
+            settings.max_step or np.inf,
         )
-        if self._h >= longest:
+        if self._h >= max_step:
             raise InputError(
                 f"solver.step: {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
-                f" stable below {longest:.4g} s here; give a smaller solver.step, or fewer bodies"
+                f" stable below {max_step:.4g} s here; give a smaller solver.step, or fewer bodies"
             )
-        self._margin = assembly.laws.chain.length
-        self._prepare_damping(longest)
-        self.per_impulse = 1.0 / self._h
-        y0, y, middle, rate = (new_state(bodies, pulleys) for _ in range(4))
-        shape = 6, assembly.room.shape[1]
-        before, motion, between = (v[: shape[0] * shape[1]].reshape(shape) for v in (y0, y, middle))
+        self._choose_damping_treatment(max_step)
+        self.force_per_impulse = 1.0 / self._h
+        layout = model.system.layout
+        y_old, y, middle, rate = (zero_state(layout) for _ in range(4))
+        old, new, between, spare = (kinematics_of(v, layout) for v in (y_old, y, middle, rate))
         counts = np.zeros(4, dtype=np.int64)
-        self._walk = Walk(y0, y, middle, rate, before, motion, between, counts)
-        self._walk.y0[:] = self._walk.y[:] = assembly.state
-        self._inside = new_state(bodies, pulleys)
-        # Speeds that are given stand in no state.
-        table = assembly.pulleys
-        self._given = np.setdiff1d(np.arange(table.table.shape[1]), table.free)
+        self._state = MoreauState(y_old, y, middle, rate, old, new, between, spare, counts)
+        y_old[:] = y[:] = model.state
+        # Speeds that are prescribed stand in no state.
+        pulleys = model.system.pulleys
+        self._prescribed = np.setdiff1d(np.arange(pulleys.table.shape[1]), pulleys.free)
 
-    def _prepare_damping(self, longest: float) -> None:
+    def _choose_damping_treatment(self, max_step: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
-        a = self._assembly
-        self._friction, axial, mass = a.friction, a.laws.axial_damping, a.laws.chain.mass
-        self._laws = a.laws._replace(contact_damping=None)
-        self._undamped = self._laws._replace(axial_damping=None)
-        self._damping: StiffDamping | None = None
-        self._obliquity = MOST_OBLIQUE
-        if axial is None:
-            return
-        width, pulleys = a.room.shape[1], a.pulleys.table.shape[1]
-        self._damping = stiff_damping(axial.coefficient, width, pulleys)
-        if self._friction is None:  # who sticks is part of that solution: nobody does
-            none = np.zeros((pulleys, a.laws.chain.bodies))
-            self._friction = Friction(none, none)
-        along, turning = 4.0 * axial.coefficient / mass, 6.0 * axial.coefficient / mass
-        spare = (LONGEST / self._h - LONGEST / longest) / LOST_TO_DAMPING
-        stiff = self._h * along > STIFF
-        self._obliquity = -1.0 if stiff else max(spare, 0.0) / turning
+        system, effects = self._model.system, self._model.system.effects
+        contact, axial, mass = effects.contact, effects.axial_damping, system.chain.mass
+        effects = effects._replace(contact=contact._replace(damping=None))
+        undamped = effects._replace(axial_damping=axial._replace(damping=None))
+        self._system = system._replace(effects=effects)
+        self._stiff: StiffDamping | None = None
+        obliquity = MAX_OBLIQUITY
+        if axial.damping is not None:
+            layout, pulleys = system.layout, system.pulleys.table.shape[1]
+            self._stiff = stiff_damping(axial.damping, layout.width, pulleys)
+            if system.friction is None:  # who sticks is part of that solution: nobody does
+                none = np.zeros((pulleys, layout.bodies))
+                self._system = self._system._replace(friction=FrictionCoefficients(none, none))
+            along, turning = 4.0 * axial.damping / mass, 6.0 * axial.damping / mass
+            spare = (MAX_OMEGA_H / self._h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
+            obliquity = -1.0 if self._h * along > STIFF else max(spare, 0.0) / turning
+        self._undamped = self._system._replace(effects=undamped)
+        self._treatment = StepTreatment(
+            contact.damping, obliquity, self._model.distinct_static_friction
+        )
 
     @property
-    def compiles_in(self) -> float:
+    def compile_seconds(self) -> float:
         """What the compilation of its kernels is expected to take, s."""
-        return COMPILES_IN if self._damping is None else COMPILES_WITH_DAMPERS_IN
+        return COMPILE_SECONDS if self._stiff is None else COMPILE_SECONDS_WITH_DAMPERS
 
     @property
     def t(self) -> float:
         """The end of the last step, s."""
-        return float(self._walk.counts[0] * self._h)
+        return float(self._state.counts[STEPS] * self._h)
 
     @property
     def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
-        steps = int(self._walk.counts[0])
+        steps = int(self._state.counts[STEPS])
         return steps, 0, steps
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Evaluate the start."""
-        look(self._walk, self._margin, self._friction, self._laws, *self._assembly.parts[1:])
+        evaluate_forces(self._state, self._system)
 
     def prepare(self) -> None:
         """Have the kernels of a step compiled, by taking none."""
-        self._go(0)
+        self._integrate(0)
 
-    def advance(self, limit: float, sample: float, most: int) -> None:
+    def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit or a sample time, s, is reached or passed, or so many steps.
 
         Raises
@@ -143,23 +154,18 @@ class Stepping:
         """
         ahead = (min(limit, sample) - self.t) / self._h
         # A step that would be left over from rounding is none.
-        self._go(min(most, max(1, int(np.ceil(ahead - 1e-6)))))
+        self._integrate(min(max_steps, max(1, int(np.ceil(ahead - 1e-6)))))
 
-    def _go(self, steps: int) -> None:
-        a, before = self._assembly, self.t
-        finite = walk(
+    def _integrate(self, steps: int) -> None:
+        before = self.t
+        finite = integrate(
             steps,
             self._h,
-            self._walk,
-            self._margin,
-            self._friction,
-            a.hysteresis,
-            self._damping,
-            a.laws.contact_damping,
-            self._obliquity,
+            self._state,
+            self._treatment,
+            self._stiff,
             self._undamped,
-            self._laws,
-            *a.parts[1:],
+            self._system,
         )
         if not finite:
             raise NonFinite(
@@ -167,20 +173,20 @@ class Stepping:
                 f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
             )
 
-    def look(self, t: float) -> "Array":
+    def interpolate(self, t: float) -> "Array":
         """Return the state at a time in the last step; the forces are those of the step."""
-        share = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
-        w = self._walk
-        self._inside[:] = w.y0 + share * (w.y - w.y0)
-        if w.counts[0]:  # before the first step there is no speed but that of the start
-            table = self._assembly.pulleys.table
-            start, end = table[BEFORE, self._given], table[ALPHA, self._given]
-            table[SPEED, self._given] = start + share * (end - start)
-        return self._inside
+        ratio = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
+        s = self._state
+        inside = s.y_old + ratio * (s.y - s.y_old)
+        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
+            table = self._model.system.pulleys.table
+            start, end = table[SPEED_OLD, self._prescribed], table[ALPHA, self._prescribed]
+            table[SPEED, self._prescribed] = start + ratio * (end - start)
+        return inside
 
-    def arrays(self) -> dict[str, Any]:
+    def checkpoint_arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
-        w = self._walk
-        dampers = {} if self._damping is None else {"dampers": self._damping.table}
-        own = {"y0": w.y0, "y": w.y, "counts": w.counts, **dampers}
-        return {**own, **self._assembly.memory()}
+        s = self._state
+        dampers = {} if self._stiff is None else {"dampers": self._stiff.table}
+        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts, **dampers}
+        return {**own, **self._model.contact_state()}

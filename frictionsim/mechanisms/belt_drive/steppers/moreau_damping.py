@@ -21,22 +21,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import aligned
-from frictionsim.mechanisms.belt_drive.kernels.chain import (
-    COS,
-    PULL_X,
-    PULL_Y,
-    SIN,
-    SPIN,
-    TINY,
-    VX,
-    VY,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.effects.axial import TINY
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
     BODY_VX,
     BODY_VY,
+    COS,
+    FORCE_X,
+    FORCE_Y,
     FORWARD_LIMIT,
     FRICTION,
     INERTIA,
@@ -44,29 +38,36 @@ from frictionsim.mechanisms.belt_drive.kernels.contact import (
     NY,
     PULLEY_RADIUS,
     RADIUS,
-    STUCK,
-    WISH,
+    SIN,
+    SPIN,
+    STICK_BIAS,
+    STICKING,
+    VX,
+    VY,
+    aligned_zeros,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.effects.base import Chain
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+
     Array = npt.NDArray[np.float64]
 
-MOST_GUESSES = 30  # of who sticks; one or two are the rule
+MAX_ACTIVE_SET_ITERATIONS = 30  # of who sticks; one or two are the rule
 
 # Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
 # its elimination, the rates of stretch; then over bodies: t, 1 where it sticks, P/m.
 EX, EY, LEVER_BEFORE, LEVER_AFTER, DIAGONAL, BESIDE, FACTOR, CORNER, RATE = range(9)
-TX, TY, HELD, KICK = range(9, 13)
+TX, TY, STICKING_BODY, IMPULSE_OVER_MASS = range(9, 13)
 # ... and the velocities that the dampers gave the bodies in the last step, m/s.
-GIVEN_VX, GIVEN_VY = range(13, 15)
+DAMPING_DVX, DAMPING_DVY = range(13, 15)
 ROWS = 15
 
 
 class StiffDamping(NamedTuple):
-    """The coefficient of a joint, N s/m, and room for the system.
+    """The coefficient of a joint, N s/m, and arrays to solve the system in.
 
     `table` is (15, width); `columns` (1 + np, width) the right-hand sides and then the solutions;
     `matrix` (np, np + 1) the equations of the pulleys.
@@ -79,64 +80,69 @@ class StiffDamping(NamedTuple):
 
 
 def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
-    """Return the damping of joints with room to solve for it."""
+    """Return the damping of joints with arrays to solve for it."""
     return StiffDamping(
         coefficient,
-        aligned(ROWS, width),
-        aligned(1 + pulleys, width),
+        aligned_zeros(ROWS, width),
+        aligned_zeros(1 + pulleys, width),
         np.zeros((pulleys, pulleys + 1)),
     )
 
 
-@entry
-def damp_and_strike(h, before, after, chain, room, slots, pulleys, damping):
-    """Solve for the impulses of dampers and friction; add them to the velocities `after`.
+@kernel
+def solve_damping_and_friction(
+    h: float, old: "Array", new: "Array", damping: StiffDamping, system: "System"
+) -> float:
+    """Solve for the impulses of dampers and friction; add those of dampers to the new velocities.
 
-    The slots hold v . t before as SLIP, the wish -v* . t, and the limits; ALPHA the speeds that the
-    pulleys would have. Return the heat of the dampers.
+    Reads SLIP, which is v . t before, STICK_BIAS, -v* . t, and the limits; ALPHA, the speeds that
+    the pulleys would have, and writes it, FRICTION and STICKING. Return the heat of the dampers.
     """
+    chain, contacts, pulleys = system.chain, system.contacts, system.pulleys
     count = pulleys.table.shape[1]
-    prepare(before, after, chain, room, damping)
-    guess(slots, pulleys)
-    for _ in range(MOST_GUESSES):
-        place(slots, count, chain, damping)
-        assemble(h, chain, slots, pulleys, damping)
+    joint_kinematics(old, new, chain, system.workspace, damping)
+    initial_friction(contacts, pulleys)
+    for _ in range(MAX_ACTIVE_SET_ITERATIONS):
+        assemble_contact_rows(contacts, count, chain, damping)
+        assemble_system(h, chain, contacts, pulleys, damping)
         solve_cyclic(chain.bodies, 1 + count, damping)
-        turn(chain, slots, pulleys, damping)
-        if not correct(chain, slots, pulleys, damping):
+        solve_pulley_speeds(chain, contacts, pulleys, damping)
+        if not update_active_set(chain, contacts, pulleys, damping):
             break
     for j in range(count):
         pulleys.table[ALPHA, j] = damping.matrix[j, count]
-    return apply(h, after, chain, room, damping)
+    return apply_impulses(h, new, chain, system.workspace, damping)
 
 
-@kernel
-def expect_dampers(slots, damping):
+@inline_kernel
+def add_predicted_damping(contacts: "Contacts", damping: StiffDamping | None) -> None:
     """Add to the velocities in the middle of the step what the dampers may be expected to do."""
     if damping is not None:
-        table, slot = damping.table, slots.table
-        for s in range(slots.first[-1]):
-            slot[BODY_VX, s] += 0.5 * table[GIVEN_VX, slots.body[s]]
-            slot[BODY_VY, s] += 0.5 * table[GIVEN_VY, slots.body[s]]
+        table, contact = damping.table, contacts.table
+        for s in range(contacts.offsets[-1]):
+            contact[BODY_VX, s] += 0.5 * table[DAMPING_DVX, contacts.body[s]]
+            contact[BODY_VY, s] += 0.5 * table[DAMPING_DVY, contacts.body[s]]
 
 
-@kernel
-def forget(damping):
+@inline_kernel
+def reset_damping_prediction(damping: StiffDamping | None) -> None:
     """Expect nothing of the dampers."""
     if damping is not None:
-        damping.table[GIVEN_VX, :] = 0.0
-        damping.table[GIVEN_VY, :] = 0.0
+        damping.table[DAMPING_DVX, :] = 0.0
+        damping.table[DAMPING_DVY, :] = 0.0
 
 
-@kernel
-def prepare(before, after, chain, room, damping):
+@inline_kernel
+def joint_kinematics(
+    before: "Array", after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+) -> None:
     """Write directions, levers and rates of stretch of the joints."""
     n, half, table = chain.bodies, 0.5 * chain.length, damping.table
-    cos, sin = room[COS], room[SIN]
+    cos, sin = workspace[COS], workspace[SIN]
     for k in range(n):
-        x, y = room[PULL_X, k], room[PULL_Y, k]
-        per = 1.0 / np.sqrt(x * x + y * y + TINY)
-        ex, ey = x * per, y * per
+        x, y = workspace[FORCE_X, k], workspace[FORCE_Y, k]
+        inv = 1.0 / np.sqrt(x * x + y * y + TINY)
+        ex, ey = x * inv, y * inv
         b = k - 1 if k > 0 else n - 1
         table[EX, k], table[EY, k] = ex, ey
         table[LEVER_AFTER, k] = half * (ex * sin[k] - ey * cos[k])
@@ -151,71 +157,81 @@ def prepare(before, after, chain, room, damping):
         )
 
 
-@kernel
-def guess(slots, pulleys):
+@inline_kernel
+def initial_friction(contacts: "Contacts", pulleys: "Pulleys") -> None:
     """Write the friction of the bodies that slide: at its limit, against the slip so far."""
-    slot = slots.table
+    contact = contacts.table
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[ALPHA, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            slot[FRICTION, s] = limit_towards(slot, s, rim + slot[WISH, s])
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            contact[FRICTION, s] = limit_towards(contact, s, rim + contact[STICK_BIAS, s])
 
 
-@kernel
-def limit_towards(slot, s, direction):
-    """Return the limit of the friction in a slot that has the sign of a direction."""
-    return slot[FORWARD_LIMIT, s] if direction > 0.0 else -slot[BACKWARD_LIMIT, s]
+@inline_kernel
+def limit_towards(contact: "Array", s: int, direction: float) -> float:
+    """Return the limit of the friction of a contact that has the sign of a direction."""
+    return contact[FORWARD_LIMIT, s] if direction > 0.0 else -contact[BACKWARD_LIMIT, s]
 
 
-@kernel
-def place(slots, count, chain, damping):
-    """Write for every body whether it sticks, where t is, and what it is kicked by."""
-    table, slot = damping.table, slots.table
-    for row in (TX, TY, HELD, KICK):
+@inline_kernel
+def assemble_contact_rows(
+    contacts: "Contacts", count: int, chain: "Chain", damping: StiffDamping
+) -> None:
+    """Write for every body whether it sticks, where t is, and its impulse over its mass."""
+    table, contact = damping.table, contacts.table
+    for row in (TX, TY, STICKING_BODY, IMPULSE_OVER_MASS):
         table[row, :] = 0.0
-    for s in range(slots.first[count]):
-        if slot[RADIUS, s] > 0.0:
-            i = slots.body[s]
-            table[TX, i], table[TY, i] = -slot[NY, s], slot[NX, s]
-            table[HELD, i] = slot[STUCK, s]
+    for s in range(contacts.offsets[count]):
+        if contact[RADIUS, s] > 0.0:
+            i = contacts.body[s]
+            table[TX, i], table[TY, i] = -contact[NY, s], contact[NX, s]
+            table[STICKING_BODY, i] = contact[STICKING, s]
             # A body that sticks loses what it had along t; the rim's velocity comes by a column.
-            table[KICK, i] = (
-                slot[WISH, s] if slot[STUCK, s] > 0.0 else slot[FRICTION, s] / chain.mass
+            table[IMPULSE_OVER_MASS, i] = (
+                contact[STICK_BIAS, s]
+                if contact[STICKING, s] > 0.0
+                else contact[FRICTION, s] / chain.mass
             )
 
 
-@kernel
-def assemble(h, chain, slots, pulleys, damping):
+@inline_kernel
+def assemble_system(
+    h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> None:
     """Write the system: its matrix, and a right-hand side for the rest and one for each pulley."""
     n, table, columns = chain.bodies, damping.table, damping.columns
-    ex, ey, tx, ty, held = table[EX], table[EY], table[TX], table[TY], table[HELD]
+    ex, ey, tx, ty, sticking_body = table[EX], table[EY], table[TX], table[TY], table[STICKING_BODY]
     own = 2.0 / (h * damping.coefficient)
-    per_mass, per_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
+    inv_mass, inv_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
     for k in range(n):
         b = k - 1 if k > 0 else n - 1
         a = k + 1 if k < n - 1 else 0
-        here, there = ex[k] * tx[k] + ey[k] * ty[k], ex[k] * tx[b] + ey[k] * ty[b]
+        own_end, other_end = ex[k] * tx[k] + ey[k] * ty[k], ex[k] * tx[b] + ey[k] * ty[b]
         after, before = table[LEVER_AFTER, k], table[LEVER_BEFORE, k]
-        free = 2.0 - held[k] * here * here - held[b] * there * there
-        table[DIAGONAL, k] = own + per_mass * free
-        table[DIAGONAL, k] += per_inertia * (after * after + before * before)
-        across = ex[k] * ex[a] + ey[k] * ey[a]
-        across -= held[k] * here * (ex[a] * tx[k] + ey[a] * ty[k])
-        table[BESIDE, k] = -per_mass * across - per_inertia * after * table[LEVER_BEFORE, a]
-        columns[0, k] = table[RATE, k] + here * table[KICK, k] - there * table[KICK, b]
+        free = 2.0 - sticking_body[k] * own_end * own_end - sticking_body[b] * other_end * other_end
+        table[DIAGONAL, k] = own + inv_mass * free
+        table[DIAGONAL, k] += inv_inertia * (after * after + before * before)
+        lateral = ex[k] * ex[a] + ey[k] * ey[a]
+        lateral -= sticking_body[k] * own_end * (ex[a] * tx[k] + ey[a] * ty[k])
+        table[BESIDE, k] = -inv_mass * lateral - inv_inertia * after * table[LEVER_BEFORE, a]
+        columns[0, k] = (
+            table[RATE, k]
+            + own_end * table[IMPULSE_OVER_MASS, k]
+            - other_end * table[IMPULSE_OVER_MASS, b]
+        )
     columns[1:, :] = 0.0
     for j in range(pulleys.table.shape[1]):
         radius = pulleys.table[PULLEY_RADIUS, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            if slots.table[RADIUS, s] > 0.0 and slots.table[STUCK, s] > 0.0:
-                i = slots.body[s]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            if contacts.table[RADIUS, s] > 0.0 and contacts.table[STICKING, s] > 0.0:
+                i = contacts.body[s]
                 a = i + 1 if i < n - 1 else 0
                 columns[1 + j, i] += radius * (ex[i] * tx[i] + ey[i] * ty[i])
                 columns[1 + j, a] -= radius * (ex[a] * tx[i] + ey[a] * ty[i])
 
 
-@kernel
-def solve_cyclic(n, count, damping):
+@inline_kernel
+def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
     """Solve the cyclic tridiagonal system for all right-hand sides, in their place."""
     table, columns = damping.table, damping.columns
     diagonal, beside, factor, corner = table[DIAGONAL], table[BESIDE], table[FACTOR], table[CORNER]
@@ -228,18 +244,20 @@ def solve_cyclic(n, count, damping):
     for k in range(1, n):
         factor[k] = beside[k - 1] / diagonal[k - 1]
         diagonal[k] -= factor[k] * beside[k - 1]
-    sweep(n, corner, diagonal, beside, factor)
+    substitute_back(n, corner, diagonal, beside, factor)
     below = 1.0 + corner[0] + edge * corner[n - 1] / gamma
     for c in range(count):
         x = columns[c]
-        sweep(n, x, diagonal, beside, factor)
+        substitute_back(n, x, diagonal, beside, factor)
         share = (x[0] + edge * x[n - 1] / gamma) / below
         for k in range(n):
             x[k] -= share * corner[k]
 
 
-@kernel
-def sweep(n, x, diagonal, beside, factor):
+@inline_kernel
+def substitute_back(
+    n: int, x: "Array", diagonal: "Array", beside: "Array", factor: "Array"
+) -> None:
     """Solve the eliminated tridiagonal system for x, in its place."""
     for k in range(1, n):
         x[k] -= factor[k] * x[k - 1]
@@ -248,8 +266,8 @@ def sweep(n, x, diagonal, beside, factor):
         x[k] = (x[k] - beside[k] * x[k + 1]) / diagonal[k]
 
 
-@kernel
-def pull_along(i, n, table, x):
+@inline_kernel
+def tangential_impulse(i: int, n: int, table: "Array", x: "Array") -> float:
     """Return what the impulses x of its two joints do to body i along t."""
     a = i + 1 if i < n - 1 else 0
     return x[a] * (table[EX, a] * table[TX, i] + table[EY, a] * table[TY, i]) - x[i] * (
@@ -257,8 +275,10 @@ def pull_along(i, n, table, x):
     )
 
 
-@kernel
-def turn(chain, slots, pulleys, damping):
+@inline_kernel
+def solve_pulley_speeds(
+    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> None:
     """Solve for the new speeds of the free pulleys, and gather the impulses of the dampers."""
     n, table, columns, matrix = chain.bodies, damping.table, damping.columns, damping.matrix
     pulley, count = pulleys.table, pulleys.table.shape[1]
@@ -268,17 +288,17 @@ def turn(chain, slots, pulleys, damping):
         matrix[j, count] = pulley[ALPHA, j]
     for j in pulleys.free:
         radius = pulley[PULLEY_RADIUS, j]
-        per = radius / pulley[INERTIA, j]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            if slots.table[STUCK, s] > 0.0:
-                i = slots.body[s]
-                matrix[j, j] += per * chain.mass * radius
-                matrix[j, count] -= per * chain.mass * slots.table[WISH, s]
-                matrix[j, count] += per * pull_along(i, n, table, columns[0])
+        inv = radius / pulley[INERTIA, j]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            if contacts.table[STICKING, s] > 0.0:
+                i = contacts.body[s]
+                matrix[j, j] += inv * chain.mass * radius
+                matrix[j, count] -= inv * chain.mass * contacts.table[STICK_BIAS, s]
+                matrix[j, count] += inv * tangential_impulse(i, n, table, columns[0])
                 for other in range(count):
-                    matrix[j, other] -= per * pull_along(i, n, table, columns[1 + other])
+                    matrix[j, other] -= inv * tangential_impulse(i, n, table, columns[1 + other])
             else:
-                matrix[j, count] -= per * slots.table[FRICTION, s]
+                matrix[j, count] -= inv * contacts.table[FRICTION, s]
     for j in range(count):
         for row in range(j + 1, count):
             share = matrix[row, j] / matrix[j, j]
@@ -293,52 +313,57 @@ def turn(chain, slots, pulleys, damping):
             columns[0, k] += matrix[j, count] * columns[1 + j, k]
 
 
-@kernel
-def correct(chain, slots, pulleys, damping):
-    """Write the friction, and let go or hold where it contradicts its law; return whether it did.
+@inline_kernel
+def update_active_set(
+    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> bool:
+    """Write the friction, release or hold bodies where it contradicts its law.
 
-    FRICTION of a body that slides is its limit in the direction that it was found to slide in.
+    Return whether it did. FRICTION of a body that slides is its limit in the direction that it was
+    found to slide in.
     """
     n, table, mass = chain.bodies, damping.table, chain.mass
-    slot, changed = slots.table, False
+    contact, changed = contacts.table, False
     count = pulleys.table.shape[1]
     for j in range(count):
         rim = pulleys.table[PULLEY_RADIUS, j] * damping.matrix[j, count]
-        for s in range(slots.first[j], slots.first[j + 1]):
-            if slot[RADIUS, s] == 0.0:
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            if contact[RADIUS, s] == 0.0:
                 continue
-            pulled = pull_along(slots.body[s], n, table, damping.columns[0])
-            if slot[STUCK, s] > 0.0:
-                needed = mass * (rim + slot[WISH, s]) - pulled
-                if -slot[BACKWARD_LIMIT, s] <= needed <= slot[FORWARD_LIMIT, s]:
-                    slot[FRICTION, s] = needed
+            pulled = tangential_impulse(contacts.body[s], n, table, damping.columns[0])
+            if contact[STICKING, s] > 0.0:
+                needed = mass * (rim + contact[STICK_BIAS, s]) - pulled
+                if -contact[BACKWARD_LIMIT, s] <= needed <= contact[FORWARD_LIMIT, s]:
+                    contact[FRICTION, s] = needed
                 else:
-                    slot[FRICTION, s] = limit_towards(slot, s, needed)
-                    slot[STUCK, s] = 0.0
+                    contact[FRICTION, s] = limit_towards(contact, s, needed)
+                    contact[STICKING, s] = 0.0
                     changed = True
             else:
-                slip = rim + slot[WISH, s] - (slot[FRICTION, s] + pulled) / mass
-                if slip * slot[FRICTION, s] < 0.0:
-                    slot[STUCK, s] = 1.0
+                slip = rim + contact[STICK_BIAS, s] - (contact[FRICTION, s] + pulled) / mass
+                if slip * contact[FRICTION, s] < 0.0:
+                    contact[STICKING, s] = 1.0
                     changed = True
     return changed
 
 
-@kernel
-def apply(h, after, chain, room, damping):
+@inline_kernel
+def apply_impulses(
+    h: float, after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+) -> float:
     """Add the impulses of the dampers to velocities and pull; return their heat."""
     n, table, impulse = chain.bodies, damping.table, damping.columns[0]
-    per_mass, per_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
+    inv_mass, inv_inertia = 1.0 / chain.mass, 1.0 / chain.inertia
     heat = 0.0
     for k in range(n):
         a = k + 1 if k < n - 1 else 0
-        table[GIVEN_VX, k] = per_mass * (impulse[a] * table[EX, a] - impulse[k] * table[EX, k])
-        table[GIVEN_VY, k] = per_mass * (impulse[a] * table[EY, a] - impulse[k] * table[EY, k])
-        after[VX, k] += table[GIVEN_VX, k]
-        after[VY, k] += table[GIVEN_VY, k]
-        room[PULL_X, k] += impulse[k] * table[EX, k] / h
-        room[PULL_Y, k] += impulse[k] * table[EY, k] / h
-        after[SPIN, k] += per_inertia * (
+        table[DAMPING_DVX, k] = inv_mass * (impulse[a] * table[EX, a] - impulse[k] * table[EX, k])
+        table[DAMPING_DVY, k] = inv_mass * (impulse[a] * table[EY, a] - impulse[k] * table[EY, k])
+        after[VX, k] += table[DAMPING_DVX, k]
+        after[VY, k] += table[DAMPING_DVY, k]
+        workspace[FORCE_X, k] += impulse[k] * table[EX, k] / h
+        workspace[FORCE_Y, k] += impulse[k] * table[EY, k] / h
+        after[SPIN, k] += inv_inertia * (
             impulse[a] * table[LEVER_BEFORE, a] - impulse[k] * table[LEVER_AFTER, k]
         )
         heat += impulse[k] * impulse[k] / (h * damping.coefficient)

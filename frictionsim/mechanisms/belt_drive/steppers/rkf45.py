@@ -1,4 +1,4 @@
-"""Adaptive RKF4(5) for belt drives, compiled, with exact stick in the right-hand side.
+"""Adaptive RKF4(5) for belt drives, compiled, with set-valued friction in the right-hand side.
 
 The method, its coefficients and its choice of steps are those of
 `frictionsim.solvers.runge_kutta_fehlberg`; only the loop around them is written anew, for arrays
@@ -11,17 +11,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.mechanisms.belt_drive.assembly import new_state
-from frictionsim.mechanisms.belt_drive.kernels.contact import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     FRICTION,
     SLIP,
-    STUCK,
-    deal_slots,
-    remember,
+    STICKING,
+    copy,
+    kinematics_of,
+    zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import copy, motion_in, prescribe, rates
-from frictionsim.mechanisms.belt_drive.kernels.jit import entry, kernel
 from frictionsim.solvers import runge_kutta_fehlberg
 from frictionsim.solvers.runge_kutta_fehlberg import (
     C2,
@@ -35,356 +39,319 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
 
-stage_2, stage_3 = kernel(runge_kutta_fehlberg.stage_2), kernel(runge_kutta_fehlberg.stage_3)
-stage_4, stage_5 = kernel(runge_kutta_fehlberg.stage_4), kernel(runge_kutta_fehlberg.stage_5)
-stage_6, solution_5 = kernel(runge_kutta_fehlberg.stage_6), kernel(runge_kutta_fehlberg.solution_5)
-error_estimate_5 = kernel(runge_kutta_fehlberg.error_estimate_5)
-reduced_step, next_step_size = (
-    kernel(runge_kutta_fehlberg.reduced_step),
-    kernel(runge_kutta_fehlberg.next_step_size),
+stage_2, stage_3 = (
+    inline_kernel(runge_kutta_fehlberg.stage_2),
+    inline_kernel(runge_kutta_fehlberg.stage_3),
 )
+stage_4, stage_5 = (
+    inline_kernel(runge_kutta_fehlberg.stage_4),
+    inline_kernel(runge_kutta_fehlberg.stage_5),
+)
+stage_6, solution_5 = (
+    inline_kernel(runge_kutta_fehlberg.stage_6),
+    inline_kernel(runge_kutta_fehlberg.solution_5),
+)
+error_estimate_5 = inline_kernel(runge_kutta_fehlberg.error_estimate_5)
+clipped_step = inline_kernel(runge_kutta_fehlberg.clipped_step)
+reduced_step = inline_kernel(runge_kutta_fehlberg.reduced_step)
+next_step_size = inline_kernel(runge_kutta_fehlberg.next_step_size)
 
-# Bodies near pulleys are given their slots anew after so many steps. In that time a body does not
-# get through the margin, a body's length, unless it is faster than an eighth of the waves.
-STEPS_OF_A_DEAL = 8
+CANDIDATE_UPDATE_INTERVAL = 8  # steps from one search for contact candidates to the next
 
-FIRST_STEP = 0.01  # of the longest
+FIRST_STEP_RATIO = 0.01  # of the longest step
 
 # Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
 # effects. Only for whoever waits.
-COMPILES_IN = 20.0
+COMPILE_SECONDS = 20.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
 
 # On the imaginary axis the solution of order 5 is damped for 2.05 < omega h < 3.61; on the real
 # one it is stable up to 3.67.
-LONGEST_OSCILLATING, LONGEST_DECAYING = 3.6, 3.5
-# So the longest step damps the fast waves of bodies that turn against each other, which nothing
-# else damps, and each shorter one makes them grow until the tolerance stops them: there they stay,
-# and so does the short step. The longest step is therefore taken with an error of some
-# tolerances; what is in excess is in those waves, and gone after a few steps. But not where it
-# makes other waves grow, those of bending in a fine mesh (by 2e-5 a step at omega h = 0.55):
-# these are kept small by a tighter tolerance.
-PATIENCE, LONGEST_BENDING, TIGHTER = 30.0, 0.55, 0.03
-STEPS_BETWEEN_TRIES = 4  # of the longest step, while steps are shorter
+MAX_OMEGA_H, MAX_DECAY_H = 3.6, 3.5
+# The longest stable step damps the rotational waves, which nothing else does; shorter steps amplify
+# them. Accept an error of 30 tolerances at that step, unless bending waves would grow there (by
+# 2e-5 a step at omega h = 0.55): then keep them small by a tighter tolerance.
+MAX_ERROR_AT_MAX_STEP, MAX_BENDING_OMEGA_H, BENDING_TOLERANCE_FACTOR = 30.0, 0.55, 0.03
+MAX_STEP_TRIAL_INTERVAL = 4  # steps between two trials of the longest one, while they are shorter
+
+# The numbers in `clock`: start and end of the last step, the length of the next one, s, and the
+# error of the last one, in tolerances.
+T_OLD, T, H, ERROR = range(4)
+# The numbers in `counts`: the last two are steps since the search for candidates and since the
+# longest step was tried.
+STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP = range(5)
 
 
-class Stepper(NamedTuple):
+class RKF45State(NamedTuple):
     """An integration between two steps, in arrays that its kernels write to.
 
     Attributes
     ----------
-    y0, y : (n,)
+    y_old, y : (size,)
         The states at the start and the end of the last step.
-    k : six of (n,)
+    k : six of (size,)
         The rates of its stages; k[0] are those at its start.
-    rates1 : (n,)
+    f : (size,)
         The rates at its end.
-    stage, error, inside : (n,)
-        Room to work in.
-    per_tolerance : (n,)
+    kinematics : (6, width)
+        Those that y begins with: a view.
+    stage, error, inside : (size,)
+        Workspace.
+    inv_error_scale : (size,)
         1 over the error that a step may make in each state, 0 for an energy.
     clock : (4,)
-        t0, t, the length of the next step, the error of the last.
+        T_OLD, T, H, ERROR.
     counts : (5,)
-        Steps, rejected steps, right-hand sides, steps since the slots were dealt, steps since the
-        longest one was tried.
+        STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP.
     """
 
-    y0: "Array"
+    y_old: "Array"
     y: "Array"
     k: tuple["Array", ...]
-    rates1: "Array"
+    f: "Array"
+    kinematics: "Array"
     stage: "Array"
     error: "Array"
     inside: "Array"
-    per_tolerance: "Array"
+    inv_error_scale: "Array"
     clock: "Array"
     counts: "Indices"
 
 
-@entry
-def begin(stepper, margin, friction, laws, torques, loads, speeds, room, slots, pulleys):
-    """Find who is near a pulley, and evaluate the rates at the start."""
-    clock = stepper.clock
-    prescribe(clock[1], pulleys, speeds)  # who has slip depends on it
-    deal(stepper, margin, friction, laws, room, slots, pulleys)
-    rates(
-        clock[1],
-        clock[2],
-        stepper.y,
-        stepper.rates1,
-        laws,
-        torques,
-        loads,
-        speeds,
-        room,
-        slots,
-        pulleys,
-    )
-    stepper.counts[2] += 1
+class StepControl(NamedTuple):
+    """What the choice of steps goes by.
 
-
-@kernel
-def deal(stepper, margin, friction, laws, room, slots, pulleys):
-    """Give slots anew to the bodies near pulleys."""
-    motion = motion_in(stepper.y, room)
-    deal_slots(motion, laws.chain.bodies, pulleys, margin, slots, friction)
-    stepper.counts[3] = 0
-
-
-@entry
-def advance(
-    stepper,
-    limit,
-    sample,
-    longest,
-    patience,
-    most,
-    margin,
-    friction,
-    hysteresis,
-    laws,
-    torques,
-    loads,
-    speeds,
-    room,
-    slots,
-    pulleys,
-):
-    """Step until the limit is reached, or a sample time passed, or `most` steps are done.
-
-    Return RUNNING, or why no further step could be taken from (t, y).
+    Attributes
+    ----------
+    max_step : float, s
+    error_limit_at_max_step : float
+        In tolerances; every other step has 1.
+    distinct_static_friction : bool
+        Static and kinetic friction differ: who sticks has to be remembered.
     """
-    clock, counts = stepper.clock, stepper.counts
-    last = counts[0] + counts[1] + most
-    while clock[1] < limit and clock[1] < sample and counts[0] + counts[1] < last:
-        if counts[3] >= STEPS_OF_A_DEAL:
-            deal(stepper, margin, friction, laws, room, slots, pulleys)
-        trouble = step(
-            stepper, limit, longest, patience, laws, torques, loads, speeds, room, slots, pulleys
-        )
-        if trouble != RUNNING:
-            return trouble
-        counts[3] += 1
-        keep_in_mind(stepper, hysteresis, laws, torques, loads, speeds, room, slots, pulleys)
+
+    max_step: float
+    error_limit_at_max_step: float
+    distinct_static_friction: bool
+
+
+@kernel
+def advance(
+    state: RKF45State,
+    control: StepControl,
+    limit: float,
+    sample: float,
+    max_trials: int,
+    system: "System",
+) -> int:
+    """Step until the limit, s, is reached, or a sample time passed, or so many steps are tried.
+
+    Return RUNNING, or why no further step could be taken from (t, y). Each kernel that calls `rhs`
+    holds a copy of it, which takes seconds to compile: so one loop has all of a step.
+    """
+    clock, counts = state.clock, state.counts
+    last = counts[STEPS] + counts[REJECTED] + max_trials
+    while clock[T] < limit and clock[T] < sample and counts[STEPS] + counts[REJECTED] < last:
+        if counts[SINCE_SEARCH] >= CANDIDATE_UPDATE_INTERVAL:
+            find_contact_candidates(system, state.kinematics)
+            counts[SINCE_SEARCH] = 0
+        copy(state.y, state.y_old)
+        copy(state.f, state.k[0])
+        t, rejected_here = clock[T], False
+        while True:
+            h = clipped_step(min(clock[H], control.max_step), limit - t)
+            stages(t, h, state.y_old, state.k, state.stage, state.y, system)
+            error = error_norm(h, state)
+            if error <= error_limit(h, control):
+                break
+            rejected_here = True
+            trouble = reduce_step(h, error, limit, state, control)
+            if trouble != RUNNING:
+                copy(state.y_old, state.y)
+                return trouble
+        clock[T_OLD], clock[T] = t, limit if h == limit - t else t + h
+        rhs(clock[T], h, state.y, state.f, system)
+        counts[NFEV] += 1
+        choose_next_step(h, error, rejected_here, state, control)
+        if control.distinct_static_friction and update_contact_modes(system.contacts):
+            # Other limits of friction: the rates jump.
+            rhs(clock[T], clock[H], state.y, state.f, system)
+            counts[NFEV] += 1
     return RUNNING
 
 
 @kernel
-def keep_in_mind(stepper, hysteresis, laws, torques, loads, speeds, room, slots, pulleys):
-    """Take over who sticks now, if static and kinetic friction differ; the rates may jump then."""
-    if hysteresis is not None and remember(slots):
-        clock = stepper.clock
-        rates(
-            clock[1],
-            clock[2],
-            stepper.y,
-            stepper.rates1,
-            laws,
-            torques,
-            loads,
-            speeds,
-            room,
-            slots,
-            pulleys,
-        )
-        stepper.counts[2] += 1
-
-
-@entry
-def step(stepper, limit, longest, patience, laws, torques, loads, speeds, room, slots, pulleys):
-    """Take one accepted step; return RUNNING or why there is none."""
-    clock, counts = stepper.clock, stepper.counts
-    y0, y, k = stepper.y0, stepper.y, stepper.k
-    copy(y, y0)
-    copy(stepper.rates1, k[0])
-    t0 = clock[1]
-    rejected_here = False
-    while True:
-        left = limit - t0
-        h = min(clock[2], longest)
-        if h >= left * STEP_END_TOLERANCE:
-            h = left
-        elif h > 0.5 * left:
-            h = 0.5 * left
-        stages(t0, h, y0, k, stepper.stage, y, laws, torques, loads, speeds, room, slots, pulleys)
-        error_estimate_5(h, k[0], k[2], k[3], k[4], k[5], stepper.error)
-        counts[2] += 5
-        error = size_of(stepper.error, stepper.per_tolerance)
-        if error <= (patience if h >= longest * STEP_END_TOLERANCE else 1.0):
-            break
-        counts[1] += 1
-        if not error < np.inf and h < 1e-3 * longest:
-            copy(y0, y)
-            return NOT_FINITE
-        rejected_here = True
-        clock[2] = reduced_step(h, min(error, 1e10)) if error == error else 0.2 * h
-        if clock[2] < 4e-16 * limit:
-            copy(y0, y)
-            return TOO_SHORT
-    clock[0], clock[1] = t0, limit if h == left else t0 + h
-    rates(clock[1], h, y, stepper.rates1, laws, torques, loads, speeds, room, slots, pulleys)
-    counts[2] += 1
-    counts[0] += 1
-    error = max(error, MIN_ERROR_NORM)
-    due = clock[2] if not rejected_here and h < clock[2] else 0.0
-    clock[2] = min(max(next_step_size(h, error, clock[3], rejected_here), due), longest)
-    clock[3] = error
-    if patience > 1.0 and clock[2] < longest:
-        counts[4] = (counts[4] + 1) % STEPS_BETWEEN_TRIES
-        if counts[4] == 0:
-            clock[2] = longest
-    return RUNNING
-
-
-@entry
-def stages(t, h, y, k, stage, y_new, laws, torques, loads, speeds, room, slots, pulleys):
-    """Write the solution of order 5 at the end of a step, and the rates of its stages.
+def stages(
+    t: float,
+    h: float,
+    y: "Array",
+    k: tuple["Array", ...],
+    stage: "Array",
+    y_new: "Array",
+    system: "System",
+) -> None:
+    """Write the solution of order 5 at the end of a step, and the rates k of its stages.
 
     As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
     have to be compiled anew in every process.
     """
     stage_2(h, y, k[0], stage)
-    rates(t + C2 * h, h, stage, k[1], laws, torques, loads, speeds, room, slots, pulleys)
+    rhs(t + C2 * h, h, stage, k[1], system)
     stage_3(h, y, k[0], k[1], stage)
-    rates(t + C3 * h, h, stage, k[2], laws, torques, loads, speeds, room, slots, pulleys)
+    rhs(t + C3 * h, h, stage, k[2], system)
     stage_4(h, y, k[0], k[1], k[2], stage)
-    rates(t + C4 * h, h, stage, k[3], laws, torques, loads, speeds, room, slots, pulleys)
+    rhs(t + C4 * h, h, stage, k[3], system)
     stage_5(h, y, k[0], k[1], k[2], k[3], stage)
-    rates(t + h, h, stage, k[4], laws, torques, loads, speeds, room, slots, pulleys)
+    rhs(t + h, h, stage, k[4], system)
     stage_6(h, y, k[0], k[1], k[2], k[3], k[4], stage)
-    rates(t + C6 * h, h, stage, k[5], laws, torques, loads, speeds, room, slots, pulleys)
+    rhs(t + C6 * h, h, stage, k[5], system)
     solution_5(h, y, k[0], k[2], k[3], k[4], k[5], y_new)
 
 
-@kernel
-def size_of(error, per_tolerance):
-    """Return the length of the error, each state's in units of what it may be."""
+@inline_kernel
+def error_norm(h: float, state: RKF45State) -> float:
+    """Return the length of the error of a step, each state's in units of what it may be."""
+    k, error, inv_error_scale = state.k, state.error, state.inv_error_scale
+    error_estimate_5(h, k[0], k[2], k[3], k[4], k[5], error)
+    state.counts[NFEV] += 5
     total = 0.0
     for i in range(len(error)):
-        e = error[i] * per_tolerance[i]
+        e = error[i] * inv_error_scale[i]
         total += e * e
     return np.sqrt(total)
 
 
-@entry
-def look_inside(stepper, t, laws, torques, loads, speeds, room, slots, pulleys):
-    """Evaluate the last step at a time inside it: the state goes to `inside`, forces to `room`."""
-    y, start = stepper.inside, stepper.clock[0]
-    h = t - start
-    if t < stepper.clock[1]:
-        stages(
-            start,
-            h,
-            stepper.y0,
-            stepper.k,
-            stepper.stage,
-            y,
-            laws,
-            torques,
-            loads,
-            speeds,
-            room,
-            slots,
-            pulleys,
-        )
-    else:
-        copy(stepper.y, y)
-    rates(t, h, y, stepper.stage, laws, torques, loads, speeds, room, slots, pulleys)
+@inline_kernel
+def error_limit(h: float, control: StepControl) -> float:
+    """Return the error up to which a step is accepted, in tolerances."""
+    at_max_step = h >= control.max_step * STEP_END_TOLERANCE
+    return control.error_limit_at_max_step if at_max_step else 1.0
 
 
-class Stepping:
+@inline_kernel
+def reduce_step(
+    h: float, error: float, limit: float, state: RKF45State, control: StepControl
+) -> int:
+    """Set the length to try next after a step that is rejected; return why there is none."""
+    clock = state.clock
+    state.counts[REJECTED] += 1
+    if not error < np.inf and h < 1e-3 * control.max_step:
+        return NOT_FINITE
+    clock[H] = reduced_step(h, min(error, 1e10)) if error == error else 0.2 * h
+    return TOO_SHORT if clock[H] < 4e-16 * limit else RUNNING
+
+
+@inline_kernel
+def choose_next_step(
+    h: float, error: float, rejected_here: bool, state: RKF45State, control: StepControl
+) -> None:
+    """Set the length of the step after one that was accepted."""
+    clock, counts = state.clock, state.counts
+    counts[STEPS] += 1
+    counts[SINCE_SEARCH] += 1
+    error = max(error, MIN_ERROR_NORM)
+    clock[H] = next_step_size(h, clock[H], error, clock[ERROR], rejected_here, control.max_step)
+    clock[ERROR] = error
+    if control.error_limit_at_max_step > 1.0 and clock[H] < control.max_step:
+        counts[SINCE_MAX_STEP] = (counts[SINCE_MAX_STEP] + 1) % MAX_STEP_TRIAL_INTERVAL
+        if counts[SINCE_MAX_STEP] == 0:
+            clock[H] = control.max_step
+
+
+class BeltStepper:
     """A belt drive on its way, as the run of it sees it.
 
     Parameters
     ----------
-    assembly : Assembly
-    settings : BeltSolver
+    model : BeltModel
+    settings : BeltSolverSettings
     """
 
-    per_impulse = 1.0  # the slots hold forces
+    force_per_impulse = 1.0  # the contacts hold forces
     resumable = True
-    compiles_in = COMPILES_IN
+    compile_seconds = COMPILE_SECONDS
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
-        self._assembly = assembly
-        bodies, pulleys = assembly.laws.chain.bodies, assembly.pulleys
-        oscillating, decaying = assembly.fastest
-        stable = min(LONGEST_OSCILLATING / oscillating, LONGEST_DECAYING / max(decaying, 1e-300))
-        self._longest = min(stable, settings.max_step or np.inf)
-        self._margin = assembly.laws.chain.length
-        tolerance, self._patience = settings.rtol + settings.atol, PATIENCE
-        if assembly.laws.regularised is not None:  # what is stiff there is the law, not a wave
-            self._patience = 1.0
-        elif assembly.fastest_bending * self._longest > LONGEST_BENDING:
-            tolerance, self._patience = TIGHTER * tolerance, 1.0
+    def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
+        self._system = system = model.system
+        frequency, decay = model.max_frequency_and_decay
+        stable = min(MAX_OMEGA_H / frequency, MAX_DECAY_H / max(decay, 1e-300))
+        max_step = min(stable, settings.max_step or np.inf)
+        tolerance, at_max_step = settings.rtol, MAX_ERROR_AT_MAX_STEP
+        law = system.effects.belt_friction
+        if law is not None and law.regularised is not None:  # which is stiffer than the waves
+            at_max_step = 1.0
+        elif model.max_bending_frequency * max_step > MAX_BENDING_OMEGA_H:
+            tolerance, at_max_step = BENDING_TOLERANCE_FACTOR * tolerance, 1.0
+        self._control = StepControl(max_step, at_max_step, model.distinct_static_friction)
 
         def vector() -> "Array":
-            return new_state(bodies, pulleys)
+            return zero_state(system.layout)
 
-        self._stepper = Stepper(
-            y0=vector(),
-            y=vector(),
+        y = vector()
+        self._state = RKF45State(
+            y_old=vector(),
+            y=y,
             k=tuple(vector() for _ in range(6)),
-            rates1=vector(),
+            f=vector(),
+            kinematics=kinematics_of(y, system.layout),
             stage=vector(),
             error=vector(),
             inside=vector(),
-            per_tolerance=1.0 / (tolerance * assembly.sizes),
-            clock=np.array([0.0, 0.0, FIRST_STEP * self._longest, 1.0]),
+            inv_error_scale=1.0 / (tolerance * model.error_scales),
+            clock=np.array([0.0, 0.0, FIRST_STEP_RATIO * max_step, 1.0]),
             counts=np.zeros(5, dtype=np.int64),
         )
-        self._stepper.y[:] = self._stepper.y0[:] = assembly.state
+        self._state.y[:] = self._state.y_old[:] = model.state
+        self._model = model
         self._contacts: Array | None = None  # as the last step left them, while a sample is seen
 
     @property
     def t(self) -> float:
         """The end of the last step, s."""
-        return float(self._stepper.clock[1])
+        return float(self._state.clock[T])
 
     @property
     def statistics(self) -> tuple[int, int, int]:
         """Steps, rejected steps, right-hand sides."""
-        steps, rejected, evaluations = self._stepper.counts[:3]
-        return int(steps), int(rejected), int(evaluations)
+        counts = self._state.counts
+        return int(counts[STEPS]), int(counts[REJECTED]), int(counts[NFEV])
 
-    def begin(self) -> None:
-        """Evaluate the start."""
-        a = self._assembly
-        begin(self._stepper, self._margin, a.friction, *a.parts)
+    def start(self) -> None:
+        """Find who is near a pulley, and evaluate the rates at the start."""
+        s, system = self._state, self._system
+        prescribed_speeds(self.t, system.pulleys, system.prescribed)  # who has slip depends on it
+        find_contact_candidates(system, s.kinematics)
+        rhs(self.t, float(s.clock[H]), s.y, s.f, system)
+        s.counts[NFEV] += 1
 
     def prepare(self) -> None:
-        """Have the other kernels compiled, by no step and a look that changes nothing."""
+        """Have the kernels compiled, by no step and an interpolation that changes nothing."""
         self.advance(self.t, self.t, 0)
-        self.look(self.t)
+        s, tables = self._state, (self._system.contacts.table, self._system.pulleys.table)
+        before = [table.copy() for table in tables]
+        stages(self.t, 0.0, s.y, s.k, s.stage, s.inside, self._system)
+        for table, values in zip(tables, before, strict=True):
+            table[:] = values
+        self.interpolate(self.t)
 
-    def advance(self, limit: float, sample: float, most: int) -> None:
+    def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.
 
         Raises
         ------
         SolverError
         """
-        a, stepper = self._assembly, self._stepper
-        self._end_look()
+        self._restore_contacts()
         trouble = advance(
-            stepper,
-            limit,
-            sample,
-            self._longest,
-            self._patience,
-            most,
-            self._margin,
-            a.friction,
-            a.hysteresis,
-            *a.parts,
+            self._state, self._control, float(limit), float(sample), max_steps, self._system
         )
         if trouble == NOT_FINITE:
             raise NonFinite(
@@ -393,37 +360,39 @@ class Stepping:
             )
         if trouble == TOO_SHORT:
             raise StepUnderflow(
-                f"at t = {self.t:.9g} s the tolerance asks for a step of {stepper.clock[2]:.2g} s,"
+                f"at t = {self.t:.9g} s the tolerance asks for a step of"
+                f" {self._state.clock[H]:.2g} s,"
                 " below what double precision resolves; give a larger solver.rtol"
             )
 
-    def look(self, t: float) -> "Array":
-        """Return the state at a time in the last step; the forces are in the assembly's room.
+    def interpolate(self, t: float) -> "Array":
+        """Return the state at a time in the last step; the system has the forces there.
 
-        Whatever the next steps depend on is left as it is: samples do not change a run.
+        It is that of a shorter step. Whatever the next steps depend on is left as it is: samples do
+        not change a run.
         """
-        a = self._assembly
-        alpha = a.pulleys.table[ALPHA].copy()
+        s, system = self._state, self._system
+        alpha = system.pulleys.table[ALPHA].copy()
         if self._contacts is None:
-            self._contacts = a.slots.table[[SLIP, FRICTION, STUCK]]
-        look_inside(self._stepper, t, *a.parts)
-        a.pulleys.table[ALPHA] = alpha
-        return self._stepper.inside
+            self._contacts = system.contacts.table[[SLIP, FRICTION, STICKING]]
+        t_old = float(s.clock[T_OLD])
+        if t < self.t:
+            stages(t_old, t - t_old, s.y_old, s.k, s.stage, s.inside, system)
+        else:
+            s.inside[:] = s.y
+        rhs(float(t), t - t_old, s.inside, s.stage, system)
+        system.pulleys.table[ALPHA] = alpha
+        return s.inside
 
-    def _end_look(self) -> None:
-        """Have the contacts slip and stick as the last step left them, whatever was looked at."""
+    def _restore_contacts(self) -> None:
+        """Have the contacts slip and stick as the last step left them, whatever was sampled."""
         if self._contacts is not None:
-            self._assembly.slots.table[[SLIP, FRICTION, STUCK]] = self._contacts
+            self._system.contacts.table[[SLIP, FRICTION, STICKING]] = self._contacts
             self._contacts = None
 
-    def arrays(self) -> dict[str, "Array"]:
+    def checkpoint_arrays(self) -> dict[str, "Array"]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""
-        self._end_look()
-        s, a = self._stepper, self._assembly
-        return {
-            "y": s.y,
-            "rates1": s.rates1,
-            "clock": s.clock,
-            "counts": s.counts,
-            **a.memory(),
-        }
+        self._restore_contacts()
+        s = self._state
+        own = {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
+        return {**own, **self._model.contact_state()}

@@ -1,51 +1,54 @@
 """SciPy's integrators on the equations of a belt drive, for comparison.
 
-The right-hand side is that of the adaptive method, exact stick and all: with the slip of a sticking
-body decaying in a short time it is continuous, which is all that these methods ask for. They know
-nothing of the waves, and the implicit ones nothing of the structure of the equations.
+The right-hand side is that of the adaptive method, set-valued friction and all: with the slip of a
+sticking body decaying in a short time it is continuous, which is all that these methods ask for.
+They know nothing of the waves, and the implicit ones nothing of the structure of the equations.
 """
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import new_state
-from frictionsim.mechanisms.belt_drive.kernels.contact import SPEED, deal_slots, remember
-from frictionsim.mechanisms.belt_drive.kernels.equations import motion_in, prescribe, rates
-from frictionsim.mechanisms.belt_drive.kernels.jit import entry
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    find_contact_candidates,
+    update_contact_modes,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
+from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import KINEMATIC_ROWS, SPEED, zero_state
 from frictionsim.scenario import methods
 from frictionsim.solvers.scipy_stepper import ScipyStepper
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import Assembly
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
 
-COMPILES_IN = 10.0  # s, as of the adaptive method
+COMPILE_SECONDS = 10.0  # s, as of the adaptive method
 LARGE = 1e30  # the tolerance of an energy: none
-MIN_RTOL = 3e-14  # what SciPy takes without complaint; the sizes of the states decide
+MIN_RTOL = 3e-14  # what SciPy takes without complaint; the error scales decide
 
 
-@entry
-def fresh_rates(
-    t, state, rate, margin, friction, laws, torques, loads, speeds, room, slots, pulleys
-):
+@kernel
+def rhs_with_candidates(t: float, state: "Array", rate: "Array", system: "System") -> None:
     """Write the rates of a state, wherever its bodies are: steps may be long."""
-    first = 6 * room.shape[1] + pulleys.table.shape[1]
+    pulleys, layout = system.pulleys, system.layout
     for k in range(len(pulleys.free)):
-        pulleys.table[SPEED, pulleys.free[k]] = state[first + k]
-    prescribe(t, pulleys, speeds)
-    deal_slots(motion_in(state, room), laws.chain.bodies, pulleys, margin, slots, friction)
-    rates(t, 0.0, state, rate, laws, torques, loads, speeds, room, slots, pulleys)
+        pulleys.table[SPEED, pulleys.free[k]] = state[layout.speeds + k]
+    prescribed_speeds(t, pulleys, system.prescribed)
+    kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, layout.width))
+    find_contact_candidates(system, kinematics)
+    rhs(t, 0.0, state, rate, system)
 
 
 class _BeltStepper(ScipyStepper):
     """A method of SciPy that evaluates a compiled right-hand side."""
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
+    def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
         method = methods.METHODS[settings.backend].scipy_class
         super().__init__(
             method,
@@ -55,11 +58,10 @@ class _BeltStepper(ScipyStepper):
             max_steps=settings.max_steps,
             what="the belt",
         )
-        tolerance = (settings.rtol + settings.atol) * assembly.sizes
-        self._options["atol"] = np.minimum(tolerance, LARGE)
-        self._assembly = assembly
-        self._state = new_state(assembly.laws.chain.bodies, assembly.pulleys)
-        self._rate = new_state(assembly.laws.chain.bodies, assembly.pulleys)
+        self._options["atol"] = np.minimum(settings.rtol * model.error_scales, LARGE)
+        self._system = model.system
+        self._state = zero_state(model.system.layout)
+        self._rate = zero_state(model.system.layout)
 
     def _rates_of(self, t: float, y: Any) -> Any:
         self.nfev += 1
@@ -67,23 +69,22 @@ class _BeltStepper(ScipyStepper):
         return self._rate.copy()
 
     def evaluate(self, t: float, y: Any) -> "Array":
-        """Evaluate the equations at a state, and return it; the room has the forces then."""
-        a = self._assembly
+        """Evaluate the equations at a state, and return it; the system has the forces then."""
         self._state[:] = y
-        fresh_rates(t, self._state, self._rate, a.laws.chain.length, a.friction, *a.parts)
+        rhs_with_candidates(float(t), self._state, self._rate, self._system)
         return self._state
 
 
-class Stepping:
+class BeltStepper:
     """A belt drive on its way, as the run of it sees it."""
 
-    per_impulse = 1.0  # the slots hold forces
+    force_per_impulse = 1.0  # the contacts hold forces
     resumable = False  # what a method remembers of its steps is its own
-    compiles_in = COMPILES_IN
+    compile_seconds = COMPILE_SECONDS
 
-    def __init__(self, assembly: "Assembly", settings: "BeltSolverSettings") -> None:
-        self._assembly = assembly
-        self._stepper = _BeltStepper(assembly, settings)
+    def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
+        self._model = model
+        self._stepper = _BeltStepper(model, settings)
 
     @property
     def t(self) -> float:
@@ -95,18 +96,18 @@ class Stepping:
         """Steps, rejected steps, right-hand sides."""
         return self._stepper.steps, self._stepper.rejected, self._stepper.nfev
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Evaluate the start."""
-        self._stepper.start(lambda t, y, dy: None, 0.0, self._assembly.state.tolist())
-        self._stepper.evaluate(0.0, self._assembly.state)
+        self._stepper.start(lambda t, y, dy: None, 0.0, self._model.state.tolist())
+        self._stepper.evaluate(0.0, self._model.state)
 
     def prepare(self) -> None:
         """Have the one kernel compiled that the start does not call, on a copy."""
-        if self._assembly.hysteresis is not None:
-            slots = self._assembly.slots
-            remember(slots._replace(table=slots.table.copy()))
+        if self._model.distinct_static_friction:
+            contacts = self._model.system.contacts
+            update_contact_modes(contacts._replace(table=contacts.table.copy()))
 
-    def advance(self, limit: float, sample: float, most: int) -> None:
+    def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Take one step, that ends at a limit, s, at the latest.
 
         Raises
@@ -114,14 +115,14 @@ class Stepping:
         SolverError
         """
         self._stepper.advance(limit)
-        if self._assembly.hysteresis is not None:
-            self.look(self.t)
-            remember(self._assembly.slots)
+        if self._model.distinct_static_friction:
+            self.interpolate(self.t)
+            update_contact_modes(self._model.system.contacts)
 
-    def look(self, t: float) -> "Array":
-        """Return the state at a time in the last step; the forces are in the assembly's room."""
+    def interpolate(self, t: float) -> "Array":
+        """Return the state at a time in the last step; the system has the forces there."""
         return self._stepper.evaluate(t, self._stepper.interpolate(t))
 
-    def arrays(self) -> dict[str, "Array"]:
+    def checkpoint_arrays(self) -> dict[str, "Array"]:
         """Return nothing: there is no going on from it."""
         return {}

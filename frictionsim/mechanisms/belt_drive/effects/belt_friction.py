@@ -1,0 +1,382 @@
+"""Dry friction between the bodies of a belt and its pulleys.
+
+With n the unit vector from the centre of a pulley of radius R to the centre of a body, at the
+distance r from it, and t = z x n along the rim:
+
+    s = R omega - v . t                                                    [1]_ eqs 14-18
+    m (v . t)' = F . t - m v_n v_t/r + T,    I omega' = M - R sum T        [1]_ eqs 23, 24
+
+Set-valued friction. A body that sticks has s' = -s/tau, which takes the force T = m (R alpha + g)
+with the bias g = s/tau - a, where a is its acceleration along t without friction. Sliding, the
+force is at its limit. What each pulley does is then one scalar equation for its angular
+acceleration alpha,
+
+    I alpha = M - R sum clip(m (R alpha + g_i), -mu_i- N_i, mu_i+ N_i),
+
+with a limit for each direction of the force. A body that has no slip is held by the static
+coefficient, in either direction; at the limit it sticks. One that slides is braked by the kinetic
+coefficient and never driven; where its slip comes to zero, the static coefficient decides whether
+it sticks. Where both coefficients are equal no memory of who slides is needed.
+
+The left side rises with alpha and the right side falls. Both are piecewise linear: Newton's method
+from the last alpha ends in two or three iterations. With velocities in the place of accelerations
+and impulses in the place of forces the same equation serves a fixed-step scheme.
+
+References
+----------
+.. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
+"""
+
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Stage
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    ALPHA,
+    BACKWARD,
+    BACKWARD_LIMIT,
+    BODY_VX,
+    BODY_VY,
+    FORWARD,
+    FORWARD_LIMIT,
+    FRICTION,
+    INERTIA,
+    INV_DISTANCE,
+    KINETIC,
+    NORMAL,
+    NX,
+    NY,
+    PULLEY_RADIUS,
+    SIMD_WIDTH,
+    SLIP,
+    SPEED,
+    STATIC,
+    STICK_BIAS,
+    STICKING,
+    TORQUE,
+)
+from frictionsim.scenario.friction_law import check_kinetic
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.solvers import friction_curve as curve
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
+PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
+
+# Relaxation time of residual slip, s: one wave transit per body, at most this; results do not
+# depend on it below that.
+MAX_RELAXATION_TIME = 1e-5
+
+
+# --- the scenario ---------------------------------------------------------------------------------
+
+
+class CoefficientsTable(Params):
+    """Friction of one pulley, or of a part of the belt."""
+
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+        return self
+
+
+class BeltFrictionTable(CoefficientsTable):
+    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
+
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
+
+    law: Literal["set-valued", "regularised", "creep"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "m/s", "Speed over which a regularised law rises to its full friction.", None, gt=0
+    )
+    maximum_creep: float | None = unit_field(
+        "m", "Creep at which a contact without slip has its full friction, eq 13.", None, gt=0
+    )
+    pulleys: dict[str, CoefficientsTable] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        needs = {
+            "transition_speed": self.law in ("regularised", "creep"),
+            "maximum_creep": self.law == "creep",
+        }
+        for key, needed in needs.items():
+            given = getattr(self, key) is not None
+            if needed and not given:
+                raise inconsistent((key,), f"missing; law = '{self.law}' needs it")
+            if given and not needed:
+                raise inconsistent(
+                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
+                )
+        return self
+
+
+# --- parameters -----------------------------------------------------------------------------------
+
+
+class SetValuedFriction(NamedTuple):
+    """Set-valued friction; the residual slip of a body that sticks relaxes in this time, s."""
+
+    relaxation_time: float
+
+
+class RegularisedFriction(NamedTuple):
+    """Friction as a function of the slip: eq 12 and Fig. 6, with the transition speed, m/s."""
+
+    transition_speed: float
+
+
+class CreepFriction(NamedTuple):
+    """The blend of eq 13: the creep, m, at which a contact without slip has its full friction."""
+
+    max_creep: float
+
+
+class FrictionLaw(NamedTuple):
+    """The friction law: set-valued, or regularised, and that with creep or without."""
+
+    set_valued: SetValuedFriction | None
+    regularised: RegularisedFriction | None
+    creep: CreepFriction | None
+
+
+class FrictionCoefficients(NamedTuple):
+    """Coefficients of friction of every body at every pulley, (pulleys, n): static and kinetic."""
+
+    static: Array
+    kinetic: Array
+
+
+class FrictionEffect(BeltEffect):
+    """`[effects.belt_friction]`: it is solved for after all other forces are known."""
+
+    key = "belt_friction"
+    table = BeltFrictionTable
+    stage = Stage.FRICTION
+
+    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> FrictionLaw | None:
+        table = scenario.effects.belt_friction
+        if table is None:
+            return None
+        stiffness = scenario.mechanism.belt.axial_rigidity / chain.length
+        transit = float(np.sqrt(chain.mass / stiffness))
+        return FrictionLaw(
+            SetValuedFriction(min(transit, MAX_RELAXATION_TIME))
+            if table.law == "set-valued"
+            else None,
+            RegularisedFriction(table.transition_speed) if table.transition_speed else None,
+            CreepFriction(table.maximum_creep) if table.maximum_creep else None,
+        )
+
+
+# --- set-valued friction --------------------------------------------------------------------------
+
+
+@inline_kernel
+def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
+    """Write SLIP."""
+    table = contacts.table
+    nx, ny, vx, vy, slip = table[NX], table[NY], table[BODY_VX], table[BODY_VY], table[SLIP]
+    for j in range(pulleys.table.shape[1]):
+        rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[SPEED, j]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            slip[s] = rim - (vy[s] * nx[s] - vx[s] * ny[s])
+
+
+@inline_kernel
+def solve_sticking(
+    set_valued: SetValuedFriction | None,
+    contacts: "Contacts",
+    pulleys: "Pulleys",
+    mass: float,
+    ax: Array,
+    ay: Array,
+) -> None:
+    """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
+    if set_valued is not None:
+        table, body, count = contacts.table, contacts.body, contacts.offsets[-1]
+        nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
+        bias, slip, inv_distance = table[STICK_BIAS], table[SLIP], table[INV_DISTANCE]
+        inv_relaxation_time = 1.0 / set_valued.relaxation_time
+        for s in range(count):
+            i = body[s]
+            along = vy[s] * nx[s] - vx[s] * ny[s]
+            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
+            bias[s] = slip[s] * inv_relaxation_time - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
+        friction_limits(contacts, 1.0)
+        alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
+        for j in pulleys.free:
+            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
+        project_friction(contacts, pulleys, mass, alpha)
+
+
+@inline_kernel
+def friction_limits(contacts: "Contacts", duration: float) -> None:
+    """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
+    table, count = contacts.table, contacts.offsets[-1]
+    normal, forward, backward = table[NORMAL], table[FORWARD], table[BACKWARD]
+    forward_limit, backward_limit = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+    for s in range(count):
+        forward_limit[s] = duration * forward[s] * normal[s]
+    for s in range(count):
+        backward_limit[s] = duration * backward[s] * normal[s]
+
+
+@inline_kernel
+def solve_pulley_motion(
+    j: int, guess: float, external: float, contacts: "Contacts", pulleys: "Pulleys", mass: float
+) -> float:
+    """Return the x with I x = external - R sum clip(m (R x + g_i)), for pulley j.
+
+    x is its angular acceleration and `external` the torque on it; or its angular velocity, and
+    `external` the angular momentum that it would have.
+    """
+    radius, inertia = pulleys.table[PULLEY_RADIUS, j], pulleys.table[INERTIA, j]
+    bias = contacts.table[STICK_BIAS]
+    forward, backward = contacts.table[FORWARD_LIMIT], contacts.table[BACKWARD_LIMIT]
+    low, high = -np.inf, np.inf
+    x = guess
+    for _ in range(MAX_ITERATIONS):
+        force = n_sticking = 0.0
+        for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
+            for s in range(block, block + SIMD_WIDTH):
+                needed = mass * (radius * x + bias[s])
+                limited = min(max(needed, -backward[s]), forward[s])
+                force += limited
+                n_sticking += 1.0 if limited == needed else 0.0
+        excess = inertia * x - external + radius * force
+        if excess > 0.0:
+            high = x
+        else:
+            low = x
+        change = excess / (inertia + radius * radius * mass * n_sticking)
+        if abs(change) <= PULLEY_TOLERANCE * (abs(x) + abs(external) / inertia):
+            return x - change
+        x -= change
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return x
+
+
+@inline_kernel
+def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: Array) -> None:
+    """Write FRICTION and STICKING: what sticking needs with the x of each pulley, within limits."""
+    table = contacts.table
+    bias, friction, sticking = table[STICK_BIAS], table[FRICTION], table[STICKING]
+    forward, backward = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+    for j in range(pulleys.table.shape[1]):
+        rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            friction[s] = min(max(mass * (rim + bias[s]), -backward[s]), forward[s])
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            sticking[s] = 1.0 if friction[s] == mass * (rim + bias[s]) else 0.0
+
+
+@inline_kernel
+def add_friction_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
+    """Add what the friction accelerates, or its impulses to velocities."""
+    friction, nx, ny = contacts.table[FRICTION], contacts.table[NX], contacts.table[NY]
+    for s in range(contacts.offsets[-1]):
+        i = contacts.body[s]
+        ax[i] -= inv_mass * friction[s] * ny[s]
+        ay[i] += inv_mass * friction[s] * nx[s]
+
+
+# --- friction as a function of the slip -----------------------------------------------------------
+
+rising_part = inline_kernel(curve.rising_part)
+friction_curve = inline_kernel(curve.friction_curve)
+
+
+@inline_kernel
+def regularised_friction(
+    law: RegularisedFriction | None,
+    creep: CreepFriction | None,
+    contacts: "Contacts",
+    pulleys: "Pulleys",
+    elementary_time: float,
+) -> None:
+    """Write FRICTION, STICKING and ALPHA as a regularised law has them for the slip.
+
+    With a creep the contact that hardly slips has the friction mu_1 of the way s dt that it
+    slips in the elementary time dt of the integration: a law that depends on the step.
+    """
+    if law is not None:
+        table = contacts.table
+        slip, friction, normal = table[SLIP], table[FRICTION], table[NORMAL]
+        static, kinetic, sticking = table[STATIC], table[KINETIC], table[STICKING]
+        for s in range(contacts.offsets[-1]):
+            size = abs(slip[s])
+            x = size / law.transition_speed
+            mu = friction_curve(x, static[s], kinetic[s])
+            mu += creep_coefficient(creep, x, size * elementary_time, static[s])
+            friction[s] = np.copysign(mu * normal[s], slip[s])
+            sticking[s] = 1.0 if size < law.transition_speed else 0.0
+        pulley_accelerations(contacts, pulleys)
+
+
+@inline_kernel
+def creep_coefficient(creep: CreepFriction | None, x: float, way: float, static: float) -> float:
+    """Return what a contact at rest has in addition, eq 13, Fig. 6b; without creep nothing."""
+    if creep is not None:
+        return static * (1.0 - rising_part(x)) * rising_part(way / creep.max_creep)
+    return 0.0
+
+
+@inline_kernel
+def solve_friction(
+    law: FrictionLaw | None, system: "System", ax: Array, ay: Array, elementary_time: float
+) -> None:
+    """Write the friction on the bodies and the accelerations of free pulleys.
+
+    Reads SLIP, NORMAL, TORQUE and the accelerations without friction; writes FRICTION, STICKING
+    and ALPHA.
+    """
+    contacts, pulleys = system.contacts, system.pulleys
+    if law is not None:
+        solve_sticking(law.set_valued, contacts, pulleys, system.chain.mass, ax, ay)
+        regularised_friction(law.regularised, law.creep, contacts, pulleys, elementary_time)
+    else:
+        pulley_accelerations(contacts, pulleys)
+
+
+# --- pulleys --------------------------------------------------------------------------------------
+
+
+@inline_kernel
+def pulley_accelerations(contacts: "Contacts", pulleys: "Pulleys") -> None:
+    """Write ALPHA of free pulleys under a friction that is known."""
+    table = pulleys.table
+    for j in pulleys.free:
+        moment = table[TORQUE, j] - table[PULLEY_RADIUS, j] * total_friction(j, contacts)
+        table[ALPHA, j] = moment / table[INERTIA, j]
+
+
+@inline_kernel
+def total_friction(j: int, contacts: "Contacts") -> float:
+    """Return the sum of the friction on the bodies at pulley j, N."""
+    force = 0.0
+    for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+        force += contacts.table[FRICTION, s]
+    return force
+
+
+@inline_kernel
+def friction_power(contacts: "Contacts") -> float:
+    """Return the power that the friction takes, W."""
+    friction, slip = contacts.table[FRICTION], contacts.table[SLIP]
+    power = 0.0
+    for s in range(contacts.offsets[-1]):
+        power += friction[s] * slip[s]
+    return power

@@ -1,0 +1,60 @@
+"""The weight of the bodies, m g."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Shape, Stage
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.effects import Gravity
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+
+class GravityParameters(NamedTuple):
+    """The acceleration of gravity, m/s^2."""
+
+    x: float
+    y: float
+
+
+@inline_kernel
+def add_gravity(
+    gravity: "GravityParameters | None",
+    system: "System",
+    kinematics: Array,
+    ax: Array,
+    ay: Array,
+    aphi: Array,
+) -> float:
+    """Add the acceleration of gravity to ax and ay."""
+    if gravity is not None:
+        for k in range(system.chain.bodies):
+            ax[k] += gravity.x
+        for k in range(system.chain.bodies):
+            ay[k] += gravity.y
+    return 0.0
+
+
+class GravityEffect(BeltEffect):
+    """`[effects.gravity]`."""
+
+    key = "gravity"
+    table = Gravity
+    stage = Stage.BODY
+    add_forces = add_gravity
+
+    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> GravityParameters | None:
+        table = scenario.effects.gravity
+        return None if table is None else GravityParameters(0.0, -table.g)
+
+    def energies(self, parameters: GravityParameters, shape: Shape) -> Array:
+        return -(shape.position @ self._weight(parameters, shape.chain))
+
+    def add_gradient(self, parameters: GravityParameters, shape: Shape, gradient: Array) -> None:
+        gradient[:, :2] -= self._weight(parameters, shape.chain)
+
+    def _weight(self, parameters: GravityParameters, chain: Chain) -> Array:
+        return chain.mass * np.array([parameters.x, parameters.y])

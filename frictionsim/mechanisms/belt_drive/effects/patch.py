@@ -1,0 +1,54 @@
+"""A part of the belt, dirty or oily, with a friction of its own."""
+
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import CoefficientsTable
+from frictionsim.scenario.schema import inconsistent, unit_field
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+
+class PatchTable(CoefficientsTable):
+    """`[effects.patch]`: a part of the belt with a friction of its own, by its unstretched length.
+
+    Measured from where the belt leaves the first pulley at the start, in its direction.
+    """
+
+    start: float = unit_field(
+        "m",
+        "Start of the patch, from where the belt leaves the first pulley at the start.",
+        alias="from",
+        ge=0,
+    )
+    end: float = unit_field(
+        "m", "End of the patch, in the direction of the belt.", alias="to", gt=0
+    )
+
+    @model_validator(mode="after")
+    def _end_after_start(self) -> Self:
+        if not self.end > self.start:
+            raise inconsistent(("to",), f"{self.end} m is not after from = {self.start} m")
+        return self
+
+
+class PatchEffect(BeltEffect):
+    """`[effects.patch]`: it changes coefficients of friction, and has no force of its own."""
+
+    key = "patch"
+    table = PatchTable
+
+
+def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
+    """Return which bodies are in the patch, (n,); none without one."""
+    patch = scenario.effects.patch
+    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
+    if patch is None:
+        return np.zeros(len(centres), dtype=bool)
+    return (centres >= patch.start) & (centres < patch.end)

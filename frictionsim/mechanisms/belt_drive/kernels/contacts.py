@@ -1,0 +1,161 @@
+"""The search for bodies near pulleys, the candidates for a contact, and who of them sticks.
+
+Only these are looked at in the steps between two searches. No body gets through the skin round a
+pulley meanwhile, which is as thick as a body is long, unless it is faster than a sixteenth of the
+waves along the belt, or an eighth, by how often a method searches.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    BACKWARD,
+    CENTRE_X,
+    CENTRE_Y,
+    FORWARD,
+    FRICTION,
+    KINETIC,
+    MODE,
+    NORMAL,
+    PULLEY_RADIUS,
+    PULLEY_X,
+    PULLEY_Y,
+    RADIUS,
+    SIMD_WIDTH,
+    SLIP,
+    SPEED,
+    STATIC,
+    STICKING,
+    VX,
+    VY,
+    X,
+    Y,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+
+    Array = npt.NDArray[np.float64]
+
+NEW_CONTACT = 2.0  # in the place of a mode: the body was no candidate
+
+
+@inline_kernel
+def find_contact_candidates(system: "System", kinematics: "Array") -> None:
+    """Make candidates of the bodies within the skin of a pulley's rim.
+
+    Reads the kinematics, MODE and STICKING; writes all of the contacts but their forces.
+    """
+    contacts, pulleys = system.contacts, system.pulleys
+    search(contacts, pulleys, system.chain.bodies, system.chain.length, kinematics)
+    initial_contact_modes(kinematics, contacts, pulleys)
+    assign_friction_coefficients(contacts, pulleys.table.shape[1], system.friction)
+
+
+@inline_kernel
+def search(
+    contacts: "Contacts", pulleys: "Pulleys", bodies: int, skin: float, kinematics: "Array"
+) -> None:
+    """Write the candidates, with the modes that they had, or NEW_CONTACT."""
+    x, y, table, count = kinematics[X], kinematics[Y], pulleys.table, pulleys.table.shape[1]
+    body, radius, mode, sticking = (
+        contacts.body,
+        contacts.table[RADIUS],
+        contacts.table[MODE],
+        contacts.table[STICKING],
+    )
+    saved_mode, saved_sticking = contacts.saved_modes[0], contacts.saved_modes[1]
+    saved_mode[:] = NEW_CONTACT
+    for s in range(contacts.offsets[count]):
+        if radius[s] > 0.0:
+            saved_mode[body[s]], saved_sticking[body[s]] = mode[s], sticking[s]
+    s = 0
+    for j in range(count):
+        contacts.offsets[j] = s
+        reach = (table[PULLEY_RADIUS, j] + skin) ** 2
+        for i in range(bodies):
+            if (x[i] - table[PULLEY_X, j]) ** 2 + (y[i] - table[PULLEY_Y, j]) ** 2 < reach:
+                body[s], radius[s] = i, table[PULLEY_RADIUS, j]
+                mode[s], sticking[s] = saved_mode[i], saved_sticking[i]
+                s += 1
+        filled = s
+        s += -(s - contacts.offsets[j]) % SIMD_WIDTH
+        for k in range(filled, s):
+            body[k], radius[k], mode[k], sticking[k] = 0, 0.0, 0.0, 0.0
+        for k in range(contacts.offsets[j], s):
+            contacts.table[CENTRE_X, k] = table[PULLEY_X, j]
+            contacts.table[CENTRE_Y, k] = table[PULLEY_Y, j]
+            contacts.table[FRICTION, k] = 0.0
+    contacts.offsets[count] = s
+
+
+@inline_kernel
+def initial_contact_modes(kinematics: "Array", contacts: "Contacts", pulleys: "Pulleys") -> None:
+    """Have bodies that are new at a pulley stick if they have no slip, else slide."""
+    table, pulley = contacts.table, pulleys.table
+    for j in range(pulley.shape[1]):
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            if table[MODE, s] == NEW_CONTACT:
+                i = contacts.body[s]
+                dx, dy = (
+                    kinematics[X, i] - table[CENTRE_X, s],
+                    kinematics[Y, i] - table[CENTRE_Y, s],
+                )
+                moment = kinematics[VY, i] * dx - kinematics[VX, i] * dy
+                along = moment / np.sqrt(dx * dx + dy * dy)
+                slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
+                table[SLIP, s], table[MODE, s] = slip, np.sign(slip)
+                table[STICKING, s] = 1.0 if slip == 0.0 else 0.0
+
+
+@inline_kernel
+def assign_friction_coefficients(
+    contacts: "Contacts", pulleys: int, friction: "FrictionCoefficients | None"
+) -> None:
+    """Write STATIC and KINETIC of each candidate, and the coefficients in force."""
+    if friction is not None:
+        for j in range(pulleys):
+            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+                contacts.table[STATIC, s] = friction.static[j, contacts.body[s]]
+                contacts.table[KINETIC, s] = friction.kinetic[j, contacts.body[s]]
+        select_friction_coefficients(contacts)
+
+
+@inline_kernel
+def select_friction_coefficients(contacts: "Contacts") -> bool:
+    """Write FORWARD and BACKWARD, by MODE; return whether that changes a limit."""
+    table = contacts.table
+    changed = 0.0
+    for s in range(contacts.offsets[-1]):
+        static, kinetic, mode = table[STATIC, s], table[KINETIC, s], table[MODE, s]
+        against = 0.0 if static > kinetic else static
+        forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
+        backward = static if mode == 0.0 else kinetic if mode < 0.0 else against
+        change = abs(forward - table[FORWARD, s]) + abs(backward - table[BACKWARD, s])
+        changed += change * table[NORMAL, s]
+        table[FORWARD, s], table[BACKWARD, s] = forward, backward
+    return changed > 0.0
+
+
+@inline_kernel
+def update_contact_modes(contacts: "Contacts") -> bool:
+    """Take over from the last step who sticks and who slides where to.
+
+    A body that sticks lets go in the direction of its friction. One that slides goes on until its
+    slip has come to zero. Reads STICKING, SLIP and FRICTION; writes MODE and the coefficients in
+    force. Return whether that changes a limit.
+    """
+    table = contacts.table
+    for s in range(contacts.offsets[-1]):
+        mode, slip, friction = table[MODE, s], table[SLIP, s], table[FRICTION, s]
+        if table[STICKING, s] > 0.0 or mode * slip < 0.0:
+            mode = 0.0
+        elif mode == 0.0:
+            mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
+        table[MODE, s] = mode
+    return select_friction_coefficients(contacts)

@@ -1,0 +1,123 @@
+"""Where everything stands in the arrays of a belt drive, in SI units.
+
+A row over the bodies or joints is `width` long: the bodies, a copy of the first joint behind the
+last one, in the place of an index that wraps around, and zeros up to a multiple of what a vector
+instruction takes.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+SIMD_WIDTH = 8  # numbers of double precision in the widest vector
+
+# Rows of the kinematics, (6, width): positions and velocities of all bodies, m, rad, m/s, rad/s.
+X, Y, ANGLE, VX, VY, SPIN = range(6)
+KINEMATIC_ROWS = 6
+
+# Rows of the workspace, (12, width), over bodies or joints: the directions of the bodies, their
+# right ends and the velocities of these; the force of joint k on body k - 1, N, and its moment,
+# N m; the force of a damper over that of its spring, and the damper's components, N.
+COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, FORCE_X, FORCE_Y, MOMENT = range(9)
+DAMPER, DAMPER_X, DAMPER_Y = range(9, 12)
+WORKSPACE_ROWS = 12
+
+# Rows of the pulleys' table, (8, pulleys): where a pulley is and its radius, m, and its inertia,
+# kg m^2; what it does now: angular velocity and acceleration, rad/s and rad/s^2, the torque on it
+# from outside, N m, and what its angular velocity was at the start of a fixed step.
+PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, SPEED_OLD = range(8)
+PULLEY_ROWS = 8
+
+# Rows of the contacts' table, (20, contacts): centre and radius of the pulley, m, with a radius of
+# zero where there is no contact;
+CENTRE_X, CENTRE_Y, RADIUS = range(3)
+# coefficients of friction at rest and sliding, and those in force for T > 0 and for T < 0;
+STATIC, KINETIC, FORWARD, BACKWARD = range(3, 7)
+# the unit vector n and 1/r, and the velocity of the body, m/s;
+NX, NY, INV_DISTANCE, BODY_VX, BODY_VY = range(7, 12)
+# the normal force N; the bounds of T > 0 and of T < 0, N or N s; the slip, m/s; the bias of the
+# force that sticking needs, m (R x + bias); T; 1 where T is within its bounds, else 0; and the
+# mode, 0 where the static coefficient holds, else the direction of the slip.
+NORMAL, FORWARD_LIMIT, BACKWARD_LIMIT, SLIP, STICK_BIAS, FRICTION, STICKING, MODE = range(12, 20)
+CONTACT_ROWS = 20
+
+# Energies at the end of the state, J.
+INPUT_ENERGY, FRICTION_HEAT, DAMPING_HEAT = range(3)
+N_ENERGIES = 3
+
+
+class StateLayout(NamedTuple):
+    """The parts of a state vector, and of its rate, one behind the other.
+
+    The rows of the kinematics; the angle of every pulley, rad; the speed of every free one, rad/s;
+    the energies put in and lost in friction and damping, J.
+
+    Attributes
+    ----------
+    bodies, width : int
+        Of a row.
+    velocities : int
+        Where the second half of the kinematics begins.
+    angles, speeds, energies, end : int
+        Where each part begins; `end` is the first number that belongs to none.
+    size : int
+        Of the vector: `end`, up to a multiple of what a vector instruction takes.
+    """
+
+    bodies: int
+    width: int
+    velocities: int
+    angles: int
+    speeds: int
+    energies: int
+    end: int
+    size: int
+
+
+def state_layout(bodies: int, pulleys: int, free: int) -> StateLayout:
+    """Return the layout for so many bodies and pulleys, of which so many are free."""
+    width = padded_width(bodies)
+    angles = KINEMATIC_ROWS * width
+    speeds = angles + pulleys
+    energies = speeds + free
+    end = energies + N_ENERGIES
+    return StateLayout(
+        bodies, width, 3 * width, angles, speeds, energies, end, end + -end % SIMD_WIDTH
+    )
+
+
+def padded_width(bodies: int) -> int:
+    """Return the length of a row over the joints, with the copy of the first, in full vectors."""
+    return -(-(bodies + 1) // SIMD_WIDTH) * SIMD_WIDTH
+
+
+def aligned_zeros(rows: int, width: int) -> "Array":
+    """Return zeros that begin where the widest vector is loaded fastest."""
+    spare = np.zeros(rows * width + SIMD_WIDTH)
+    offset = -spare.ctypes.data // spare.itemsize % SIMD_WIDTH
+    return spare[offset : offset + rows * width].reshape(rows, width)
+
+
+def zero_state(layout: StateLayout) -> "Array":
+    """Return a state vector of zeros, or a rate."""
+    zeros: Array = aligned_zeros(1, layout.size)[0]
+    return zeros
+
+
+def kinematics_of(state: "Array", layout: StateLayout) -> "Array":
+    """Return the kinematics that a state vector, or its rate, begins with: a view, (6, width)."""
+    return state[: layout.angles].reshape(KINEMATIC_ROWS, layout.width)
+
+
+@inline_kernel
+def copy(source: "Array", target: "Array") -> None:
+    """Copy an array; a slice would be looked at for overlaps first, which takes longer."""
+    for i in range(len(source)):
+        target[i] = source[i]

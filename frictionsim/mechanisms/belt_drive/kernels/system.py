@@ -1,0 +1,81 @@
+"""What acts in a belt drive, as one argument of the kernels."""
+
+from collections import namedtuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.mechanisms.belt_drive.effects import EFFECTS
+from frictionsim.mechanisms.belt_drive.kernels.layout import StateLayout
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.effects.base import Chain
+    from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+    from frictionsim.mechanisms.belt_drive.kernels.signals import (
+        PrescribedSpeeds,
+        SpeedTorques,
+        TimeTorques,
+    )
+
+    Array = npt.NDArray[np.float64]
+    Indices = npt.NDArray[np.int64]
+
+# The parameters of each effect by its name, None where a scenario lacks it: a kernel that finds
+# None is compiled to nothing at all.
+EffectParameters: Any = namedtuple("EffectParameters", [e.key for e in EFFECTS])  # type: ignore[misc]
+
+
+class Pulleys(NamedTuple):
+    """The pulleys: `free` are the indices of those whose speed is not prescribed.
+
+    `table` is (8, pulleys), with the rows of `layout`.
+    """
+
+    free: "Indices"
+    table: "Array"
+
+
+class Contacts(NamedTuple):
+    """The candidates for a contact, bodies near pulleys.
+
+    Those of pulley j are offsets[j] to offsets[j + 1] - 1; some of no radius, which belong to body
+    0 and touch nothing, fill them up to full vectors, so that loops over contacts have no branch.
+
+    `offsets` is (pulleys + 1,), `body` (contacts,), `table` (20, contacts) with the rows of
+    `layout`; `saved_modes`, (2, bodies), has mode and sticking of the bodies during a new search.
+    """
+
+    offsets: "Indices"
+    body: "npt.NDArray[np.uint64]"
+    table: "Array"
+    saved_modes: "Array"
+
+
+class System(NamedTuple):
+    """A belt drive as its kernels see it.
+
+    Attributes
+    ----------
+    layout : StateLayout
+    chain : Chain
+        What the bodies have in common.
+    effects : EffectParameters
+    friction : FrictionCoefficients or None
+    time_torques, speed_torques, prescribed : TimeTorques, SpeedTorques, PrescribedSpeeds or None
+        What drives the pulleys.
+    workspace : (12, width)
+    contacts : Contacts
+    pulleys : Pulleys
+    """
+
+    layout: StateLayout
+    chain: "Chain"
+    effects: Any
+    friction: "FrictionCoefficients | None"
+    time_torques: "TimeTorques | None"
+    speed_torques: "SpeedTorques | None"
+    prescribed: "PrescribedSpeeds | None"
+    workspace: "Array"
+    contacts: Contacts
+    pulleys: Pulleys

@@ -1,0 +1,101 @@
+"""A belt's effect from outside the package: one file and one line, and everything knows it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.effects import EFFECTS
+from frictionsim.scenario.loading import ScenarioFaults, validate
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import ROOT, SCENARIOS
+
+STIFFNESS, DAMPING = 400.0, 0.5  # as in `foundation_run`
+
+
+def run(backend: str, cache: Path) -> dict[str, Any]:
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.support.foundation_run", backend],
+        cwd=ROOT,
+        env={**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="module")
+def adaptive(cache: Path) -> dict[str, Any]:
+    return run("rkf45", cache)
+
+
+@pytest.fixture(scope="module")
+def fixed(cache: Path) -> dict[str, Any]:
+    return run("moreau", cache)
+
+
+def test_without_its_line_no_scenario_has_it() -> None:
+    assert "foundation" not in [effect.key for effect in EFFECTS]
+    with pytest.raises(ScenarioFaults, match="foundation"):
+        validate(pair(effects__foundation={"stiffness": 1.0}), SCENARIOS)
+
+
+@pytest.mark.parametrize("backend", ["adaptive", "fixed"])
+def test_runs_with_it_pass_their_audit(backend: str, request: pytest.FixtureRequest) -> None:
+    found = request.getfixturevalue(backend)
+    assert found["status"] == "done"
+    assert found["effects"] == ["contact", "belt_friction", "foundation"]
+    assert found["failed"] == []
+    assert found["damping"] > 1e-6  # J; it has the only damper
+
+
+def test_the_belt_rests_under_its_force(adaptive: dict[str, Any]) -> None:
+    at_rest = adaptive["with"]
+    assert at_rest["residual"] < 1e-7 * 200.0
+    # A sum of forces of some 1e4 N/m times rounded coordinates.
+    assert np.max(np.abs(at_rest["acceleration"])) * at_rest["mass"] < 1e-6
+    shift = np.hypot(*(np.subtract(at_rest[key], adaptive["without"][key]) for key in "xy"))
+    assert np.max(shift) > 1e-4
+
+
+def test_its_damper_brakes(adaptive: dict[str, Any]) -> None:
+    at_rest = adaptive["with"]
+    braked = np.array(at_rest["damped"]) * at_rest["mass"]
+    assert braked == pytest.approx(-DAMPING * np.array([[1.0], [2.0]]) * np.ones(braked.shape))
+
+
+def test_its_energy_is_in_the_channel(adaptive: dict[str, Any], fixed: dict[str, Any]) -> None:
+    x, y = (np.array(adaptive["with"][key]) for key in "xy")
+    own = 0.5 * STIFFNESS * np.sum(x**2 + y**2)
+    rest = adaptive["potential"] - own  # of springs and contacts, as without it but for the shift
+    assert 0.0 < rest < 5.0
+    assert own > 1.0
+    assert fixed["potential"] == pytest.approx(adaptive["potential"], rel=1e-12)
+
+
+def test_it_bounds_the_steps(adaptive: dict[str, Any]) -> None:
+    at_rest, without = adaptive["with"], adaptive["without"]
+    assert at_rest["decay"] == pytest.approx(DAMPING / at_rest["mass"])
+    assert without["decay"] == 0.0
+    assert at_rest["frequency"] > without["frequency"]
+
+
+def test_its_kernels_are_kept_on_the_disk(
+    adaptive: dict[str, Any], fixed: dict[str, Any], cache: Path
+) -> None:
+    assert adaptive["compiled"]
+    assert fixed["compiled"]
+    assert not run("rkf45", cache)["compiled"]
