@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.scenario.loading import ScenarioFaults, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS
 
@@ -49,7 +49,7 @@ def fixed(cache: Path) -> dict[str, Any]:
 
 def test_without_its_line_no_scenario_has_it() -> None:
     assert "foundation" not in [effect.key for effect in EFFECTS]
-    with pytest.raises(ScenarioFaults, match="foundation"):
+    with pytest.raises(ValidationFailure, match="foundation"):
         validate(pair(effects__foundation={"stiffness": 1.0}), SCENARIOS)
 
 

@@ -9,7 +9,8 @@ import pytest
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of, rhs
+from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
+from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import (
