@@ -362,7 +362,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
     assert (tmp_path / "a.png").stat().st_size < 200_000
     refused = cli("compare", "a.h5", "a.h5")
     assert refused.returncode == 2
-    assert "this is a table of `frictionsim cost`, not of a run" in refused.stderr
+    assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
 
 
 def test_the_table_has_a_line_for_each_setting_and_the_advice(
