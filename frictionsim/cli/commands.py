@@ -264,10 +264,13 @@ def cost(
     scenario: ScenarioFile,
     overrides: Overrides = None,
     backends: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Instead of all that can do the loaded.")
+        str | None, typer.Option(metavar="A,B", help="Methods, instead of all.")
+    ] = None,
+    laws: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Friction laws, instead of all.")
     ] = None,
     tolerances: Annotated[
-        str | None, typer.Option(metavar="X,Y", help="Relative, of adaptive backends.")
+        str | None, typer.Option(metavar="X,Y", help="Relative, of adaptive methods.")
     ] = None,
     max_wall: Annotated[float, typer.Option(help="Seconds that each run may take.")] = 5.0,
     repeats: Annotated[int, typer.Option(min=1, help="Runs that are timed, at most.")] = 3,
@@ -281,7 +284,7 @@ def cost(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Solve with every backend at a ladder of settings: what accuracy costs."""
+    """Solve with every friction law and method at a ladder of settings: what accuracy costs."""
     from frictionsim.scenario.loading import load
 
     loaded = load(scenario, overrides)
@@ -291,7 +294,7 @@ def cost(
     from frictionsim.work_precision.report import study_json
 
     options = cost_study.Options(
-        backends, tolerances, max_wall, repeats, output, csv, plot, no_clobber
+        backends, laws, tolerances, max_wall, repeats, output, csv, plot, no_clobber
     )
     found = cost_study.study_scenario(loaded, options)
     if as_json:

@@ -9,6 +9,7 @@ from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import InputError, OutputError, unknown
 from frictionsim.io.atomic_write import check_no_clobber, check_writable
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.variants import TOLERANCES, Setting
 from frictionsim.work_precision import settings as ladder
 from frictionsim.work_precision.report import write_csv
@@ -22,6 +23,7 @@ class Options(NamedTuple):
     """What the command line gives, as it gives it."""
 
     backends: str | None
+    laws: str | None
     tolerances: str | None
     max_wall: float
     repeats: int
@@ -44,11 +46,16 @@ def study_scenario(scenario: "Scenario", options: Options) -> Study:
     if not isfinite(options.max_wall) or options.max_wall <= 0.0:
         raise InputError(f"--max-wall: expected seconds above 0, got {options.max_wall:g}")
     tolerances = _tolerances(options.tolerances)
-    names = _backends(options.backends, scenario)
+    methods = _named("--backends", "backend", options.backends, methods_of(scenario.PAIRS))
+    laws = _named("--laws", "friction law", options.laws, laws_of(scenario.PAIRS))
     _check_targets(options)
     kind = mechanism_module(scenario.kind)
     metrics = _metrics(kind, scenario)
-    settings = [s for s in _ladders(kind, scenario, tolerances) if s.backend in names]
+    settings = [
+        setting
+        for setting in _ladders(kind, scenario, tolerances)
+        if setting.backend in methods and (not setting.law or setting.law in laws)
+    ]
     rtol = min(tolerances) * ladder.TIGHTER
     with (
         monitor_run(scenario.solver.duration, with_progress=False, max_wall=None) as on_step,
@@ -97,7 +104,7 @@ def _references(kind: Any, scenario: "Scenario", rtol: float) -> tuple[Setting, 
     if hasattr(kind, "references"):
         found: tuple[Setting, ...] = kind.references(scenario, rtol)
         return found
-    return ladder.references(kind.build(scenario), rtol)
+    return ladder.references(scenario, kind.build(scenario), rtol)
 
 
 def _metrics(kind: Any, scenario: "Scenario") -> Any:
@@ -123,14 +130,14 @@ def _tolerances(text: str | None) -> tuple[float, ...]:
     return tuple(sorted(set(found), reverse=True))
 
 
-def _backends(text: str | None, scenario: "Scenario") -> tuple[str, ...]:
-    able = scenario.BACKENDS
+def _named(option: str, what: str, text: str | None, able: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names that an option gives, all that there are where it is left out."""
     if text is None:
         return able
     names = tuple(part.strip() for part in text.split(","))
     for name in names:
         if name not in able:
-            raise InputError(f"--backends: {unknown('backend', name, list(able))}")
+            raise InputError(f"{option}: {unknown(what, name, list(able))}")
     return names
 
 

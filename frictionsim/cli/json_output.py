@@ -35,6 +35,7 @@ def _run_json(run: "RunResult", source: str, output: str | None) -> dict[str, An
     return {
         "scenario": source,
         "kind": run.scenario.kind,
+        "law": run.scenario.law or None,
         "backend": run.scenario.solver.backend,
         "status": run.status,
         "reason": run.reason,

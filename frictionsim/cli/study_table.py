@@ -18,7 +18,7 @@ def print_study(study: "Study") -> None:
     )
     names = [metric.name for metric in study.metrics]
     headings = [
-        *("backend", "setting", ">error", *(f">{name}" for name in names)),
+        *("law", "method", "setting", ">error", *(f">{name}" for name in names)),
         *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),
     ]
     tables.print_cells(headings, [_cells(row, names) for row in study.rows])
@@ -43,6 +43,7 @@ def _cells(row: "Row", names: list[str]) -> list[str]:
         return f"{row.errors[name].relative:.1e}" if name in row.errors else ""
 
     return [
+        row.setting.law,
         row.setting.backend,
         row.setting.label,
         "failed" if row.error is None else f"{row.error:.1e}",

@@ -26,9 +26,10 @@ def print_run(run: "RunResult", output: str | None, estimate: "Estimate | None" 
     console = _console()
     title = run.scenario.title or run.scenario.kind
     effects = ", ".join(run.effects) or "none"
+    law = f"law {run.scenario.law}, " if run.scenario.law else ""
     console.print(f"{title}: {run.status}")
     console.print(
-        f"kind {run.scenario.kind}, effects {effects}, backend {run.scenario.solver.backend}",
+        f"kind {run.scenario.kind}, effects {effects}, {law}backend {run.scenario.solver.backend}",
         markup=False,
     )
     print_quantities(run.quantities, estimate.errors if estimate else None)

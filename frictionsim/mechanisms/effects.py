@@ -2,6 +2,8 @@
 
 from frictionsim.scenario.schema import Params, unit_field
 
+RENAMED_AIR_DRAG = "the effect is called viscous_damping now: write [effects.viscous_damping]"
+
 
 class Gravity(Params):
     """Weight of all that has a mass."""
@@ -9,7 +11,7 @@ class Gravity(Params):
     g: float = unit_field("m/s^2", 9.81, ge=0)
 
 
-class AirDrag(Params):
-    """Viscous resistance of the air: a torque -b w."""
+class ViscousDamping(Params):
+    """Viscous damping: a torque -b w."""
 
     coefficient: float = unit_field("N m s", ge=0)

@@ -43,7 +43,8 @@ from frictionsim.mechanisms.tracer_point import (
     tracer_position,
 )
 from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
-from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
+from frictionsim.scenario.methods import REGULARISED, SET_VALUED, SINGLE_DOF, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
@@ -131,7 +132,17 @@ class EpicyclicDrive(Params):
         return self
 
 
-class HingeFriction(Params):
+class SharedFrictionLaw(FrictionLaw):
+    """The law of the one contact that hinge and rolling friction load; one of them may name it."""
+
+    law: Literal["set-valued", "regularised", "published"] | None = None  # type: ignore[assignment]
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        return self  # the other effect may name the law
+
+
+class HingeFriction(SharedFrictionLaw):
     """Dry couple between planet and crank."""
 
     torque_static: float = unit_field("N m", ge=0)
@@ -139,15 +150,11 @@ class HingeFriction(Params):
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
-        if self.torque_kinetic > self.torque_static:
-            raise inconsistent(
-                ("torque_kinetic",),
-                f"{self.torque_kinetic} N m is above torque_static = {self.torque_static} N m",
-            )
+        check_kinetic("torque_kinetic", self.torque_kinetic, "torque_static", self.torque_static)
         return self
 
 
-class RollingFriction(Params):
+class RollingFriction(SharedFrictionLaw):
     """Rolling friction of the planet on the sun."""
 
     arm: float = unit_field("m", ge=0)
@@ -166,13 +173,57 @@ class EpicyclicEffects(Params):
 class EpicyclicScenario(Scenario):
     """A scenario of kind `epicyclic`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
+    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["epicyclic"]
     mechanism: EpicyclicParameters
     drive: EpicyclicDrive
     effects: EpicyclicEffects = EpicyclicEffects()
+
+    @property
+    def law_of_contact(self) -> FrictionLaw:
+        """The law that hinge and rolling friction share, and its transition speed."""
+        named: dict[str, Any] = {}
+        for effect in self.friction_effects.values():
+            named |= effect.model_dump(include=set(FrictionLaw.LAW_KEYS), exclude_none=True)
+        return FrictionLaw(**named)
+
+    @property
+    def law(self) -> str:
+        """The friction law that is integrated; none where the equation or the speed is given."""
+        given = self.mechanism.formulation == "published" or self.drive.speed is not None
+        return "" if given or not self.friction_effects else self.law_of_contact.law
+
+    @model_validator(mode="after")
+    def _effects_share_a_law(self) -> Self:
+        for key in ("law", "transition_speed"):
+            named = {
+                name: getattr(effect, key)
+                for name, effect in self.friction_effects.items()
+                if getattr(effect, key) is not None
+            }
+            if len(set(named.values())) > 1:
+                told = " and ".join(f"{name} {value!r}" for name, value in named.items())
+                raise inconsistent(
+                    ("effects", "rolling_friction", key),
+                    f"hinge and rolling friction load one contact and share its law: {told}; name"
+                    " it in one of them, or the same in both",
+                )
+        for name, effect in self.friction_effects.items():
+            if effect.law and self.mechanism.formulation == "published":
+                raise inconsistent(
+                    ("effects", name, "law"),
+                    "formulation 'published' has its friction in the equation; leave law out",
+                )
+            laws = [e.law for e in self.friction_effects.values() if e.law]
+            if effect.transition_speed is not None and REGULARISED not in laws:
+                raise inconsistent(
+                    ("effects", name, "transition_speed"),
+                    f"law = '{(laws or [SET_VALUED])[0]}' does not smooth friction; leave"
+                    f" transition_speed out, or give law = '{REGULARISED}'",
+                )
+        return self
 
     @model_validator(mode="after")
     def _choices_go_together(self) -> Self:
@@ -241,7 +292,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     applied_torque, stored = (
         _published_equation(terms, scenario) if published else _equation(terms, scenario)
     )
-    contact = None if published else _contact(terms)
+    contact = None if published else _contact(terms, scenario.law_of_contact.law_of_contact())
     power_flows: dict[str, Any] = {
         "energy_input": lambda torque, angle, velocity: torque * velocity
     }
@@ -374,7 +425,7 @@ def _published_resistance(terms: _Terms) -> Any:
     return lambda angle: couple + rolling * sin(angle)
 
 
-def _contact(terms: _Terms) -> DryFriction | None:
+def _contact(terms: _Terms, law: dict[str, Any]) -> DryFriction | None:
     """Return the friction of hinge and mesh, of those that the scenario names."""
     static_hinge = terms.static_couple * terms.sun_planet_ratio
     kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
@@ -392,6 +443,7 @@ def _contact(terms: _Terms) -> DryFriction | None:
             static_limit=lambda torque, angle: static_hinge,
             kinetic_limit=lambda torque, angle, velocity, direction: kinetic_hinge,
             roundoff=roundoff,
+            **law,
         )
     if terms.hinge is None:
         return DryFriction(
@@ -401,6 +453,7 @@ def _contact(terms: _Terms) -> DryFriction | None:
                 lever * terms.mesh_load(angle, velocity)
             ),
             roundoff=roundoff,
+            **law,
         )
     return DryFriction(
         "hinge+mesh",
@@ -409,6 +462,7 @@ def _contact(terms: _Terms) -> DryFriction | None:
             kinetic_hinge + lever * terms.mesh_load(angle, velocity)
         ),
         roundoff=roundoff,
+        **law,
     )
 
 

@@ -5,7 +5,8 @@ from typing import Self
 
 from pydantic import model_validator
 
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
+from frictionsim.scenario.schema import unit_field
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:
@@ -31,7 +32,7 @@ def friction_radius(shaft_radius: float, mu: float) -> float:
     return shaft_radius * mu / hypot(1.0, mu)
 
 
-class ShaftFriction(Params):
+class ShaftFriction(FrictionLaw):
     """Dry friction of a journal on a fixed shaft.
 
     Sticking holds while |M| <= r_s R; sliding gives a torque r_k R against the motion, with
@@ -44,12 +45,7 @@ class ShaftFriction(Params):
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
-        if self.mu_k > self.mu_s:
-            raise inconsistent(
-                ("mu_k",),
-                f"{self.mu_k} is above mu_s = {self.mu_s}; sliding friction does not exceed the"
-                " static limit, so give 0 <= mu_k <= mu_s",
-            )
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
         return self
 
     @property

@@ -32,11 +32,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
-from frictionsim.mechanisms.effects import AirDrag, Gravity
+from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
 from frictionsim.mechanisms.scalar_math import cos, sin
 from frictionsim.results import SINGLE_DOF_METRICS, STICK, Channel, Metric, Quantities, Quantity
-from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
@@ -71,7 +71,7 @@ CHANNELS = {
     "energy_kinetic": Channel("J", "kinetic energy of gear, marbles and motor"),
     "energy_potential": Channel("J", "potential energy of the marbles, delivered ones included"),
     "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
-    "energy_damping": Channel("J", "heat of the air"),
+    "energy_damping": Channel("J", "heat of viscous damping"),
 }
 PANELS = ("motor_torque", "load_torque", "friction_torque", "angular_velocity", "angle")
 
@@ -145,16 +145,18 @@ class MotorInertia(Params):
 class MarbleMachineEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
+    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_AIR_DRAG}
+
     gravity: Gravity | None = None
     shaft_friction: ShaftFriction | None = None
-    air_drag: AirDrag | None = None
+    viscous_damping: ViscousDamping | None = None
     motor_inertia: MotorInertia | None = None
 
 
 class MarbleMachineScenario(Scenario):
     """A scenario of kind `marble_machine`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
+    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["marble_machine"]
@@ -254,8 +256,8 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     }
     if effects.gravity is not None:
         stored_energies["energy_potential"] = potential
-    if effects.air_drag is not None:
-        b = effects.air_drag.coefficient
+    if effects.viscous_damping is not None:
+        b = effects.viscous_damping.coefficient
         power_flows["energy_damping"] = lambda u, angle, velocity: b * velocity * velocity
 
     contact = None
@@ -274,6 +276,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
                 motor_inertia * k / inertia,
             ),
             roundoff=lambda u, angle: ROUNDING * (k * abs(u) + scale),
+            **effects.shaft_friction.law_of_contact(),
         )
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
@@ -369,11 +372,11 @@ def _pinion_torque(scenario: MarbleMachineScenario) -> tuple[Signal, Any]:
 def _applied_torque(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
     """Return k T_p - M_L - b theta', of the terms that the scenario has."""
     k, effects = scenario.mechanism.gear_ratio, scenario.effects
-    if effects.air_drag is None:
+    if effects.viscous_damping is None:
         if effects.gravity is None:
             return lambda u, angle, velocity: k * pinion_torque(u, velocity)
         return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle)
-    b = effects.air_drag.coefficient
+    b = effects.viscous_damping.coefficient
     if effects.gravity is None:
         return lambda u, angle, velocity: k * pinion_torque(u, velocity) - b * velocity
     return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle) - b * velocity

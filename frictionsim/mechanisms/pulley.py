@@ -18,10 +18,10 @@ from math import radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
-from frictionsim.mechanisms.effects import AirDrag
+from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
 from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
-from frictionsim.scenario.methods import SINGLE_DOF
+from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.schema import Params, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
@@ -48,7 +48,7 @@ CHANNELS = {
     "energy_kinetic": Channel("J", "kinetic energy of the pulley"),
     "energy_potential": Channel("J", "potential energy of the load"),
     "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
-    "energy_damping": Channel("J", "heat of the air"),
+    "energy_damping": Channel("J", "heat of viscous damping"),
 }
 
 
@@ -79,14 +79,16 @@ class PulleyDrive(Params):
 class PulleyEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
+    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_AIR_DRAG}
+
     shaft_friction: ShaftFriction | None = None
-    air_drag: AirDrag | None = None
+    viscous_damping: ViscousDamping | None = None
 
 
 class PulleyScenario(Scenario):
     """A scenario of kind `pulley`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = SINGLE_DOF
+    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["pulley"]
@@ -126,7 +128,7 @@ def build(scenario: PulleyScenario) -> Mechanism:
         scenario.mechanism.inertia,
         scenario.mechanism.load,
     )
-    journal, air = scenario.effects.shaft_friction, scenario.effects.air_drag
+    journal, damping = scenario.effects.shaft_friction, scenario.effects.viscous_damping
 
     def drive_torque(force: Value, angle: Value, velocity: Value) -> Value:
         return (force - load) * arm
@@ -142,8 +144,8 @@ def build(scenario: PulleyScenario) -> Mechanism:
 
     applied_torque = drive_torque
     power_flows = {"energy_input": lambda force, angle, velocity: force * arm * velocity}
-    if air is not None:
-        b = air.coefficient
+    if damping is not None:
+        b = damping.coefficient
 
         def applied_torque(force: Value, angle: Value, velocity: Value) -> Value:
             return (force - load) * arm - b * velocity
@@ -159,6 +161,7 @@ def build(scenario: PulleyScenario) -> Mechanism:
             kinetic_limit=lambda force, angle, velocity, direction: r_k * reaction(force),
             roundoff=lambda force, angle: ROUNDING * arm * (abs(force) + load),
             monotonicity_breaks=_critical_forces(arm, r_s, load, vertical),
+            **journal.law_of_contact(),
         )
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:

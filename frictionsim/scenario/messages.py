@@ -44,7 +44,8 @@ def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "inconsistent":
         return (*place.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        return place.path, unknown("key", str(place.path[-1]), key_names(place.table))
+        retired = getattr(place.table, "RETIRED", {}).get(place.path[-1])
+        return place.path, retired or unknown("key", str(place.path[-1]), key_names(place.table))
     wanted = _wanted(kind, context, place)
     if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
         wanted = f"{wanted}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"

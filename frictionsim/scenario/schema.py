@@ -1,6 +1,8 @@
 """What every table of a scenario has in common: strict, frozen, finite, with units."""
 
-from typing import Any
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -8,6 +10,9 @@ from pydantic_core import PydanticCustomError
 
 class Params(BaseModel):
     """A table of a scenario. Unknown keys, wrong types, inf and nan are refused."""
+
+    # What a message says of keys that have gone, by their names.
+    RETIRED: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(
         strict=True,

@@ -21,6 +21,11 @@ class SolverSettings(Params):
     A step is accepted when the estimated error of every state y is at most atol + rtol |y|.
     """
 
+    RETIRED: ClassVar[Mapping[str, str]] = {
+        "transition_speed": "it belongs to the friction law now: give transition_speed in the"
+        ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
+    }
+
     backend: str = "events"
     duration: float = unit_field("s", 10.0, gt=0)
     # Below 1e-14 the rounding of double precision is all that an error estimate sees.
@@ -29,13 +34,18 @@ class SolverSettings(Params):
     max_step: float | None = unit_field("s", None, gt=0)
     step: float | None = unit_field("s", None, gt=0)
     max_steps: int = unit_field("1", 10_000_000, gt=0)
-    transition_speed: float | None = unit_field("rad/s", None, gt=0)
 
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend not in methods.BACKENDS:
-            raise inconsistent((), unknown("backend", backend, list(methods.BACKENDS)))
+        if backend in (methods.PUBLISHED, methods.REGULARISED):
+            raise inconsistent(
+                (),
+                f"'{backend}' is a friction law, not a method: give law = \"{backend}\" in the"
+                ' friction effect (effects.NAME.law), and backend = "rkf45"',
+            )
+        if backend not in methods.METHODS:
+            raise inconsistent((), unknown("backend", backend, list(methods.METHODS)))
         return backend
 
 
@@ -58,13 +68,13 @@ class Scenario(Params):
 
     Attributes
     ----------
-    BACKENDS : tuple of str
+    PAIRS : mapping of (law, method) to Pair
         Those that can do this kind.
     CHANNELS : mapping of name to Channel
         The channels that a scenario of this kind may have.
     """
 
-    BACKENDS: ClassVar[tuple[str, ...]]
+    PAIRS: ClassVar[methods.Pairs]
     CHANNELS: ClassVar[Mapping[str, Channel]]
 
     kind: str
@@ -114,9 +124,26 @@ class Scenario(Params):
             raise inconsistent((), "expected one line of text, without control characters")
         return title
 
+    @property
+    def friction_effects(self) -> dict[str, Any]:
+        """The effects of dry friction that are simulated, by name: those that have a law."""
+        effects = getattr(self, "effects", ())
+        return {name: effect for name, effect in effects if hasattr(effect, "law")}
+
+    @property
+    def law(self) -> str:
+        """The friction law that is integrated; empty where there is none."""
+        return next((effect.law for effect in self.friction_effects.values()), "")
+
+    @property
+    def pair(self) -> methods.Pair:
+        """What integrates its law by its method."""
+        return methods.pair_of(self.PAIRS, self.law, self.solver.backend)
+
     @model_validator(mode="after")
-    def _backend_can_do_it(self) -> Self:
-        backend, able = self.solver.backend, self.BACKENDS
+    def _law_and_method_go_together(self) -> Self:
+        backend, law = self.solver.backend, self.law
+        able = methods.methods_of(self.PAIRS)
         if backend not in able:
             article = "an" if self.kind[0] in "aeiou" else "a"
             raise inconsistent(
@@ -124,19 +151,26 @@ class Scenario(Params):
                 f"'{backend}' cannot do {article} {self.kind.replace('_', ' ')}; these can:"
                 f" {', '.join(able)}",
             )
-        if self.solver.step is not None and not methods.BACKENDS[backend].fixed_step:
-            fixed = [name for name in able if methods.BACKENDS[name].fixed_step]
+        fit = methods.methods_of(self.PAIRS, law)
+        if backend not in fit:
+            laws = [of for of, method in self.PAIRS if method == backend]
+            name = next(iter(self.friction_effects))
+            raise inconsistent(
+                ("solver", "backend"),
+                f"'{backend}' does not integrate the friction law '{law}'; take one of"
+                f" {', '.join(fit)} (--set solver.backend={fit[0]}), or law = '{laws[0]}'"
+                f" (--set effects.{name}.law={laws[0]})",
+            )
+        if self.solver.step is not None and not self.pair.fixed_step:
+            fixed = [
+                f"{method} with law '{of}'"
+                for (of, method), p in self.PAIRS.items()
+                if p.fixed_step
+            ]
             raise inconsistent(
                 ("solver", "step"),
-                f"'{backend}' chooses its steps by the tolerances; leave step out, give"
-                f" max_step, or take a backend with fixed steps: {', '.join(fixed) or 'none here'}",
-            )
-        if self.solver.transition_speed is not None and not methods.BACKENDS[backend].regularised:
-            smooth = [name for name in able if methods.BACKENDS[name].regularised]
-            raise inconsistent(
-                ("solver", "transition_speed"),
-                f"'{backend}' does not smooth friction; leave transition_speed out, or take a"
-                f" backend that does: {', '.join(smooth) or 'none here'}",
+                f"'{backend}' chooses its steps by the tolerances; leave step out, give max_step,"
+                f" or take what has fixed steps: {', '.join(fixed)}",
             )
         return self
 

@@ -23,22 +23,36 @@ class Setting(NamedTuple):
     ----------
     backend : str
     label : str
-        What tells it from others of its backend, "rtol 1e-5".
+        What tells it from others of its law and method, "rtol 1e-5".
     overrides : tuple of str
         `a.b=VALUE` each, as --set has them.
-    family : str
-        Those of one family are joined by a line in the diagram; empty for the backend.
+    law : str
+        Empty without friction.
+    laws : tuple of str
+        The overrides that set the law.
     """
 
     backend: str
     label: str
     overrides: tuple[str, ...]
-    family: str = ""
+    law: str = ""
+    laws: tuple[str, ...] = ()
 
     @property
     def line(self) -> str:
         """The name of the line in the diagram."""
-        return self.family or self.backend
+        return f"{self.backend}, {self.law}" if self.law else self.backend
+
+    @property
+    def all_overrides(self) -> tuple[str, ...]:
+        """What a user gives as --set to have this setting, the method apart."""
+        return (*self.laws, *self.overrides)
+
+    def with_law(self, law: str, scenario: "Scenario") -> "Setting":
+        """Return the setting with another friction law for all friction effects of a scenario."""
+        effects = scenario.friction_effects
+        laws = tuple(f"effects.{name}.law={law}" for name in effects)
+        return self._replace(law=law, laws=laws) if effects else self
 
 
 def with_overrides(scenario: "Scenario", overrides: Iterable[str]) -> "Scenario":

@@ -37,12 +37,13 @@ class SingleDofSimulation:
         self._settings, self._mechanism = scenario.solver, mechanism
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
         # Smoothed friction creeps where it should stick and has no limits that it must keep.
-        backend = methods.BACKENDS[scenario.solver.backend]
-        smoothed = backend.regularised and not mechanism.prescribed
-        self._set_valued = None if smoothed else mechanism.contact
-        self._resumable = not backend.integrator
+        contact, backend = mechanism.contact, scenario.solver.backend
+        law = "" if contact is None else contact.law
+        smoothed = law == methods.REGULARISED and not mechanism.prescribed
+        self._set_valued = None if smoothed else contact
+        self._resumable = methods.METHODS[backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
-        make_solver = solver_factory(scenario.solver.backend, mechanism.prescribed)
+        make_solver = solver_factory(backend, law, mechanism.prescribed)
         self._solver = make_solver(mechanism, scenario.solver, self._recording)
         self._width = SampleBuffer.COLUMNS + len(mechanism.energy_integrals)
         self.effects = mechanism.effects

@@ -1,6 +1,6 @@
 """The ways to integrate a mechanism of one coordinate.
 
-Each module has make_solver(mechanism, settings, recording), which returns a `Solver`: its run steps
+Each module has make_solver(mechanism, settings, buffer), which returns a `Solver`: its run steps
 the mechanism to settings.duration, fills the buffer with samples and transitions, and calls on_step
 along the way.
 """
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.methods import SINGLE_DOF, pair_of
 
 if TYPE_CHECKING:
     from frictionsim.solvers.base import Solver
@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 PRESCRIBED = "frictionsim.solvers.prescribed_motion"
 
 
-def solver_factory(name: str, prescribed: bool = False) -> Callable[..., "Solver"]:
-    """Import a backend and return its `make_solver`; the others stay unloaded."""
-    module = PRESCRIBED if prescribed else BACKENDS[name].module
+def solver_factory(method: str, law: str, prescribed: bool = False) -> Callable[..., "Solver"]:
+    """Import what integrates a law by a method; return its `make_solver`.
+
+    `law` is empty for a mechanism without dry friction.
+    """
+    module = PRESCRIBED if prescribed else pair_of(SINGLE_DOF, law, method).module
     make_solver: Callable[..., Any] = import_module(module).make_solver
     return make_solver

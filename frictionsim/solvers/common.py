@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
-from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.methods import METHODS
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State, Stepper
 
@@ -118,7 +118,7 @@ class ChatteringDetector:
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
             raise Chattering(
-                f"event storm at t = {t:.9g} s: {self._what} {len(times)} times within"
+                f"chattering at t = {t:.9g} s: {self._what} {len(times)} times within"
                 f" {t - times[0]:.2g} s; {self._advice}"
             )
         times.append(t)
@@ -132,7 +132,7 @@ def subject_of(mechanism: "Mechanism") -> str:
 
 def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
     """Return the integrator for a mechanism, with the settings of the scenario."""
-    integrator = BACKENDS[settings.backend].integrator
+    integrator = METHODS[settings.backend].scipy_class
     if integrator:
         from frictionsim.solvers.scipy_stepper import ScipyStepper  # scipy takes 0.3 s to import
 

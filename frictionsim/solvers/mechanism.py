@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping
 from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from frictionsim.scenario.friction_law import TRANSITION_SPEED
+
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
     from frictionsim.scenario.signals import Signal
@@ -39,6 +41,10 @@ class DryFriction(NamedTuple):
     critical_inputs : tuple of float
         Between two neighbours of these values of u, s moment(u, q, 0) - static_limit(u, q) is
         monotone in u for both directions s.
+    law : str
+        A name of `frictionsim.scenario.methods`.
+    transition_speed : float, rad/s
+        Of the regularised law.
     """
 
     name: str
@@ -46,6 +52,8 @@ class DryFriction(NamedTuple):
     kinetic_limit: Callable[[Value, Value, Value, Value], Value]
     roundoff: Callable[[Value, Value], Value]
     monotonicity_breaks: tuple[float, ...] = ()
+    law: str = "set-valued"
+    transition_speed: float = TRANSITION_SPEED
 
 
 class SwitchingSurface(NamedTuple):

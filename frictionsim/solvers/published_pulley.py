@@ -2,10 +2,11 @@
 
     I dw/dt = (-sign(w) r_k R + M) sign(|sign(|x| - x)| + |sign(w)|),   x = r_s - |M|/R
 
-It is here to show what it does; use `events` for results. At rest and beyond the static limit
-sign(0) = 0 takes all friction away for that evaluation. After the first motion a numerical step
-never hits w = 0 again, so that the static limit is out of use: where r_k R < |M| <= r_s R
-the body should stop and stay, and runs back instead; where |M| < r_k R it chatters about rest.
+It is here to show what it does; use the law `set-valued` for results. At rest and beyond the
+static limit sign(0) = 0 takes all friction away for that evaluation. After the first motion a
+numerical step never hits w = 0 again, so that the static limit is out of use: where
+r_k R < |M| <= r_s R the body should stop and stay, and runs back instead; where |M| < r_k R it
+chatters about rest.
 
 References
 ----------
@@ -38,8 +39,8 @@ CHATTERING_WINDOW = 1e-4
 CREEP_WINDOW = 1e-6
 
 ADVICE = (
-    "eq 30 chatters where it should stick; backend 'events' or 'rkf45' sticks, and a fixed"
-    " solver.step shows the chatter"
+    "eq 30 chatters where it should stick; law 'set-valued' sticks, and a fixed solver.step"
+    " shows the chatter"
 )
 
 

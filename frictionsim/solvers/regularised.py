@@ -4,8 +4,8 @@
 
 with Threlfall's curve F, see `friction_curve`. It is here to show what it costs: at
 rest the body creeps at about v_t M/(1.5 L_s), the time constant there is v_t I/(1.5 L_s), and
-the error of the motion is of the order of v_t. `regularised` steps it with our own integrator,
-the others with SciPy's. What counts as stick is |v| < v_t.
+the error of the motion is of the order of v_t. `rkf45` steps it with our own integrator, the
+other methods with SciPy's. What counts as stick is |v| < v_t.
 """
 
 from typing import TYPE_CHECKING
@@ -20,8 +20,6 @@ from frictionsim.solvers.runge_kutta_fehlberg import State
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
-
-TRANSITION_SPEED = 1e-3  # rad/s, where the scenario does not give it
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
@@ -45,7 +43,7 @@ class RegularisedSolver(Solver):
     ) -> None:
         super().__init__(mechanism, settings, buffer)
         self.contact = contact
-        self.speed = settings.transition_speed or TRANSITION_SPEED
+        self.speed = contact.transition_speed
         self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
 

@@ -315,7 +315,7 @@ class RungeKuttaFehlberg45:
         raise BudgetExceeded(
             f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; resume the"
             " run, give a larger solver.max_steps, or looser tolerances unless a short time"
-            " constant of the scenario, as inertia over drag, is what keeps the steps short"
+            " constant of the scenario, as inertia over damping, is what keeps the steps short"
         )
 
     def truncate(self, t: float) -> None:

@@ -8,8 +8,9 @@ order in the step, so that half of it is left in the second run (Richardson).
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from frictionsim.scenario.friction_law import TRANSITION_SPEED
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.variants import Setting, short, with_overrides
 from frictionsim.simulation.simulate import RunResult, run
 
@@ -81,10 +82,9 @@ def tighter(scenario: "Scenario") -> Setting:
     if atol > 0.0:  # a belt has none
         label += f", atol {short(atol)}"
         overrides.append(f"solver.atol={atol!r}")
-    if BACKENDS[solver.backend].regularised:
-        from frictionsim.solvers.regularised import TRANSITION_SPEED
-
-        speed = TIGHTER * (solver.transition_speed or TRANSITION_SPEED)
-        label += f", transition speed {short(speed)}"
-        overrides.append(f"solver.transition_speed={speed!r}")
+    for name, effect in scenario.friction_effects.items():
+        if scenario.law == REGULARISED:
+            speed = TIGHTER * (effect.transition_speed or TRANSITION_SPEED)
+            label += f", transition speed {short(speed)}"
+            overrides.append(f"effects.{name}.transition_speed={speed!r}")
     return Setting(solver.backend, label, tuple(overrides))

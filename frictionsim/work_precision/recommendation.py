@@ -31,7 +31,7 @@ class Advice(NamedTuple):
             return f"{goal}: none reached it"
         row = self.row
         return (
-            f"{goal}: {row.setting.backend} with {row.setting.label}, {1e3 * row.wall_seconds:.3g}"
+            f"{goal}: {row.setting.line} with {row.setting.label}, {1e3 * row.wall_seconds:.3g}"
             f" ms, error {row.error:.1e}"
         )
 

@@ -27,9 +27,10 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
         "recommendations": [
             {
                 "wanted": advice.wanted,
+                "law": advice.row.setting.law if advice.row else None,
                 "backend": advice.row.setting.backend if advice.row else None,
                 "setting": advice.row.setting.label if advice.row else None,
-                "overrides": list(advice.row.setting.overrides) if advice.row else None,
+                "overrides": list(advice.row.setting.all_overrides) if advice.row else None,
                 "sentence": advice.sentence,
             }
             for advice in advise(study.rows, study.floor)
@@ -39,9 +40,10 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
 
 def _row_json(row: "Row") -> dict[str, Any]:
     return {
+        "law": row.setting.law,
         "backend": row.setting.backend,
         "setting": row.setting.label,
-        "overrides": list(row.setting.overrides),
+        "overrides": list(row.setting.all_overrides),
         "status": row.status,
         "reason": row.reason,
         "error": finite(row.error),
@@ -71,9 +73,12 @@ def columns(study: "Study") -> list[Column]:
         return nan if value is None else float(value)
 
     found = [
-        Column("backend", "", "backend", [row.setting.backend for row in rows]),
-        Column("setting", "", "setting of the backend", [row.setting.label for row in rows]),
-        Column("overrides", "", "keys it sets", [" ".join(row.setting.overrides) for row in rows]),
+        Column("law", "", "friction law", [row.setting.law for row in rows]),
+        Column("backend", "", "integration method", [row.setting.backend for row in rows]),
+        Column("setting", "", "setting of the method", [row.setting.label for row in rows]),
+        Column(
+            "overrides", "", "keys it sets", [" ".join(row.setting.all_overrides) for row in rows]
+        ),
         Column("status", "", "done or failed", [row.status for row in rows]),
         Column("reason", "", "why it failed", [row.reason for row in rows]),
         Column("error", "1", "worst relative error", [known(row.error) for row in rows]),

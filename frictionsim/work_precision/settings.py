@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.scenario.loading import apply_override, resolved_toml, validate
-from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ RTOL_OF_SMOOTHED = 1e-6
 SAMPLES = 500  # of the runs that are judged
 WARM_UP_FRACTION = 1e-6  # of the duration
 # What a ladder sets is not what the scenario says.
-SET_BY_LADDERS = ("backend", "step", "transition_speed")
+SET_BY_LADDERS = ("backend", "step")
 
 
 class ScenarioVariants:
@@ -46,6 +46,9 @@ class ScenarioVariants:
         self._data: dict[str, Any] = tomllib.loads(resolved_toml(scenario))
         for key in SET_BY_LADDERS:
             self._data["solver"].pop(key, None)
+        for name, effect in scenario.friction_effects.items():
+            for key in effect.LAW_KEYS:
+                self._data["effects"][name].pop(key, None)
         self._duration = scenario.solver.duration
 
     def judged(self, setting: Setting) -> "Scenario":
@@ -67,7 +70,7 @@ class ScenarioVariants:
         data["solver"]["backend"] = setting.backend
         # Settings are compared sample by sample, and each has its own times of events.
         data["output"] = {"interval": interval, "at_events": False}
-        for override in setting.overrides:
+        for override in setting.all_overrides:
             apply_override(data, override)
         return validate(data, Path())
 
@@ -75,37 +78,48 @@ class ScenarioVariants:
 def ladders(
     scenario: "Scenario", tolerances: Iterable[float], mechanism: "Mechanism"
 ) -> list[Setting]:
-    """Return the settings of every backend that can do a mechanism of one coordinate.
+    """Return the settings of every law and method for a mechanism of one coordinate.
 
-    Tolerances for adaptive backends, steps for those of fixed steps, and for those that smooth
-    dry friction the speeds over which they do, at one tolerance.
+    Tolerances for adaptive methods, steps for those of fixed steps, and for the regularised law
+    the speeds over which it smooths friction, at one tolerance. Without dry friction, or where the
+    speed is given, there is no law and every method has its tolerances.
     """
-    smooth = mechanism.contact is not None and not mechanism.prescribed
+    if mechanism.contact is None or mechanism.prescribed:
+        names = methods_of(scenario.PAIRS)
+        return [with_tolerance(name, rtol) for name in names for rtol in tolerances]
     found: list[Setting] = []
-    for name in scenario.BACKENDS:
-        backend = BACKENDS[name]
-        if backend.fixed_step:
-            found += [_with_step(name, share * scenario.solver.duration) for share in STEPS]
-        elif backend.regularised and smooth:
-            speeds = SPEEDS_IF_IMPLICIT if backend.implicit else SPEEDS
-            found += [_with_speed(name, speed) for speed in speeds]
+    for (law, name), pair in scenario.PAIRS.items():
+        if pair.fixed_step:
+            rungs = [_with_step(name, share * scenario.solver.duration) for share in STEPS]
+        elif law == REGULARISED:
+            speeds = SPEEDS_IF_IMPLICIT if METHODS[name].implicit else SPEEDS
+            rungs = [_with_speed(name, speed, scenario) for speed in speeds]
         else:
-            found += [with_tolerance(name, rtol) for rtol in tolerances]
+            rungs = [with_tolerance(name, rtol) for rtol in tolerances]
+        found += [rung.with_law(law, scenario) for rung in rungs]
     return found
 
 
-def references(mechanism: "Mechanism", rtol: float) -> tuple[Setting, Setting]:
+def references(
+    scenario: "Scenario", mechanism: "Mechanism", rtol: float
+) -> tuple[Setting, Setting]:
     """Return two different methods for a mechanism of one coordinate."""
     smooth = mechanism.contact is None or mechanism.prescribed
     # Without a contact to solve for, `events` and `rkf45` are one method.
     other = "dop853" if smooth else "rkf45"
-    return with_tolerance("events", REFERENCE_OFFSET * rtol), with_tolerance(other, rtol)
+    first = with_tolerance("events", REFERENCE_OFFSET * rtol)
+    second = with_tolerance(other, rtol)
+    if smooth:
+        return first, second
+    return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
 
 
 def _with_step(backend: str, step: float) -> Setting:
     return Setting(backend, f"step {short(step)}", (f"solver.step={step:.12g}",))
 
 
-def _with_speed(backend: str, speed: float) -> Setting:
-    overrides = (*tolerance_overrides(RTOL_OF_SMOOTHED), f"solver.transition_speed={speed:g}")
-    return Setting(backend, f"speed {short(speed)}", overrides)
+def _with_speed(backend: str, speed: float, scenario: "Scenario") -> Setting:
+    speeds = (f"effects.{name}.transition_speed={speed:g}" for name in scenario.friction_effects)
+    return Setting(
+        backend, f"speed {short(speed)}", (*tolerance_overrides(RTOL_OF_SMOOTHED), *speeds)
+    )

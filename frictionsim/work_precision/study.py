@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import SolverError
 from frictionsim.results import failures
-from frictionsim.scenario.methods import BACKENDS
+from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Setting
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.simulation.wall_time import WallTimeLimit
@@ -132,7 +132,7 @@ class Benchmark:
             self._warm_up(setting, on_step)
             patience = self._max_wall * REFERENCE_TIME_FACTOR
             found = _run(self._variants.judged(setting), on_step, patience)
-            name = f"{setting.backend}, {setting.label}"
+            name = f"{setting.line}, {setting.label}"
             if found.status == "done":
                 runs.append(found)
                 names.append(name)
@@ -161,7 +161,7 @@ class Benchmark:
             if last.status == "done":
                 errors = metric_errors(self._metrics, judged, reference, duration)
         statistics = last.statistics
-        tells = BACKENDS[setting.backend].tells_rejected
+        tells = METHODS[setting.backend].tells_rejected
         return Row(
             setting=setting,
             status=last.status,
@@ -260,7 +260,7 @@ def study(
         show("references")
         reference = benchmark.reference(references, on_step)
         for number, setting in enumerate(settings, start=1):
-            show(f"{number} of {len(settings)}: {setting.backend}, {setting.label}")
+            show(f"{number} of {len(settings)}: {setting.line}, {setting.label}")
             rows.append(benchmark.row(setting, reference.outcome, on_step))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code

@@ -34,7 +34,8 @@ def pictures() -> None:
         command("plot", f"results/{name}.h5")
     target = "results/pulley_return_published.h5"
     scenario = "scenarios/pulley_return.toml"
-    command("solve", scenario, "--backend", "published", "-o", target, "--quiet")
+    law = ["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"]
+    command("solve", scenario, *law, "-o", target, "--quiet")
     command("plot", target)
 
 

@@ -28,7 +28,8 @@ from tests.support.scenarios import ROOT, SCENARIOS, pulley
 PULLEY = str(SCENARIOS / "pulley.toml")
 LOAD = 2224.1  # N, of the shipped pulley
 CHATTERING = [
-    *["--backend", "published", "--set", "solver.duration=12"],
+    *["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"],
+    *["--set", "solver.duration=12"],
     *["--set", f"drive.force={{sine={{mean={LOAD}, amplitude=500, frequency_hz=0.2}}}}"],
 ]
 FOLDER = ".: cannot read this result: this is a folder; give the name of a result file"
@@ -179,7 +180,7 @@ def test_json_is_one_object_with_the_documented_keys(
     assert all(isinstance(statistics[key], int) for key in statistics.keys() - seconds)
     assert statistics["wall_seconds"] > 0.0
     assert statistics["compile_seconds"] == 0.0
-    assert found["effects"] == ["shaft_friction", "air_drag"]
+    assert found["effects"] == ["shaft_friction", "viscous_damping"]
     assert found["audit"].keys() == {
         "energy_balance",
         "friction_law",
@@ -211,7 +212,9 @@ def test_check_goes_through_all_files_and_writes_none(
     Path("bad.toml").write_text('kind = "puley"\n')
     assert run_command_line(["check", PULLEY, "bad.toml", "none.toml", PULLEY]) == 2
     said = capsys.readouterr()
-    assert said.out == f"{PULLEY}: ok; effects shaft_friction, air_drag; backend events\n" * 2
+    assert (
+        said.out == f"{PULLEY}: ok; effects shaft_friction, viscous_damping; backend events\n" * 2
+    )
     assert said.err.splitlines() == [
         "frictionsim: bad.toml:1: kind: unknown kind 'puley' (did you mean 'pulley'?)",
         "frictionsim: none.toml: cannot read this scenario: No such file or directory",
@@ -442,7 +445,7 @@ def test_a_signal_keeps_the_samples_and_ends_with_its_code(
     force = 3000.0
     scenario = pulley(
         drive__force=force,
-        effects__air_drag=None,
+        effects__viscous_damping=None,
         solver={"backend": "rkf45", "duration": 1000.0, "max_step": 1e-5},
         output__interval=0.001,
     )

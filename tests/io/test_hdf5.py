@@ -132,7 +132,7 @@ def test_events_are_the_transitions_of_the_run(done: RunResult, result: Path) ->
     ("effect", "channels"),
     [
         ("shaft_friction", {"friction_torque", "mode", "energy_friction"}),
-        ("air_drag", {"energy_damping"}),
+        ("viscous_damping", {"energy_damping"}),
     ],
 )
 def test_an_effect_that_is_off_has_no_channel(

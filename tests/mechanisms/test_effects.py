@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.scenarios import mechanism_of, pulley, simulate
+from tests.support.scenarios import mechanism_of, pulley, simulate, with_method
 
 BARE = {
     "angle",
@@ -17,16 +17,21 @@ BARE = {
 }
 OF_EFFECT = {
     "shaft_friction": {"friction_torque", "mode", "energy_friction"},
-    "air_drag": {"energy_damping"},
+    "viscous_damping": {"energy_damping"},
 }
-AUDITS = {"shaft_friction": {"friction_law", "dissipation_sign", "stick_drift"}, "air_drag": set()}
+AUDITS = {
+    "shaft_friction": {"friction_law", "dissipation_sign", "stick_drift"},
+    "viscous_damping": set(),
+}
 
 
-@pytest.mark.parametrize("named", [(), ("air_drag",), ("shaft_friction",), tuple(OF_EFFECT)])
-@pytest.mark.parametrize("backend", ["events", "rkf45", "published"])
-def test_only_named_effects_leave_a_trace(named: tuple[str, ...], backend: str) -> None:
+@pytest.mark.parametrize("named", [(), ("viscous_damping",), ("shaft_friction",), tuple(OF_EFFECT)])
+@pytest.mark.parametrize(
+    ("law", "backend"), [("set-valued", "events"), ("set-valued", "rkf45"), ("published", "rkf45")]
+)
+def test_only_named_effects_leave_a_trace(named: tuple[str, ...], law: str, backend: str) -> None:
     left_out = {f"effects__{name}": None for name in OF_EFFECT if name not in named}
-    run = simulate(pulley(solver__backend=backend, **left_out))
+    run = simulate(with_method(pulley(**left_out), law, backend))
     assert run.status == "done"
     assert set(run.effects) == set(named)
     # Angle, velocity, the work of the force, and one kind of heat for each effect.
@@ -43,8 +48,8 @@ def test_a_scenario_without_effects_has_no_term_of_theirs() -> None:
 
 
 def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
-    absent = simulate(pulley(effects__air_drag=None))
-    zero = simulate(pulley(effects__air_drag={"coefficient": 0.0}))
+    absent = simulate(pulley(effects__viscous_damping=None))
+    zero = simulate(pulley(effects__viscous_damping={"coefficient": 0.0}))
     assert np.array_equal(absent.time, zero.time)
     assert zero.channels.keys() - absent.channels.keys() == {"energy_damping"}
     for name, channel in absent.channels.items():

@@ -272,7 +272,7 @@ def test_steady_speed_balances_motor_load_and_friction() -> None:
         machine(
             drive={"motor": motor},
             effects__gravity=None,
-            effects__air_drag={"coefficient": 0.02},
+            effects__viscous_damping={"coefficient": 0.02},
             solver__duration=3.0,
         )
     )

@@ -65,7 +65,7 @@ def scenarios(draw: st.DrawFn, force: Any = forces) -> Scenario:
         }
     }
     if draw(st.booleans()):
-        effects["air_drag"] = {"coefficient": draw(st.floats(0.0, 5.0))}
+        effects["viscous_damping"] = {"coefficient": draw(st.floats(0.0, 5.0))}
     return {
         "kind": "pulley",
         "mechanism": {
@@ -161,8 +161,10 @@ def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
     """(r, r_e, I, b) -> a (r, r_e, I, b) leaves the motion as it is."""
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
     effects = {"shaft_friction": friction | {"shaft_radius": friction["shaft_radius"] * a}}
-    if "air_drag" in data["effects"]:
-        effects["air_drag"] = {"coefficient": data["effects"]["air_drag"]["coefficient"] * a}
+    if "viscous_damping" in data["effects"]:
+        effects["viscous_damping"] = {
+            "coefficient": data["effects"]["viscous_damping"]["coefficient"] * a
+        }
     scaled = data | {
         "mechanism": geometry
         | {"cord_radius": geometry["cord_radius"] * a, "inertia": geometry["inertia"] * a},
@@ -187,8 +189,8 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
     """t -> a t, I -> a^2 I, b -> a b leaves the angle as it is."""
     times = [0.3 * i for i in range(len(values))]
     effects = dict(data["effects"])
-    if "air_drag" in effects:
-        effects["air_drag"] = {"coefficient": effects["air_drag"]["coefficient"] * a}
+    if "viscous_damping" in effects:
+        effects["viscous_damping"] = {"coefficient": effects["viscous_damping"]["coefficient"] * a}
     scaled = with_points(data, [a * t for t in times], values, duration=2.0 * a) | {
         "mechanism": data["mechanism"] | {"inertia": data["mechanism"]["inertia"] * a * a},
         "effects": effects,
@@ -286,7 +288,7 @@ def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
         "drive": data["drive"] | {"force": force, "direction": "vertical"},
         "effects": {
             "shaft_friction": friction,
-            "air_drag": {"coefficient": drag},
+            "viscous_damping": {"coefficient": drag},
         },
         "solver": {"duration": 30.0},
     }

@@ -71,7 +71,10 @@ EDITS = [
     ("_friction -> _frict", ":8: effects.shaft_frict: unknown ... mean 'shaft_friction'?)"),
     ("[solver] -> [[solver]]", ":12: solver: expected a table, got a list of 1"),
     ('duration = 3.0 -> backend = "event"', ":13: solver.backend: unknown ... mean 'events'?)"),
-    ("3.0 -> 3.0\nstep = 0.1", ":14: solver.step: ... take a backend with fixed steps: published"),
+    (
+        "3.0 -> 3.0\nstep = 0.1",
+        ":14: solver.step: ... what has fixed steps: rkf45 with law 'published'",
+    ),
     (f"{OUTPUT}'angle'", ":15: output.channels: expected a list of names in brackets, got 'angle'"),
     (f"{OUTPUT}[1]", ":15: output.channels.0: expected text in quotes, got 1"),
     (f"{OUTPUT}['angel']", ":15: output.channels: unknown channel 'angel' (did you mean 'angle'?)"),
@@ -257,8 +260,8 @@ def test_a_key_behind_a_signal_of_many_lines_keeps_its_line() -> None:
         ('title="two words"', "title", "two words"),
         ("drive.force.value.1=7", "drive.force.value", (80.0, 7.0)),
         ("drive.force=7", "drive.force", 7.0),
-        ("effects.air_drag.coefficient=2", "effects.air_drag.coefficient", 2.0),
-        ("effects.air_drag={coefficient=2}", "effects.air_drag.coefficient", 2.0),
+        ("effects.viscous_damping.coefficient=2", "effects.viscous_damping.coefficient", 2.0),
+        ("effects.viscous_damping={coefficient=2}", "effects.viscous_damping.coefficient", 2.0),
     ],
 )
 def test_an_override_goes_over_the_file(
@@ -287,7 +290,10 @@ def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path
         ("drive.force.value.2=1", " ...: 'drive.force.value' is a list of 2, from 0"),
         ("mechanism.load=-1", ": mechanism.load: expected a number of at least 0 N, got -1"),
         ("mechanism.lod=1", ": mechanism.lod: unknown key 'lod' (did you mean 'load'?)"),
-        ("effects.air_drg.x=1", ": effects.air_drg: unknown ... (did you mean 'air_drag'?)"),
+        (
+            "effects.viscous_dampng.x=1",
+            ": effects.viscous_dampng: unknown ... (did you mean 'viscous_damping'?)",
+        ),
     ],
 )
 def test_a_wrong_override_is_a_fault_of_the_option(

@@ -22,7 +22,12 @@ from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
-CHATTER = {"solver__backend": "published", "solver__step": 1e-3, "effects__air_drag": None}
+CHATTER = {
+    "effects__shaft_friction__law": "published",
+    "solver__backend": "rkf45",
+    "solver__step": 1e-3,
+    "effects__viscous_damping": None,
+}
 
 
 def stopping(after: int) -> Callable[[float], None]:
@@ -295,7 +300,7 @@ def test_a_scenario_that_is_no_longer_valid_is_refused(
 
 def test_the_state_of_another_scenario_is_refused(stopped: Path) -> None:
     state = hdf5_reader.read_checkpoint(stopped).state
-    for other in (pulley(solver__backend="rkf45"), pulley(effects__air_drag=None)):
+    for other in (pulley(solver__backend="rkf45"), pulley(effects__viscous_damping=None)):
         with pytest.raises(InputError, match="its checkpoint is not of this scenario: "):
             run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
 

@@ -65,7 +65,7 @@ def final_angle_by_fixed_steps(count: int) -> float:
     buffer = SampleBuffer(SampleTimes(end, end))
     # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
     solver = SolverSettings(duration=end, step=end / count)
-    solver_factory("events")(mechanism, solver, buffer).run(lambda t: None)
+    solver_factory("events", "set-valued")(mechanism, solver, buffer).run(lambda t: None)
     assert len(buffer.transitions) == 7
     return buffer.rows[-SampleBuffer.COLUMNS - len(mechanism.energy_integrals) + 2]
 

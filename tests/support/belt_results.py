@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.results import Channel, Check, Quantity
+from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import RunResult, SolverStatistics
 
@@ -35,7 +36,7 @@ CHANNELS = {
 class BeltResultScenario(Scenario):
     """A scenario of kind `belt_drive` as data."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = ("events",)
+    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["belt_drive"]

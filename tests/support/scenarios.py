@@ -22,6 +22,7 @@ GOLDEN = ROOT / "tests" / "golden"
 
 
 Scenario = dict[str, Any]
+FRICTION_EFFECTS = {"shaft_friction", "hinge_friction", "rolling_friction", "belt_friction"}
 
 
 def pulley(**changes: Any) -> Scenario:
@@ -42,6 +43,14 @@ def changed(data: Scenario, **changes: Any) -> Scenario:
             table.pop(last, None)
         else:
             table[last] = value
+    return data
+
+
+def with_method(data: Scenario, law: str, backend: str) -> Scenario:
+    """Return scenario data with a friction law, in its friction effects if any, and a method."""
+    data = changed(data, solver__backend=backend)
+    for name in (data.get("effects") or {}).keys() & FRICTION_EFFECTS:
+        data["effects"][name]["law"] = law
     return data
 
 

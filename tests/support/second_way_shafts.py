@@ -83,8 +83,10 @@ def pulley(record: Record) -> dict[str, Seen]:
     seen["energy_input"] = integral(time, force * arm * velocity)
     seen["energy_kinetic"] = energy(0.5 * geometry["inertia"] * float(velocity[-1]) ** 2)
     seen["energy_potential"] = energy(load * arm * float(record.channels["angle"][-1]))
-    if "air_drag" in effects:
-        seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
+    if "viscous_damping" in effects:
+        seen["energy_damping"] = integral(
+            time, effects["viscous_damping"]["coefficient"] * velocity**2
+        )
     if "shaft_friction" in effects:
         seen |= of_stick_and_slip(record)
         vertical = scenario["drive"]["direction"] == "vertical"
@@ -168,7 +170,7 @@ class Machine:
 
     def torques(self, radius: float, delta: float) -> tuple[float | None, float]:
         """Return the pinion torques to lift and to hold at a place, by bisection, N m."""
-        k, moment, weight = self.ratio, self.applied_torque(delta), self.weight(delta)
+        k, moment, weight = self.ratio, self.moment(delta), self.weight(delta)
         size = (moment + radius * weight) / k or 1.0
 
         def friction(torque: float) -> float:
@@ -205,9 +207,7 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         return Seen(value, rounding)
 
     deltas = np.linspace(inside, machine.pitch - inside, 2001)
-    surplus = [
-        machine.applied_torque(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))
-    ]
+    surplus = [machine.moment(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
     quantities = {
         "torque_to_lift": seen(lift),
         "torque_to_hold": seen(hold),
@@ -239,9 +239,9 @@ def machine_statics(scenario: Table) -> dict[str, Seen]:
     """Return what is known of the machine at rest."""
     machine = Machine(scenario)
     inside, half = 1e-9 * machine.pitch, 0.5 * machine.pitch
-    worst = -least(lambda delta: -machine.applied_torque(delta), inside, machine.pitch - inside)
+    worst = -least(lambda delta: -machine.moment(delta), inside, machine.pitch - inside)
     return machine_at_rest(scenario) | {
-        "load_torque_at_transfer": Seen(machine.applied_torque(0.0), ROUNDING * worst),
+        "load_torque_at_transfer": Seen(machine.moment(0.0), ROUNDING * worst),
         "load_torque_worst": closed(worst),
         "angle_of_the_worst": closed(half),
         "friction_radius_static": closed(shaft_of(scenario)[0]),
@@ -275,8 +275,10 @@ def marble_machine(record: Record) -> dict[str, Seen]:
     seen["energy_kinetic"] = energy(0.5 * machine.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
         seen["energy_potential"] = _lifted(record, machine)
-    if "air_drag" in effects:
-        seen["energy_damping"] = integral(time, effects["air_drag"]["coefficient"] * velocity**2)
+    if "viscous_damping" in effects:
+        seen["energy_damping"] = integral(
+            time, effects["viscous_damping"]["coefficient"] * velocity**2
+        )
     if "shaft_friction" in effects:
         seen |= of_stick_and_slip(record)
         inert = machine.motor_inertia * machine.ratio * record.channels["angular_acceleration"]

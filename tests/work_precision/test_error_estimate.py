@@ -16,17 +16,24 @@ EXACT = simulate(pulley(solver__rtol=1e-13, solver__atol=1e-15)).quantities
 
 
 @pytest.mark.parametrize(
-    ("name", "solver"),
+    ("name", "law", "solver"),
     [
-        ("final_angle", {"backend": "events", "rtol": 1e-5, "atol": 1e-8}),
-        ("energy_friction", {"backend": "rkf45", "rtol": 1e-6, "atol": 1e-9}),
-        ("breakaway_time", {"backend": "lsoda", "rtol": 1e-6, "atol": 1e-9}),
-        ("final_angle", {"backend": "regularised", "transition_speed": 1e-2, "rtol": 1e-6}),
-        ("breakaway_time", {"backend": "published", "step": 1e-3}),
+        ("final_angle", "set-valued", {"backend": "events", "rtol": 1e-5, "atol": 1e-8}),
+        ("energy_friction", "set-valued", {"backend": "rkf45", "rtol": 1e-6, "atol": 1e-9}),
+        ("breakaway_time", "regularised", {"backend": "lsoda", "rtol": 1e-6, "atol": 1e-9}),
+        ("final_angle", "regularised", {"backend": "rkf45", "rtol": 1e-6}),
+        ("breakaway_time", "published", {"backend": "rkf45", "step": 1e-3}),
     ],
 )
-def test_the_estimate_is_near_the_error(name: str, solver: dict[str, Any]) -> None:
-    run = simulate(pulley(**{f"solver__{key}": value for key, value in solver.items()}))
+def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, Any]) -> None:
+    data = pulley(
+        **{f"solver__{key}": value for key, value in solver.items()},
+        effects__shaft_friction__law=law,
+        effects__shaft_friction__transition_speed=1e-2
+        if name == "final_angle" and law == "regularised"
+        else None,
+    )
+    run = simulate(data)
     error = abs((run.quantities[name].value or 0.0) - (EXACT[name].value or 0.0))
     found = estimate(run, lambda t: None).errors[name]
     # Where a switch falls within a step decides on a factor of two; a second run that is not

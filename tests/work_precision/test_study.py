@@ -18,6 +18,7 @@ from frictionsim.errors import Interrupted, SolverError
 from frictionsim.results import Metric, Quantity, Transition
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load, validate
+from frictionsim.scenario.methods import SCIPY
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
 from frictionsim.work_precision.errors import Error, metric_errors
@@ -25,7 +26,7 @@ from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, Row, Study, study
 from tests.support.problems import RAMP
-from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate
+from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate, with_method
 
 PULLEY, RETURN = (str(SCENARIOS / f"{name}.toml") for name in ("pulley", "pulley_return"))
 
@@ -39,7 +40,7 @@ def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> 
     scenario = load(Path(path))
     mechanism = mechanism_module(scenario.kind).build(scenario)
     found = settings.ladders(scenario, TOLERANCES, mechanism) if chosen is None else chosen
-    references = settings.references(mechanism, 1e-12)
+    references = settings.references(scenario, mechanism, 1e-12)
     arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "on_step": ignore, "show": ignore}
     metrics = mechanism_module(scenario.kind).METRICS
     return study(scenario, found, references, metrics, **{**arguments, **options})
@@ -118,13 +119,13 @@ def of_return() -> dict[str, list[float | None]]:
     """The errors on the return profile, by backend, from the loosest to the tightest setting."""
     found: dict[str, list[float | None]] = {}
     for r in study_of(RETURN).rows:
-        found.setdefault(r.setting.backend, []).append(r.error)
+        found.setdefault(r.setting.line, []).append(r.error)
     return found
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_the_error_falls_with_the_tolerance(backend: str, of_return: Any) -> None:
-    errors = of_return[backend]
+    errors = of_return[f"{backend}, set-valued"]
     # From one rung to the next the tolerance falls by 100, and the error follows it.
     assert all(fine < 0.2 * coarse for coarse, fine in pairwise(errors))
     assert errors[-1] < 1e-12
@@ -132,12 +133,12 @@ def test_the_error_falls_with_the_tolerance(backend: str, of_return: Any) -> Non
 
 def test_eq_30_does_not_converge(of_return: Any) -> None:
     # It runs back where it should stay: other events, and the angle is off by 58 % of the way.
-    assert of_return["published"] == [1.0, 1.0, 1.0]
+    assert of_return["rkf45, published"] == [1.0, 1.0, 1.0]
 
 
-@pytest.mark.parametrize("backend", ["regularised", "rk45", "dop853", "radau", "bdf", "lsoda"])
+@pytest.mark.parametrize("backend", ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda"])
 def test_smoothed_friction_converges_with_its_speed(backend: str, of_return: Any) -> None:
-    errors = of_return[backend]
+    errors = of_return[f"{backend}, regularised"]
     # By 10 in speed: at first order 10, where the breakaway decides 10^(2/3) = 4.6.
     assert all(fine < coarse / 4.0 for coarse, fine in pairwise(errors))
     assert errors[0] < 0.02
@@ -147,7 +148,7 @@ def test_the_references_are_as_exact_as_they_say() -> None:
     scenario = validate(pulley(solver__duration=5.0), SCENARIOS)
     metrics = (Metric("final_angle", "quantity", "final_angle"),)
     benchmark = Benchmark(ScenarioVariants(scenario), metrics, 60.0, 1)
-    names = settings.references(mechanism_module("pulley").build(scenario), 1e-12)
+    names = settings.references(scenario, mechanism_module("pulley").build(scenario), 1e-12)
     reference = benchmark.reference(names, ignore)
     exact = RAMP[3][1]
     error = abs((reference.outcome.quantities["final_angle"].value or 0.0) / exact - 1.0)
@@ -161,11 +162,10 @@ COUNTS = GOLDEN / "pulley_cost.json"
 
 def test_counts_are_the_golden_ones(request: pytest.FixtureRequest) -> None:
     """Those of our own integrator; SciPy's change with its version."""
-    own = ("events", "rkf45", "published", "regularised")
-    chosen = [s for s in ladders_of(PULLEY) if s.backend in own]
+    chosen = [s for s in ladders_of(PULLEY) if s.backend in ("events", "rkf45")]
     rows = study_of(PULLEY, chosen).rows
     statistics = {
-        f"{r.setting.backend}, {r.setting.label}": [r.steps, r.rejected, r.rhs_evaluations]
+        f"{r.setting.line}, {r.setting.label}": [r.steps, r.rejected, r.rhs_evaluations]
         for r in rows
     }
     if request.config.getoption("--update-golden"):
@@ -195,7 +195,7 @@ def test_counts_are_those_of_a_run_without_samples_between() -> None:
 
 
 def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
-    scenario = validate(pulley(solver__backend="published", solver__step=1e-2), SCENARIOS)
+    scenario = validate(with_method(pulley(solver__step=1e-2), "published", "rkf45"), SCENARIOS)
     variant = ScenarioVariants(scenario).judged(with_tolerance("events", 1e-5))
     assert (variant.solver.backend, variant.solver.step, variant.solver.rtol) == (
         *("events", None),
@@ -208,18 +208,22 @@ def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
 def test_without_friction_the_references_are_still_two_methods() -> None:
     scenario = validate(pulley(effects=None), SCENARIOS)
     mechanism = mechanism_module("pulley").build(scenario)
-    names = [setting.backend for setting in settings.references(mechanism, 1e-12)]
+    names = [setting.backend for setting in settings.references(scenario, mechanism, 1e-12)]
     assert names == ["events", "dop853"]
     found = settings.ladders(scenario, (1e-4,), mechanism)
-    smooth = [setting.label for setting in found if setting.backend != "published"]
-    assert smooth == ["rtol 1e-4"] * 8
+    assert [(s.line, s.label) for s in found] == [
+        (name, "rtol 1e-4") for name in ("events", "rkf45", *SCIPY)
+    ]
 
 
 # --- what goes wrong -----------------------------------------------------------------------
 
 
 def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
-    few = Setting("rk45", "few", ("solver.max_steps=20",))
+    few = Setting(
+        *("rk45", "few", ("solver.max_steps=20",), "regularised"),
+        ("effects.shaft_friction.law=regularised",),
+    )
     found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
     assert [r.status for r in found.rows] == ["failed", "done"]
     assert found.rows[0].reason.startswith("20 steps are spent at t = ")
@@ -227,7 +231,10 @@ def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
 
 
 def test_a_run_that_takes_too_long_is_reported() -> None:
-    slow = Setting("published", "tiny steps", ("solver.step=1e-5",))
+    slow = Setting(
+        *("rkf45", "tiny steps", ("solver.step=1e-5",), "published"),
+        ("effects.shaft_friction.law=published",),
+    )
     scenario = load(Path(PULLEY))
     benchmark = Benchmark(ScenarioVariants(scenario), mechanism_module("pulley").METRICS, 1e-3, 1)
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
@@ -332,7 +339,10 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
     assert (done.returncode, done.stderr) == (0, "")
     told = json.loads(done.stdout)
     assert [s["setting"] for s in told["settings"][:2]] == ["rtol 1e-4", "rtol 1e-8"]
-    assert told["settings"][0]["overrides"] == ["solver.rtol=0.0001", "solver.atol=1e-07"]
+    assert told["settings"][0]["overrides"] == [
+        "effects.shaft_friction.law=set-valued",
+        *("solver.rtol=0.0001", "solver.atol=1e-07"),
+    ]
     assert told["recommendations"][0]["backend"] == "events"
     assert told["references"] == ["events, rtol 5e-10", "rkf45, rtol 1e-9"]
     errors = [s["error"] for s in told["settings"]]
@@ -353,24 +363,29 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
 def test_the_table_has_a_line_for_each_setting_and_the_advice(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    arguments = ["cost", PULLEY, "--backends", "events,published", "--tolerances", "1e-4"]
+    arguments = ["cost", PULLEY, "--laws", "set-valued,published", "--tolerances", "1e-4"]
     assert run_command_line([*arguments, "--repeats", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[1] == "reference: events, rtol 5e-6 and rkf45, rtol 1e-5"
-    assert [line.split()[0] for line in lines[5:9]] == ["events", *["published"] * 3]
-    assert [line[:10] for line in lines[9:]] == ["for 1 %: e", "for 0.1 %:", "for 0.01 %"]
+    assert lines[1] == ("reference: events, set-valued, rtol 5e-6 and rkf45, set-valued, rtol 1e-5")
+    rows = [tuple(line.split()[:2]) for line in lines[5:10]]
+    exact = [("set-valued", "events"), ("set-valued", "rkf45")]
+    assert rows == [*exact, *[("published", "rkf45")] * 3]
+    assert [line[:10] for line in lines[10:]] == ["for 1 %: e", "for 0.1 %:", "for 0.01 %"]
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
 def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None:
     from frictionsim.plots.work_precision import draw
 
-    few = Setting("rk45", "few", ("solver.max_steps=20",))
+    few = Setting(
+        *("rk45", "few", ("solver.max_steps=20",), "regularised"),
+        ("effects.shaft_friction.law=regularised",),
+    )
     found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
     draw(found, tmp_path / f"a{suffix}")
     draw(found._replace(rows=[], reference=None), tmp_path / f"b{suffix}")
     if suffix == ".svg":
-        assert "<!-- rk45: 1 failed -->" in (tmp_path / "a.svg").read_text()
+        assert "<!-- rk45, regularised: 1 failed -->" in (tmp_path / "a.svg").read_text()
 
 
 # --- a kind with ladders of its own ----------------------------------------------------------
@@ -380,13 +395,13 @@ def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
     scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
     kind = mechanism_module("belt_drive")
     found = kind.ladders(scenario, TOLERANCES)
-    lines = ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda", "moreau", "rkf45, smoothed"]
+    lines = [f"{name}, set-valued" for name in ("rkf45", *SCIPY, "moreau")]
+    lines.append("rkf45, regularised")
     assert list(dict.fromkeys(s.line for s in found)) == lines
     for setting in found:
         variant = ScenarioVariants(scenario).timed(setting)
         assert variant.solver.backend == setting.backend
-        law = "regularised" if setting.family else "set-valued"
-        assert variant.effects.belt_friction.law == law  # type: ignore[attr-defined]
+        assert variant.effects.belt_friction.law == setting.law  # type: ignore[attr-defined]
     chosen = [setting for setting in found if setting.backend == "moreau"]
     references = kind.references(scenario, 1e-12)
     done = study(scenario, chosen, references, kind.METRICS, 60.0, 1, ignore, ignore)

@@ -13,7 +13,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import CENTRE_X, CENTRE_Y,
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.results import SimulationResult
-from frictionsim.scenario import methods
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mismatch, require_array
 from frictionsim.solvers.common import SampleTimes
 
@@ -42,7 +41,7 @@ class BeltDrive:
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._kinks = _kinks(scenario)
         self._observer = Observer(scenario, self._model)
-        module = import_module(methods.BELT[scenario.solver.backend])
+        module = import_module(scenario.pair.module)
         self._stepper = module.BeltStepper(self._model, scenario.solver)
         self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False

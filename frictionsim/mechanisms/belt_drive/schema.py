@@ -16,6 +16,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     belt_path,
 )
 from frictionsim.results import Channel
+from frictionsim.scenario.methods import BELT, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
@@ -210,10 +211,7 @@ class BeltSolverSettings(SolverSettings):
 class BeltDriveScenario(Scenario):
     """A scenario of kind `belt_drive`."""
 
-    BACKENDS: ClassVar[tuple[str, ...]] = (
-        *("rkf45", "moreau"),
-        *("rk45", "dop853", "radau", "bdf", "lsoda"),
-    )
+    PAIRS: ClassVar[Pairs] = BELT
     CHANNELS: ClassVar = CHANNELS
 
     kind: Literal["belt_drive"]
@@ -248,17 +246,6 @@ class BeltDriveScenario(Scenario):
         if patch.end > length:
             raise inconsistent(
                 ("effects", "patch", "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _backend_can_do_the_law(self) -> Self:
-        friction = self.effects.belt_friction
-        if self.solver.backend == "moreau" and friction and friction.law != "set-valued":
-            raise inconsistent(
-                ("effects", "belt_friction", "law"),
-                f"'moreau' solves for the impulses of set-valued friction; '{friction.law}' takes"
-                " backend = 'rkf45'",
             )
         return self
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from frictionsim.results import ENERGY_BALANCE, Metric
+from frictionsim.scenario.methods import REGULARISED, SCIPY, SET_VALUED
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -28,7 +29,6 @@ TOLERANCES = (1e-2, 1e-3, 1e-4)  # tighter ones cost, and tell nothing more
 REFERENCE_TOLERANCE = 1e-6
 PARTS = (1, 2, 4)  # of the longest stable step
 REFERENCE_PART = 16
-OF_SCIPY = ("rk45", "dop853", "radau", "bdf", "lsoda")
 SCIPY_TOLERANCES = (1e-2, 1e-3)
 SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a second
 
@@ -38,26 +38,25 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
     from frictionsim.scenario.variants import Setting, short
 
     found = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
-    found += [_with_rtol(name, rtol) for name in OF_SCIPY for rtol in SCIPY_TOLERANCES]
+    found += [_with_rtol(name, rtol) for name in SCIPY for rtol in SCIPY_TOLERANCES]
     step_limit = _default_step(scenario)
     found += [_with_step(step_limit, part) for part in PARTS]
-    friction = scenario.effects.belt_friction
-    if friction is None or friction.law != "set-valued":
+    found = [setting.with_law(SET_VALUED, scenario) for setting in found]
+    if scenario.effects.belt_friction is None:
         return found
     for speed in SPEEDS:
-        law = (
-            "effects.belt_friction.law=regularised",
-            f"effects.belt_friction.transition_speed={speed:g}",
-            *_with_rtol("rkf45", TOLERANCES[-1]).overrides,
-        )
-        found.append(Setting("rkf45", f"smoothed {short(speed)}", law, "rkf45, smoothed"))
+        smoothed = f"effects.belt_friction.transition_speed={speed:g}"
+        overrides = (smoothed, *_with_rtol("rkf45", TOLERANCES[-1]).overrides)
+        setting = Setting("rkf45", f"speed {short(speed)}", overrides)
+        found.append(setting.with_law(REGULARISED, scenario))
     return found
 
 
 def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Setting]":
     """Return the adaptive method and short fixed steps."""
     adaptive = _with_rtol("rkf45", max(rtol, REFERENCE_TOLERANCE))
-    return adaptive, _with_step(_default_step(scenario), REFERENCE_PART)
+    fixed = _with_step(_default_step(scenario), REFERENCE_PART)
+    return adaptive.with_law(SET_VALUED, scenario), fixed.with_law(SET_VALUED, scenario)
 
 
 def tighter(scenario: "BeltDriveScenario") -> "Setting | None":

@@ -27,7 +27,7 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -93,6 +93,8 @@ class CoefficientsTable(Params):
 
 class BeltFrictionTable(CoefficientsTable):
     """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
+
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
 
     law: Literal["set-valued", "regularised", "creep"] = "set-valued"
     transition_speed: float | None = unit_field("m/s", None, gt=0)

@@ -49,7 +49,7 @@ class _BeltStepper(ScipyStepper):
     """A method of SciPy that evaluates a compiled right-hand side."""
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
-        method = methods.BACKENDS[settings.backend].integrator
+        method = methods.METHODS[settings.backend].scipy_class
         super().__init__(
             method,
             rtol=MIN_RTOL,

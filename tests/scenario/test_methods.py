@@ -1,0 +1,157 @@
+"""Friction laws and integration methods: every pair is run or refused, and old names are told."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.scenario.loading import ValidationFailure, load, validate
+from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
+
+SHIPPED = {
+    "pulley": "pulley",
+    "marble_machine": "marble_machine",
+    "epicyclic": "epicyclic",
+    "belt_drive": "belt_verification",
+}
+# What a law cannot do without.
+PARAMETERS: dict[str, dict[str, Any]] = {
+    "regularised": {"transition_speed": 0.1},
+    "creep": {"transition_speed": 0.1, "maximum_creep": 1e-6},
+}
+
+
+def of_kind(kind: str, law: str, backend: str) -> Scenario:
+    """Return the shipped scenario of a kind with a law and a method."""
+    shipped = load(SCENARIOS / f"{SHIPPED[kind]}.toml")
+    data = shipped.model_dump(by_alias=True, exclude_none=True)
+    for key in ("step", "max_step"):
+        data["solver"].pop(key, None)
+    data = with_method(data, law, backend)
+    for name in shipped.friction_effects:
+        for key in ("transition_speed", "maximum_creep"):
+            data["effects"][name].pop(key, None)
+        data["effects"][name] |= PARAMETERS.get(law, {})
+    return data
+
+
+@pytest.mark.parametrize(("kind", "law", "backend"), [*product(KINDS, LAWS, METHODS)])
+def test_a_law_and_a_method_go_together_or_the_error_lists_what_does(
+    kind: str, law: str, backend: str
+) -> None:
+    pairs = mechanism_module(kind).SCENARIO.PAIRS
+    data = of_kind(kind, law, backend)
+    if (law, backend) in pairs:
+        found = validate(data, SCENARIOS)
+        assert (found.law, found.solver.backend) == (law, backend)
+        return
+    with pytest.raises(ValidationFailure) as refused:
+        validate(data, SCENARIOS)
+    told = " ".join(sentence for _, sentence in refused.value.faults)
+    able = [method for of, method in pairs if of == law]
+    known = backend in {method for _, method in pairs}
+    if not able:  # the kind does not have the law at all
+        assert "expected 'set-valued'" in told or "no such parameter" in told
+    elif known:
+        assert f"take one of {', '.join(able)} (--set solver.backend={able[0]})" in told
+    else:
+        assert f"'{backend}' cannot do" in told
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "belt_drive"])
+@pytest.mark.parametrize("pair", SINGLE_DOF, ids=", ".join)
+def test_every_pair_comes_to_its_end(kind: str, pair: tuple[str, str]) -> None:
+    data = changed(of_kind(kind, *pair), solver__duration=0.02, solver__rtol=1e-5)
+    assert simulate(data).status == "done"
+
+
+def test_methods_agree_on_a_law() -> None:
+    """All methods integrate one equation: what is left is their tolerance."""
+    data = changed(pulley(), solver__rtol=1e-9, effects__shaft_friction__law=REGULARISED)
+    data["effects"]["shaft_friction"]["transition_speed"] = 0.05
+    angles = [
+        float(simulate(with_method(data, REGULARISED, name)).channels["angle"][-1])
+        for name in ("rkf45", *SCIPY)
+    ]
+    # SciPy's bound is on a mean over the states, whose energies are thousands.
+    assert np.ptp(angles) < 1e-4
+    exact = [
+        float(simulate(with_method(pulley(), "set-valued", name)).channels["angle"][-1])
+        for name in ("events", "rkf45")
+    ]
+    assert np.ptp(exact) < 1e-6  # rtol 1e-9 of 34 rad, over some hundred steps
+
+
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("solver.backend=published", 'give law = "published" in the friction effect'),
+        ("solver.backend=regularised", 'give law = "regularised" in the friction effect'),
+        ("solver.transition_speed=1e-3", "give transition_speed in the friction effect"),
+        ("effects.air_drag.coefficient=1.0", "write [effects.viscous_damping]"),
+    ],
+)
+def test_an_old_name_is_refused_with_the_new_one(
+    key: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["check", str(SCENARIOS / "pulley.toml"), "--set", key]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"frictionsim: --set: {key.split('=')[0].removesuffix('.coefficient')}")
+    assert told in said
+
+
+@pytest.mark.parametrize("backend", ["published", "regularised"])
+def test_the_option_refuses_old_backends_too(
+    backend: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["solve", str(SCENARIOS / "pulley.toml"), "--backend", backend]) == 2
+    assert f'give law = "{backend}" in the friction effect' in capsys.readouterr().err
+
+
+def gear(**effects: Any) -> Scenario:
+    data = load(SCENARIOS / "epicyclic.toml").model_dump(by_alias=True, exclude_none=True)
+    for name, keys in effects.items():
+        data["effects"][name] |= keys
+    return changed(data, solver__backend="rkf45")
+
+
+def test_one_of_two_effects_on_one_contact_may_name_the_law() -> None:
+    smoothed = {"law": REGULARISED, "transition_speed": 1e-2}
+    for effects in (
+        {"hinge_friction": smoothed},
+        {"rolling_friction": smoothed},
+        {"hinge_friction": {"law": REGULARISED}, "rolling_friction": {"transition_speed": 1e-2}},
+        {"hinge_friction": smoothed, "rolling_friction": smoothed},
+    ):
+        assert validate(gear(**effects), SCENARIOS).law == REGULARISED
+
+
+@pytest.mark.parametrize(
+    ("effects", "told"),
+    [
+        (
+            {"hinge_friction": {"law": REGULARISED}, "rolling_friction": {"law": "published"}},
+            "hinge_friction 'regularised' and rolling_friction 'published'; name it in one of them",
+        ),
+        ({"hinge_friction": {"transition_speed": 1e-2}}, "does not smooth friction; leave"),
+    ],
+)
+def test_two_effects_on_one_contact_do_not_contradict_each_other(
+    effects: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(ValidationFailure) as refused:
+        validate(gear(**effects), SCENARIOS)
+    assert told in refused.value.faults[0][1]
+
+
+def test_the_published_gear_has_no_law() -> None:
+    data = changed(gear(), mechanism__formulation="published")
+    assert validate(data, SCENARIOS).law == ""
+    data["effects"]["hinge_friction"]["law"] = REGULARISED
+    with pytest.raises(ValidationFailure) as refused:
+        validate(data, SCENARIOS)
+    assert "has its friction in the equation; leave law out" in refused.value.faults[0][1]

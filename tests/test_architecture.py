@@ -1,0 +1,112 @@
+"""The structure of the package: few rooms, imports in one direction, files and calls of a size."""
+
+import ast
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+import frictionsim
+from tests.support.scenarios import ROOT
+
+PACKAGE = ROOT / "frictionsim"
+FILES = sorted(PACKAGE.rglob("*.py"))
+NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}
+MAX_ENTRIES = 12  # beside the marker of a typed package
+MAX_LINES = 400
+MAX_PARAMETERS = 8
+COMMANDS = PACKAGE / "cli" / "commands.py"  # typer makes an option of each parameter
+
+
+def tree_of(module: str, with_types: bool = True) -> ast.Module:
+    """Return the syntax tree of a module, also without the imports that only its types need."""
+    tree = ast.parse(NAMES[module].read_text())
+    for node in ast.walk(tree):
+        if (
+            not with_types
+            and isinstance(node, ast.If)
+            and "TYPE_CHECKING" in ast.unparse(node.test)
+        ):
+            node.body = []
+    return tree
+
+
+def imported(module: str, with_types: bool = True) -> set[str]:
+    """Return the modules of the package that a module imports."""
+    found = set()
+    for node in ast.walk(tree_of(module, with_types)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frictionsim"):
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                found.add(inner if inner in NAMES else str(node.module))
+    return {name if name in NAMES else f"{name}.__init__" for name in found}
+
+
+def room(module: str) -> str:
+    """Return the entry of the package that a module is in."""
+    return module.split(".")[1]
+
+
+def arrows() -> set[tuple[str, str]]:
+    """Return which room imports from which other; nothing but the version is in the package."""
+    pairs = {(room(a), room(b)) for a in NAMES for b in imported(a)}
+    return {(a, b) for a, b in pairs if a != b and "__init__" not in (a, b)}
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Return nodes that are left when all that lead nowhere are taken away again and again."""
+    left = {node: set(following) for node, following in graph.items()}
+    while ends := [node for node, following in left.items() if not following & left.keys()]:
+        for node in ends:
+            del left[node]
+    return sorted(left)
+
+
+def test_the_package_has_a_dozen_entries() -> None:
+    entries = [p for p in PACKAGE.iterdir() if p.name not in ("__pycache__", "py.typed")]
+    assert len(entries) <= MAX_ENTRIES
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    assert circle({module: imported(module, with_types=False) for module in NAMES}) == []
+
+
+def test_rooms_import_in_one_direction() -> None:
+    graph: dict[str, set[str]] = {room(module): set() for module in NAMES}
+    for a, b in arrows():
+        graph[a].add(b)
+    assert circle(graph) == []
+    # Half of the 139 imports between rooms that the package had when it was flat.
+    assert len(arrows()) <= 69
+
+
+def test_a_circle_is_found() -> None:
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_a_file_is_short(path: Path) -> None:
+    assert len(path.read_text().splitlines()) <= MAX_LINES
+
+
+def functions() -> Iterator[tuple[str, int]]:
+    """Yield each function of the package but the commands, with the number of its parameters."""
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef) and path != COMMANDS:
+                arguments = node.args
+                names = [
+                    a.arg
+                    for a in chain(arguments.posonlyargs, arguments.args, arguments.kwonlyargs)
+                    if a.arg not in ("self", "cls")
+                ]
+                yield f"{path.relative_to(PACKAGE)}: {node.name}", len(names)
+
+
+def test_functions_have_few_parameters() -> None:
+    assert [name for name, count in functions() if count > MAX_PARAMETERS] == []
+
+
+def test_the_package_has_a_version() -> None:
+    assert frictionsim.__version__
