@@ -1,4 +1,4 @@
-"""The ways in which a command ends short of its purpose, each with its exit code."""
+"""Exceptions and exit codes of the command line."""
 
 from signal import Signals
 
@@ -9,24 +9,24 @@ EXIT_BAD_INPUT = 2
 EXIT_AUDIT_FAILED = 3
 EXIT_NOT_WRITTEN = 4
 EXIT_BUDGET_EXCEEDED = 5
-EXIT_DEFECT = 70  # the program itself is wrong: sysexits.h, EX_SOFTWARE
-EXIT_SIGNAL = 128  # plus the number of the signal, as a shell has it: 130, 143
+EXIT_DEFECT = 70  # internal error: EX_SOFTWARE of sysexits.h
+EXIT_SIGNAL = 128  # plus the signal number, as in shells: 130, 143
 
 
 class FrictionsimError(Exception):
-    """A message for the user; `exit_code` is what the process ends with."""
+    """An error with a message for the user and the exit code of the process."""
 
     exit_code = EXIT_DEFECT
 
 
 class InputError(FrictionsimError):
-    """A command line or an input file that cannot be used."""
+    """An invalid command line or input file."""
 
     exit_code = EXIT_BAD_INPUT
 
 
 class ScenarioError(InputError):
-    """A scenario that cannot be simulated; the message names every fault, one a line."""
+    """An invalid scenario; the message has one line for each fault."""
 
     def __init__(self, faults: list[str]) -> None:
         super().__init__("\n".join(faults))
@@ -34,10 +34,10 @@ class ScenarioError(InputError):
 
 
 class SolverError(FrictionsimError):
-    """A run that stopped before its end; the samples up to there are good.
+    """A run that stopped before its end; the samples up to that time are valid.
 
-    Each way to fail has a class and a name of its own, `failure`; result files and JSON have it.
-    A message says when, where - the contact or body - and what to do.
+    Each kind of failure has a class, whose `failure` names it in result files and JSON.
+    The message says at what time, in which contact or body, and what to try.
     """
 
     exit_code = EXIT_SOLVER_FAILED
@@ -45,44 +45,44 @@ class SolverError(FrictionsimError):
 
 
 class NonFinite(SolverError):
-    """A state or a rate is infinite or no number."""
+    """A state or its derivative is infinite or not a number."""
 
     failure = "non_finite"
 
 
 class Diverged(SolverError):
-    """The motion has far more energy than was put in: the steps are unstable."""
+    """The kinetic energy far exceeds the energy input: the integration is unstable."""
 
     failure = "diverged"
 
 
 class StepUnderflow(SolverError):
-    """The tolerances ask for a step below the resolution of the time."""
+    """The tolerances require a step below the floating-point resolution of the time."""
 
     failure = "step_underflow"
 
 
 class Chattering(SolverError):
-    """Events follow each other without end."""
+    """Events accumulate at one time."""
 
     failure = "chattering"
 
 
 class BudgetExceeded(SolverError):
-    """The steps or the seconds that a run may take are spent; with more it can go on."""
+    """The limit on steps or wall time is reached; the run can be resumed with a larger one."""
 
     exit_code = EXIT_BUDGET_EXCEEDED
     failure = "budget_exceeded"
 
 
 class BeltOffPulleys(SolverError):
-    """A belt has come off its pulleys."""
+    """The belt has come off its pulleys."""
 
     failure = "belt_off_pulleys"
 
 
 class Interrupted(SolverError):
-    """A run that a signal stopped; it can go on from there."""
+    """A run that was stopped by a signal; it can be resumed."""
 
     def __init__(self, signal_number: int, time: float) -> None:
         super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
@@ -90,14 +90,28 @@ class Interrupted(SolverError):
 
 
 class OutputError(FrictionsimError):
-    """A result that could not be written; what stood in its place before is untouched."""
+    """A result that could not be written; an existing file is left unchanged."""
 
     exit_code = EXIT_NOT_WRITTEN
 
 
 def unknown(what: str, found: str, known: list[str]) -> str:
-    """Return the sentence on a name that does not exist, with the nearest that does."""
-    from difflib import get_close_matches  # only a mistake needs it
+    """Return the message for an unknown name.
+
+    Parameters
+    ----------
+    what : str
+        What the name should be of: "backend", "key".
+    found : str
+        The unknown name.
+    known : list of str
+        The valid names; the closest is suggested, all are listed if none is close.
+
+    Returns
+    -------
+    str
+    """
+    from difflib import get_close_matches  # imported here: needed for error messages only
 
     near = get_close_matches(found, known, n=1)
     if near:

@@ -1,17 +1,12 @@
-"""What a run leaves, as plain data: channels over time, transitions, quantities and checks.
+"""The results of a run as plain data: channels over time, transitions, quantities and checks.
 
-Everything after the integration - result file, tables, JSON, pictures, comparison - sees this
-and nothing of the mechanism, however many coordinates that has.
+Everything after the integration (result file, tables, JSON, pictures, comparison) uses these
+types only and is independent of the mechanism.
 """
-
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    pass
 
 from math import isfinite
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,9 +20,15 @@ STICK, FORWARD, BACKWARD = 0, 1, -1
 
 
 class Channel(NamedTuple):
-    """A recorded channel: its SI unit and what it is, for files, tables and plots.
+    """Unit and description of a recorded channel.
 
-    `axis` names what it has a value for at each time, `body` or `pulley`; empty for one value.
+    Attributes
+    ----------
+    unit : str
+        SI unit.
+    long_name : str
+    axis : str
+        The axis of the columns, `body` or `pulley`; empty for a channel without columns.
     """
 
     unit: str
@@ -36,7 +37,17 @@ class Channel(NamedTuple):
 
 
 class Transition(NamedTuple):
-    """A contact goes over from one mode to another; `position` is None where it has none."""
+    """A change of a contact's mode.
+
+    Attributes
+    ----------
+    time : float, s
+    contact : str
+    mode_from, mode_to : int
+        0 sticking, +1 and -1 sliding.
+    position : float or None, rad
+        None for mechanisms of several coordinates.
+    """
 
     time: float
     contact: str
@@ -46,7 +57,7 @@ class Transition(NamedTuple):
 
 
 class Check(NamedTuple):
-    """A value that must not exceed its limit."""
+    """A check of the audit, passed if the value does not exceed the limit."""
 
     value: float
     limit: float
@@ -57,7 +68,7 @@ class Check(NamedTuple):
 
 
 def failures(checks: dict[str, Check]) -> str:
-    """Return which checks failed, and by how much; empty if none."""
+    """Return the failed checks with value and limit as text; empty if all passed."""
     return ", ".join(
         f"{name} {check.value:.3g} above {check.limit:.3g}"
         for name, check in checks.items()
@@ -66,7 +77,7 @@ def failures(checks: dict[str, Check]) -> str:
 
 
 class SimulationResult(NamedTuple):
-    """What a simulation shows of itself once it has stopped, at its end or short of it.
+    """The data of a simulation that has stopped, at its end or before.
 
     Attributes
     ----------
@@ -77,13 +88,13 @@ class SimulationResult(NamedTuple):
         The quantities of the summary.
     checks : dict of Check
         The audit.
-    unsound : bool
-        Samples that are not finite were cut off the end.
+    non_finite_tail : bool
+        Non-finite samples were removed from the end.
     warnings : tuple of str
-        What a user should know before trusting the quantities.
+        Reasons to doubt the quantities.
     sides : dict of (m,)
-        Channels right before and right after each transition: `<channel>_before` and `_after`.
-        Empty for a kind whose transitions have no sides.
+        Channels immediately before and after each transition: `<channel>_before` and `_after`.
+        Empty for belt drives, which do not record them.
     """
 
     time: "Array"
@@ -97,7 +108,7 @@ class SimulationResult(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A number of the summary; `value` is None where the run or the scenario has none."""
+    """A number of the summary; `value` is None where it is not defined."""
 
     value: float | None
     unit: str
@@ -107,34 +118,34 @@ Quantities = dict[str, Quantity]
 
 
 def finite(value: float | None) -> float | None:
-    """Return a number as JSON has it: null for what is not finite."""
+    """Return a number for JSON: None if it is not finite."""
     return value if value is not None and isfinite(value) else None
 
 
 def quantities_json(quantities: Quantities) -> dict[str, Any]:
-    """Return quantities as JSON has them; what is not finite is null there."""
+    """Return quantities for JSON; non-finite values become None."""
     return {name: {"value": finite(q.value), "unit": q.unit} for name, q in quantities.items()}
 
 
 class Metric(NamedTuple):
-    """One error of a run against a reference.
+    """An error measure of a run against a reference.
 
     Attributes
     ----------
     name : str
-        Of a column of the table.
+        Name of the column in the table.
     what : str
-        `events`    the worst difference of an event's time, over the duration; 1 where the
-                    events are not the same ones
-        `quantity`  the difference of a quantity of the summary, over its size or the way of `scale`
-        `channel`    the mean difference of a channel, over its mean size
-        `check`     a value of the run's own audit, which needs no reference
+        `events`    largest difference of event times, relative to the duration; 1 if the
+                    sequences of events differ
+        `quantity`  difference of a quantity, relative to its magnitude or to the range of `scale`
+        `channel`   mean absolute difference of a channel, relative to its mean magnitude
+        `check`     value of a check of the run's audit, which needs no reference
     source : str
-        The quantity, the channel or the check; nothing for events.
+        Name of the quantity, channel or check; empty for events.
     unit : str
-        Of the absolute error.
+        Unit of the absolute error.
     scale : str
-        A channel whose largest change from its start is what a quantity is compared with.
+        Channel whose largest change from its start scales the error of a quantity.
     """
 
     name: str
@@ -147,7 +158,7 @@ class Metric(NamedTuple):
 ENERGY_BALANCE = Metric("energy_balance", "check", "energy_balance")
 
 
-# Of any mechanism of one coordinate.
+# For every mechanism of one coordinate.
 SINGLE_DOF_METRICS = (
     Metric("event_time", "events", unit="s"),
     Metric("final_angle", "quantity", "final_angle", "rad", scale="angle"),
@@ -157,7 +168,7 @@ SINGLE_DOF_METRICS = (
 
 
 class Column(NamedTuple):
-    """A value of each setting, with its SI unit; text where the unit is empty."""
+    """A column of the work-precision table; its values are text where the unit is empty."""
 
     name: str
     unit: str

@@ -100,20 +100,20 @@ def numbers(name: str) -> list[list[str]]:
         return list(csv.reader(line for line in file if not line.startswith("#")))[1:]
 
 
-def readme_rows(heading: str) -> list[list[str]]:
-    """Return the cells of the table of the project's README that begins like this."""
-    text = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
+def page_rows(heading: str) -> list[list[str]]:
+    """Return the cells of the table of the belt's page that begins like this."""
+    text = (RESULTS.parent / "docs/mechanisms/belt-drive.md").read_text(encoding="utf-8")
     table = text.split(heading)[1].split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
 
 
-def test_the_readme_has_the_meshes_of_the_table() -> None:
+def test_the_page_has_the_meshes_of_the_table() -> None:
     measured = {
         (row[2], row[1]): [float(cell) for cell in row[3:8]]
         for row in numbers("belt_mesh")
         if row[0] == "belt_drive"
     }
-    shown = readme_rows("| bodies | bending | T1, N |")
+    shown = page_rows("| bodies | bending | T1, N |")
     assert len(shown) == 8
     for bodies, bending, *cells in shown:
         tight, slack, _, arc, creep = measured[bodies, bending]
@@ -123,9 +123,9 @@ def test_the_readme_has_the_meshes_of_the_table() -> None:
             assert cell == f"{value:.{digits}f}"
 
 
-def test_the_readme_has_the_paper_s_numbers_of_the_table() -> None:
+def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:
     measured = {row[0].split(" [")[0]: row[2:] for row in numbers("belt_paper")}
-    shown = {row[0]: row[2:] for row in readme_rows("| | paper | exact stick, 150 bodies |")}
+    shown = {row[0]: row[2:] for row in page_rows("| | paper | exact stick, 150 bodies |")}
     pairs = {
         "speed of the driver, rad/s": "speed of the driver",
         "slip, %": "slip",

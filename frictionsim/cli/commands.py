@@ -1,4 +1,4 @@
-"""Arguments, streams and exit codes. No physics here; heavy imports stand inside the commands."""
+"""The commands and their options. Heavy imports are inside the commands, so that --help is fast."""
 
 import sys
 from pathlib import Path
@@ -25,11 +25,11 @@ from frictionsim.errors import (
 
 app = typer.Typer(
     name="frictionsim",
-    help="Simulate mechanisms in which dry friction decides.",
-    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 an audit failed,"
-    " 4 result not written, 5 a budget is spent, 130/143 interrupted.",
+    help="Simulate mechanisms governed by dry friction.",
+    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
+    " 4 result not written, 5 step or time limit reached, 130/143 interrupted.",
     add_completion=False,
-    rich_markup_mode=None,  # plain help starts in half the time
+    rich_markup_mode=None,  # halves the start-up time of --help
     pretty_exceptions_enable=False,
 )
 
@@ -37,24 +37,24 @@ ScenarioFile = Annotated[Path, typer.Argument(help="Scenario in TOML.", show_def
 ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_default=False)]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, as solver.rtol=1e-6."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),
 ]
 MaxWall = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="Stop after so much time; the run can be resumed."),
+    typer.Option(metavar="SECONDS", help="Limit the wall time; the run can be resumed."),
 ]
 NoClobber = Annotated[
     bool,
     typer.Option(
-        "--no-clobber", help="Leave a file that is there: exit 4; not that which is resumed."
+        "--no-clobber", help="Do not replace existing files (exit 4), except a resumed result."
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No table and no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary and no progress.")]
 
 
 def run_command_line(arguments: list[str]) -> int:
-    """Run a command and return its exit code; every error becomes a message on stderr."""
+    """Run a command and return its exit code; errors are printed to stderr."""
     try:
         code = app(arguments, standalone_mode=False, prog_name="frictionsim")
     except FrictionsimError as error:
@@ -65,10 +65,10 @@ def run_command_line(arguments: list[str]) -> int:
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
-    except SystemExit as leave:  # the reader of a pipe has left
-        return leave.code if isinstance(leave.code, int) else EXIT_DEFECT
+    except SystemExit as stop:  # raised on a broken pipe
+        return stop.code if isinstance(stop.code, int) else EXIT_DEFECT
     except MemoryError:
-        print_error("out of memory; ask for fewer samples with a larger output.interval")
+        print_error("out of memory; a larger output.interval records fewer samples")
         return EXIT_SOLVER_FAILED
     except OSError as error:
         print_error(f"cannot print the output: {error.strerror}")
@@ -77,8 +77,8 @@ def run_command_line(arguments: list[str]) -> int:
         if "--debug" in arguments:
             raise
         print_error(
-            f"a defect of this program: {type(error).__name__}: {error}\n"
-            "please report it with the scenario; --debug before the command shows where it is"
+            f"internal error: {type(error).__name__}: {error}\n"
+            "please report it with the scenario; --debug before the command shows the traceback"
         )
         return EXIT_DEFECT
     return code if isinstance(code, int) else EXIT_DONE
@@ -96,7 +96,9 @@ def program(
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, help="Show the version.")
     ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show where a defect is.")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an internal error.")
+    ] = False,
 ) -> None:
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)
@@ -112,20 +114,22 @@ def solve(
         typer.Option("-o", "--output", help="Result file. [results/<scenario name>.h5]"),
     ] = None,
     backend: Annotated[
-        str | None, typer.Option("--backend", metavar="NAME", help="Instead of the scenario's.")
+        str | None,
+        typer.Option("--backend", metavar="NAME", help="Override the backend of the scenario."),
     ] = None,
     max_wall: MaxWall = None,
     max_steps: Annotated[
-        int | None, typer.Option(metavar="N", help="Stop after so many steps: solver.max_steps.")
+        int | None, typer.Option(metavar="N", help="Limit the steps; sets solver.max_steps.")
     ] = None,
     estimate_error: Annotated[
-        bool, typer.Option("--estimate-error", help="Solve again, more exactly, and compare.")
+        bool,
+        typer.Option("--estimate-error", help="Solve again more accurately and compare."),
     ] = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Simulate a scenario; write the result file and print the summary."""
+    """Simulate a scenario, write the result file and print the summary."""
     from frictionsim.scenario.loading import load
 
     if max_steps is not None:
@@ -150,16 +154,16 @@ def solve(
 def resume(
     result: ResultFile,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Result file. [in place of RESULT]")
+        Path | None, typer.Option("-o", "--output", help="Result file. [replaces RESULT]")
     ] = None,
     max_wall: MaxWall = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Go on with an interrupted run, to the bits that it would have had.
+    """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
 
-    NAME.partial.h5 is replaced by NAME.h5 once the run is done.
+    When the run is done, NAME.partial.h5 is replaced by NAME.h5.
     """
     from frictionsim.cli.job import Job, simulate
     from frictionsim.io import hdf5_reader
@@ -188,7 +192,7 @@ def _default_target(scenario: Path) -> Path:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise OutputError(
-            f"cannot make the folder '{folder}' here ({error.strerror}); name a file with -o"
+            f"cannot create the folder '{folder}' ({error.strerror}); give a result file with -o"
         ) from None
     return folder / f"{scenario.stem}.h5"
 
@@ -217,7 +221,7 @@ def check(
 
 @app.command()
 def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
-    """Solve for impending motion: what lifts, what holds."""
+    """Compute the forces and torques of impending motion."""
     from frictionsim.scenario.kinds import mechanism_module
     from frictionsim.scenario.loading import load
 
@@ -244,13 +248,16 @@ def compare(
     result: ResultFile,
     golden: ResultFile,
     rtol: Annotated[float, typer.Option(min=0.0, help="Relative tolerance.")] = 1e-6,
-    atol: Annotated[float, typer.Option(min=0.0, help="Absolute, in each unit.")] = 1e-9,
+    atol: Annotated[
+        float, typer.Option(min=0.0, help="Absolute tolerance, in the unit of each channel.")
+    ] = 1e-9,
     time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
     ignore: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Leave a channel out; energy_* works.")
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
     ] = None,
 ) -> int:
-    """Compare a result with a golden one: exit 0 if they agree, 1 if they differ."""
+    """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
     from frictionsim.cli.tables import print_comparison
     from frictionsim.io.comparison import compare as compare_files
 
@@ -264,16 +271,19 @@ def cost(
     scenario: ScenarioFile,
     overrides: Overrides = None,
     backends: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Methods, instead of all.")
+        str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
     ] = None,
     laws: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Friction laws, instead of all.")
+        str | None, typer.Option(metavar="A,B", help="Friction laws to use. [all that apply]")
     ] = None,
     tolerances: Annotated[
-        str | None, typer.Option(metavar="X,Y", help="Relative, of adaptive methods.")
+        str | None,
+        typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
     ] = None,
-    max_wall: Annotated[float, typer.Option(help="Seconds that each run may take.")] = 5.0,
-    repeats: Annotated[int, typer.Option(min=1, help="Runs that are timed, at most.")] = 3,
+    max_wall: Annotated[float, typer.Option(help="Limit the wall time of each run, s.")] = 5.0,
+    repeats: Annotated[
+        int, typer.Option(min=1, help="Maximum number of timed runs of each setting.")
+    ] = 3,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the table as HDF5.")
     ] = None,
@@ -284,7 +294,7 @@ def cost(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Solve with every friction law and method at a ladder of settings: what accuracy costs."""
+    """Measure error against run time for every friction law and backend at several settings."""
     from frictionsim.scenario.loading import load
 
     loaded = load(scenario, overrides)
@@ -296,15 +306,17 @@ def cost(
     options = cost_study.Options(
         backends, laws, tolerances, max_wall, repeats, output, csv, plot, no_clobber
     )
-    found = cost_study.study_scenario(loaded, options)
+    study = cost_study.study_scenario(loaded, options)
     if as_json:
-        print_json(study_json(found, str(scenario)))
+        print_json(study_json(study, str(scenario)))
     else:
-        print_study(found)
-    cost_study.write_files(found, options)
-    if found.status != "done":
-        print_error(f"study {found.status} {found.reason} of a run; what was measured is shown")
-    return found.exit_code
+        print_study(study)
+    cost_study.write_files(study, options)
+    if study.status != "done":
+        print_error(
+            f"study {study.status} {study.reason} of a run; the results cover the settings before"
+        )
+    return study.exit_code
 
 
 @app.command()
@@ -316,26 +328,26 @@ def plot(
     ] = None,
     view: Annotated[
         str | None,
-        typer.Option("--view", metavar="NAME", help="Instead of the kind's first; or 'all'."),
+        typer.Option("--view", metavar="NAME", help="View to draw, or 'all'. [the first]"),
     ] = None,
     body: Annotated[
         int | None,
-        typer.Option("--body", metavar="N", help="Body of a belt, for its view 'body'."),
+        typer.Option("--body", metavar="N", help="Number of the body for the view 'body'."),
     ] = None,
 ) -> None:
-    """Draw a view of a result file, or all: each into FILE-<view>.png."""
+    """Draw a view of a result file; --view all draws each view into FILE-<view>.png."""
     from frictionsim.io import hdf5_reader
     from frictionsim.plots import ALL, plot_all
     from frictionsim.plots import plot as draw
 
-    found = hdf5_reader.read(result)
+    data = hdf5_reader.read(result)
     target = output or result.with_suffix(".png")
     if view != ALL:
-        draw(found, target, view, body)
+        draw(data, target, view, body)
         print(target)
         return
-    pictures, reasons = plot_all(found, target, body)
+    pictures, reasons = plot_all(data, target, body)
     for picture in pictures:
         print(picture)
     for reason in reasons:
-        print_error(f"left out: {reason}")
+        print_error(f"view skipped: {reason}")

@@ -1,4 +1,4 @@
-"""`frictionsim cost`: what its options mean, and what it writes."""
+"""`frictionsim cost`: interprets the options, runs the study and writes its files."""
 
 import sys
 from math import isfinite
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Options(NamedTuple):
-    """What the command line gives, as it gives it."""
+    """The options of the command line, not yet interpreted."""
 
     backends: str | None
     laws: str | None
@@ -36,15 +36,24 @@ class Options(NamedTuple):
 def study_scenario(scenario: "Scenario", options: Options) -> Study:
     """Run the study that the options ask for.
 
+    Parameters
+    ----------
+    scenario : Scenario
+    options : Options
+
+    Returns
+    -------
+    Study
+
     Raises
     ------
     InputError, OutputError
-        Before anything is run.
+        If an option is invalid or a file cannot be written; before anything is run.
     SolverError
-        If there is no reference.
+        If all reference runs fail.
     """
     if not isfinite(options.max_wall) or options.max_wall <= 0.0:
-        raise InputError(f"--max-wall: expected seconds above 0, got {options.max_wall:g}")
+        raise InputError(f"--max-wall: expected a number above 0 s, got {options.max_wall:g}")
     tolerances = _tolerances(options.tolerances)
     methods = _named("--backends", "backend", options.backends, methods_of(scenario.PAIRS))
     laws = _named("--laws", "friction law", options.laws, laws_of(scenario.PAIRS))
@@ -73,8 +82,13 @@ def study_scenario(scenario: "Scenario", options: Options) -> Study:
         )
 
 
-def write_files(found: Study, options: Options) -> None:
+def write_files(result: Study, options: Options) -> None:
     """Write the files that the options ask for.
+
+    Parameters
+    ----------
+    result : Study
+    options : Options
 
     Raises
     ------
@@ -84,13 +98,13 @@ def write_files(found: Study, options: Options) -> None:
         from frictionsim.io import hdf5_writer
         from frictionsim.work_precision.report import columns
 
-        hdf5_writer.write_table(found.scenario, columns(found), found.status, options.output)
+        hdf5_writer.write_table(result.scenario, columns(result), result.status, options.output)
     if options.csv is not None:
-        write_csv(found, options.csv)
+        write_csv(result, options.csv)
     if options.plot is not None:
         from frictionsim.plots.work_precision import draw
 
-        draw(found, options.plot)
+        draw(result, options.plot)
 
 
 def _ladders(kind: Any, scenario: "Scenario", tolerances: tuple[float, ...]) -> list[Setting]:
@@ -109,7 +123,7 @@ def _references(kind: Any, scenario: "Scenario", rtol: float) -> tuple[Setting, 
 
 def _metrics(kind: Any, scenario: "Scenario") -> Any:
     if not hasattr(kind, "METRICS"):
-        raise InputError(f"cost: the kind '{scenario.kind}' does not say what it is judged by")
+        raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
     return kind.METRICS
 
 
@@ -120,7 +134,7 @@ def _tolerances(text: str | None) -> tuple[float, ...]:
         found = tuple(float(part) for part in text.split(","))
     except ValueError:
         raise InputError(
-            f"--tolerances: expected numbers with commas between, as 1e-3,1e-6, got '{text}'"
+            f"--tolerances: expected numbers separated by commas, as 1e-3,1e-6, got '{text}'"
         ) from None
     if not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
         raise InputError(
@@ -130,19 +144,19 @@ def _tolerances(text: str | None) -> tuple[float, ...]:
     return tuple(sorted(set(found), reverse=True))
 
 
-def _named(option: str, what: str, text: str | None, able: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names that an option gives, all that there are where it is left out."""
+def _named(option: str, what: str, text: str | None, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names in the value of an option; all known ones without a value."""
     if text is None:
-        return able
+        return known
     names = tuple(part.strip() for part in text.split(","))
     for name in names:
-        if name not in able:
-            raise InputError(f"{option}: {unknown(what, name, list(able))}")
+        if name not in known:
+            raise InputError(f"{option}: {unknown(what, name, list(known))}")
     return names
 
 
 def _check_targets(options: Options) -> None:
-    """See that the files can be written, before the time to measure is spent."""
+    """Check that the files can be written, before the study runs."""
     if options.no_clobber:
         for target in (options.output, options.csv, options.plot):
             if target is not None:
@@ -150,7 +164,7 @@ def _check_targets(options: Options) -> None:
     if options.output is not None:
         check_writable(options.output)
     if options.plot is not None and options.plot.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise InputError(f"{options.plot}: pictures are written as .png, .pdf, .svg; name one")
+        raise InputError(f"{options.plot}: expected a picture name that ends in .png, .pdf or .svg")
     for target in (options.csv, options.plot):
         if target is not None and not target.parent.is_dir():
             raise OutputError(f"{target}: cannot write here: there is no folder '{target.parent}'")
@@ -159,7 +173,7 @@ def _check_targets(options: Options) -> None:
 
 
 class _StatusLine:
-    """Says what is done next in one line of a terminal, which is gone at the end."""
+    """Shows the current setting in one line of a terminal; the line is erased at the end."""
 
     def __enter__(self) -> "_StatusLine":
         self._shown = sys.stderr.isatty()

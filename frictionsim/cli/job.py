@@ -1,4 +1,4 @@
-"""A run and its files, from the scenario to the exit code."""
+"""One run on the command line: simulate, write the result, print the summary, return a code."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,12 +16,22 @@ if TYPE_CHECKING:
 
 
 class Job(NamedTuple):
-    """A scenario to simulate, from its start or from a checkpoint, and where to.
+    """A scenario to simulate and where to write its result.
 
     Attributes
     ----------
+    scenario : Scenario
     source : str
-        What it was read from, for the summary.
+        Path that the scenario was read from, for the summary.
+    destination : Destination
+    max_wall : float or None, s
+        Limit of the wall time.
+    checkpoint : dict of arrays or None
+        State to resume from.
+    estimate_error : bool
+        Solve a second time to estimate the errors of the quantities.
+    no_clobber : bool
+        Do not replace existing files.
     """
 
     scenario: "Scenario"
@@ -34,24 +44,37 @@ class Job(NamedTuple):
 
 
 def simulate(job: Job, as_json: bool, quiet: bool) -> int:
-    """Run a job, write its result, print its summary and return its exit code.
+    """Run a job, write its result and print its summary.
+
+    Parameters
+    ----------
+    job : Job
+    as_json : bool
+        Print JSON instead of tables.
+    quiet : bool
+        Print no summary and no progress.
+
+    Returns
+    -------
+    int
+        The exit code.
 
     Raises
     ------
     InputError, OutputError
-        Before it has run; OutputError also if its result cannot be written.
+        Before the run, if the job is invalid; OutputError also if the result cannot be written.
     """
     if job.max_wall is not None and not job.max_wall > 0.0:
         raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
     destination = job.destination
     destination.check(job.no_clobber)
     known = job.scenario.warnings()
-    warn(known)  # before the time to compute is spent
+    warn(known)  # before the run, so that the user can stop it
     with monitor_run(
         job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet
     ) as on_step:
         result = run(job.scenario, on_step, _checkpoint_writer(destination), job.checkpoint)
-        # In here: a first signal does not come in between.
+        # Written within the monitor, so that a first signal does not interrupt the writing.
         place = destination.write(result)
         errors = None
         if job.estimate_error and result.status == "done":
@@ -74,22 +97,22 @@ def simulate(job: Job, as_json: bool, quiet: bool) -> int:
 
 
 def _checkpoint_writer(destination: Destination) -> "Callable[[RunResult], None]":
-    """Return what writes a checkpoint; where that is not possible, the run is worth more."""
-    said: set[str] = set()
+    """Return the callback that writes checkpoints; a failed write only warns."""
+    reported: set[str] = set()
 
     def write(part: "RunResult") -> None:
         try:
             destination.write(part)
         except OutputError as error:
-            if str(error) not in said:
-                print_error(f"warning: no checkpoint: {error}")
-            said.add(str(error))
+            if str(error) not in reported:
+                print_error(f"warning: checkpoint not written: {error}")
+            reported.add(str(error))
 
     return write
 
 
 def _report_end(result: "RunResult", place: Path | None, destination: Destination) -> int:
-    """Say what went wrong, and return the exit code of a run."""
+    """Print how a run ended if it is not done, and return its exit code."""
     if result.status == "done":
         if result.reason:
             print_error(f"{result.reason}; do not trust {place}")
@@ -97,10 +120,10 @@ def _report_end(result: "RunResult", place: Path | None, destination: Destinatio
     print_error(f"run {result.status}: {result.reason}")
     whole = destination.whole
     if place is None:
-        print_error(f"nothing was computed, and nothing written: {whole} is as it was")
+        print_error(f"no samples were computed; {whole} is unchanged")
         return result.exit_code
-    stays = f"; {whole} is as it was" if place != whole and whole.exists() else ""
-    print_error(f"the samples up to there are in {place}, marked '{result.status}'{stays}")
+    unchanged = f"; {whole} is unchanged" if place != whole and whole.exists() else ""
+    print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
     if result.checkpoint is not None:
-        print_error(f"'frictionsim resume {place}' goes on from there")
+        print_error(f"'frictionsim resume {place}' continues the run")
     return result.exit_code

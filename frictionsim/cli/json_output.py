@@ -1,4 +1,4 @@
-"""The one JSON object of a run, which scripts read."""
+"""The JSON object that `solve` and `resume` print with --json."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -17,18 +17,24 @@ def run_json(
 
     Parameters
     ----------
-    run : Run
-    source, output : str
-        Paths of the scenario and of the result file, None if none was written.
+    run : RunResult
+    source : str
+        Path of the scenario.
+    output : str or None
+        Path of the result file; None if none was written.
     estimate : Estimate, optional
-        Gives each quantity its `error`, and the object `error_estimate`, how it was found.
+        Adds `error` to each quantity and `error_estimate`, the method, to the object.
+
+    Returns
+    -------
+    dict
     """
-    found = _run_json(run, source, output)
+    data = _run_json(run, source, output)
     if estimate is not None:
-        for name, quantity in found["quantities"].items():
+        for name, quantity in data["quantities"].items():
             quantity["error"] = finite(estimate.errors.get(name))
-        found["error_estimate"] = estimate.method
-    return found
+        data["error_estimate"] = estimate.method
+    return data
 
 
 def _run_json(run: "RunResult", source: str, output: str | None) -> dict[str, Any]:

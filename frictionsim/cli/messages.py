@@ -1,4 +1,4 @@
-"""What goes to the streams beside tables: sentences to stderr, one JSON object to stdout."""
+"""Messages on stderr and JSON on stdout."""
 
 import sys
 from collections.abc import Iterable
@@ -6,18 +6,25 @@ from typing import Any
 
 
 def print_error(message: str) -> None:
-    """Say something on stderr, with the name of the program."""
+    """Print a message on stderr, after the name of the program."""
     print(f"frictionsim: {message}", file=sys.stderr)
 
 
 def warn(warnings: Iterable[str], source: str = "") -> None:
-    """Say each warning on stderr; `source` is what it is of, as "file: "."""
+    """Print warnings on stderr.
+
+    Parameters
+    ----------
+    warnings : iterable of str
+    source : str
+        Prefix of each warning, such as "file: ".
+    """
     for warning in warnings:
         print_error(f"warning: {source}{warning}")
 
 
 def print_json(data: dict[str, Any]) -> None:
-    """Print an object on stdout; what is not finite must have become null before."""
+    """Print an object on stdout; it must not contain non-finite numbers."""
     from json import dumps
 
     print(dumps(data, indent=2, allow_nan=False))

@@ -1,4 +1,4 @@
-"""What looks at a run while it goes: the stop signals, a budget of time, a progress bar."""
+"""Monitoring of a run in progress: stop signals, wall-time limit, progress bar."""
 
 import os
 import signal
@@ -16,17 +16,29 @@ from frictionsim.simulation.wall_time import WallTimeLimit
 if TYPE_CHECKING:
     from frictionsim.cli.tables import ProgressBar
 
-STOPS = (signal.SIGINT, signal.SIGTERM)
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 NO_SIGNAL = b"\0"
-CLEAR_LINE = "\r\x1b[K"  # of a terminal, where a status may stand
-STEPS_BETWEEN_UPDATES = 256  # of the bar; to read the clock costs a tenth of a step
+CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
+STEPS_BETWEEN_UPDATES = 256  # of the bar; reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0
-# `timeout` and shells send a signal to a process and to its group: it may be delivered twice.
+# `timeout` and shells signal both the process and its group: a signal may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
 
 
 class RunMonitor:
-    """Called with the time of the simulation after every step of it."""
+    """The `on_step` callback of a run: called with the simulated time after each step.
+
+    Parameters
+    ----------
+    duration : float, s
+        Duration of the simulation.
+    with_progress : bool
+        Show a progress bar if stderr is a terminal.
+    max_wall : float or None, s
+        Limit of the wall time.
+    quiet : bool
+        Do not announce compilation.
+    """
 
     def __init__(
         self, duration: float, with_progress: bool, max_wall: float | None, quiet: bool
@@ -35,9 +47,9 @@ class RunMonitor:
         self._quiet = quiet
         self._with_progress = with_progress and sys.stderr.isatty()
         self._started = monotonic()
-        # When and where in the simulation this process was first; a resumed run is not at 0 then.
-        self._begun, self._first = self._started, 0.0
-        self._last = 0.0
+        # Origin of the pace shown: a resumed run does not start at t = 0.
+        self._pace_clock, self._pace_t = self._started, 0.0
+        self._last_t = 0.0
         self._limit = None if max_wall is None else WallTimeLimit(max_wall, duration)
         self._calls = 0
         self._signal = 0
@@ -45,101 +57,106 @@ class RunMonitor:
         self._bar: ProgressBar | None = None
 
     def __call__(self, t: float) -> None:
-        """Show where the run is.
+        """Update the progress bar; stop the run on a signal or at the wall-time limit.
+
+        Parameters
+        ----------
+        t : float, s
+            Simulated time.
 
         Raises
         ------
         Interrupted
-            If a signal has asked for its end.
+            If a stop signal was received.
         BudgetExceeded
-            If the run has had its time.
+            If the wall-time limit is reached.
         """
         if self._signal:
             raise Interrupted(self._signal, t)
         if self._limit is not None:
             self._limit(t)
         if self._calls == 0:
-            self._go_from(t)
+            self._reset_pace(t)
         self._calls += 1
         if self._with_progress and self._calls % STEPS_BETWEEN_UPDATES == 0:
             self._show(t)
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
-        """Say that kernels are compiled, and have a signal end the process at once meanwhile.
+        """Announce the compilation of kernels; during it, a stop signal ends the process at once.
 
-        Python calls the handler of a signal when the compiler returns, which takes seconds. But
-        the number of the signal is in a pipe at once, and a thread waits for it there.
+        Python runs a signal handler only when the compiler returns, after seconds. The signal's
+        number is written to a pipe at once, where a thread waits for it.
 
         Parameters
         ----------
         expected : float, s
-            How long it should take.
+            Expected duration of the compilation.
         """
         if not self._quiet:
             clear = CLEAR_LINE if sys.stderr.isatty() else ""
             print(
-                f"{clear}frictionsim: compiling the kernels of this combination of effects, once:"
-                f" about {expected:.0f} s",
+                f"{clear}frictionsim: compiling the kernels for this combination of effects, once"
+                f" (about {expected:.0f} s)",
                 file=sys.stderr,
                 flush=True,
             )
         reader, writer = os.pipe()
         os.set_blocking(writer, False)
-        before = signal.set_wakeup_fd(writer)
-        guard = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
-        guard.start()
-        if self._signal:  # it came before there was a pipe
+        previous = signal.set_wakeup_fd(writer)
+        waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
+        waiting.start()
+        if self._signal:  # received before the pipe was set up
             self._exit_now(self._signal)
         try:
             yield
         finally:
-            signal.set_wakeup_fd(before)
+            signal.set_wakeup_fd(previous)
             os.write(writer, NO_SIGNAL)
-            guard.join()
+            waiting.join()
             os.close(reader)
             os.close(writer)
 
     def _wait_for_signal(self, reader: int) -> None:
         while (byte := os.read(reader, 1)) != NO_SIGNAL:
-            if byte[0] in STOPS:
+            if byte[0] in STOP_SIGNALS:
                 self._exit_now(byte[0])
 
     def _exit_now(self, number: int) -> None:
-        """End the process in the middle of a compilation; there is no run to keep."""
-        kept = "what was written before stays" if self._calls else "nothing was computed or written"
+        """End the process during a compilation; there are no new samples to keep."""
+        kept = "files already written are kept" if self._calls else "nothing was written"
         name = signal.Signals(number).name
         message = f"frictionsim: interrupted by {name} while compiling kernels; {kept}\n"
-        with suppress(OSError):  # nobody reads it any more
+        with suppress(OSError):  # stderr may be closed
             os.write(2, message.encode())
         os._exit(EXIT_SIGNAL + number)
 
-    def _go_from(self, t: float) -> None:
-        self._begun, self._first = monotonic(), t
+    def _reset_pace(self, t: float) -> None:
+        self._pace_clock, self._pace_t = monotonic(), t
 
     def _show(self, t: float) -> None:
-        if t < self._last:  # another run has begun
-            self._go_from(t)
-        self._last = t
+        if t < self._last_t:  # a second run has started
+            self._reset_pace(t)
+        self._last_t = t
         if self._bar is None:
             if monotonic() - self._started < SECONDS_WITHOUT_BAR:
                 return
             from frictionsim.cli.tables import ProgressBar
 
             self._bar = ProgressBar(self._duration)
-        done = t - self._first
-        self._bar.show(t, (monotonic() - self._begun) / done if done > 0.0 else None)
+        done = t - self._pace_t
+        self._bar.show(t, (monotonic() - self._pace_clock) / done if done > 0.0 else None)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self._signal:
             if monotonic() - self._signalled > SECONDS_FOR_ONE_SIGNAL:
-                os._exit(EXIT_SIGNAL + number)  # asked twice: at once
+                os._exit(EXIT_SIGNAL + number)  # a second signal: do not wait for the step
             return
         self._signal = number
         self._signalled = monotonic()
 
     def close(self) -> None:
-        """Take the bar off the terminal."""
+        """Remove the progress bar."""
         if self._bar is not None:
             self._bar.close()
 
@@ -148,25 +165,31 @@ class RunMonitor:
 def monitor_run(
     duration: float, with_progress: bool, max_wall: float | None = None, quiet: bool = False
 ) -> Iterator[RunMonitor]:
-    """Watch a run: SIGINT and SIGTERM end it after its step, a second one ends the process.
+    """Monitor a run: SIGINT or SIGTERM stops it after the current step, a second ends the process.
 
-    While kernels are compiled, the first one does.
+    During the compilation of kernels, the first signal ends the process.
 
     Parameters
     ----------
     duration : float, s
-        Of the simulation.
+        Duration of the simulation.
     with_progress : bool
+        Show a progress bar if stderr is a terminal.
     max_wall : float, optional, s
-        What the run may take.
+        Limit of the wall time.
     quiet : bool
-        Do not say that kernels are compiled, either.
+        Do not announce compilation.
+
+    Yields
+    ------
+    RunMonitor
+        To be called with the time after each step.
     """
-    watcher = RunMonitor(duration, with_progress, max_wall, quiet)
-    before = [signal.signal(number, watcher._on_signal) for number in STOPS]
+    monitor = RunMonitor(duration, with_progress, max_wall, quiet)
+    previous = [signal.signal(number, monitor._on_signal) for number in STOP_SIGNALS]
     try:
-        yield watcher
+        yield monitor
     finally:
-        for number, handler in zip(STOPS, before, strict=True):
+        for number, handler in zip(STOP_SIGNALS, previous, strict=True):
             signal.signal(number, handler)
-        watcher.close()
+        monitor.close()

@@ -1,4 +1,4 @@
-"""The table of a study of accuracy and its cost, on a terminal."""
+"""The table of a work-precision study on a terminal."""
 
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 def print_study(study: "Study") -> None:
-    """Print table, floor and advice on stdout."""
+    """Print the table, the reference uncertainty and the recommendations on stdout."""
     scenario = study.scenario
     tables.print_lines(
-        f"{scenario.title or scenario.kind}: what accuracy costs ({study.status})",
+        f"{scenario.title or scenario.kind}: error against run time ({study.status})",
         *_reference_lines(study),
     )
     names = [metric.name for metric in study.metrics]
@@ -31,11 +31,17 @@ def _reference_lines(study: "Study") -> list[str]:
         return []
     lines = [f"reference: {' and '.join(reference.names)}"]
     if reference.floor:
-        apart = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
-        lines.append(f"they differ by {study.floor:.1e} ({apart}): errors below are not to be told")
+        parts = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
+        lines.append(
+            f"reference uncertainty: {study.floor:.1e}, the difference of the references ({parts});"
+            " smaller errors cannot be resolved"
+        )
     elif len(reference.names) == 1:
-        lines.append("the second reference failed: how exact the first is, is not known")
-    return [*lines, "errors are relative, `error` the worst of them; rhs: right-hand sides"]
+        lines.append("reference uncertainty: unknown, the second reference failed")
+    return [
+        *lines,
+        "errors are relative, `error` is the largest; rhs: evaluations of the right-hand side",
+    ]
 
 
 def _cells(row: "Row", names: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Tables and progress on a terminal: the only module that imports rich."""
+"""Tables and the progress bar on a terminal; the only module that imports rich."""
 
 import os
 import sys
@@ -17,12 +17,21 @@ if TYPE_CHECKING:
 DIGITS = 10
 WIDTH = 1000
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -"}
-# A table of events longer than this shows its two ends.
+# Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
 
 
 def print_run(run: "RunResult", output: str | None, estimate: "Estimate | None" = None) -> None:
-    """Print the summary of a run on stdout, with the errors of its quantities if they are known."""
+    """Print the summary of a run on stdout.
+
+    Parameters
+    ----------
+    run : RunResult
+    output : str or None
+        Path of the result file; None if none was written.
+    estimate : Estimate, optional
+        Errors of the quantities.
+    """
     console = _console()
     title = run.scenario.title or run.scenario.kind
     effects = ", ".join(run.effects) or "none"
@@ -40,12 +49,12 @@ def print_run(run: "RunResult", output: str | None, estimate: "Estimate | None" 
     _print_table(_audit_table(run.checks))
     statistics = run.statistics
     compiled = statistics.compile_seconds
-    solved = f"solved in {statistics.wall_seconds:.3g} s"
-    solved += f", after {compiled:.3g} s of compilation" if compiled else ""
+    compilation = f" after {compiled:.3g} s of compilation" if compiled else ""
     console.print(
-        f"{statistics.states} states, {statistics.steps} steps and {statistics.rejected} rejected,"
-        f" {solved}; {statistics.rhs_evaluations} right-hand sides with those of"
-        f" {run.time.size} samples"
+        f"solved in {statistics.wall_seconds:.3g} s{compilation}: {statistics.states} states,"
+        f" {statistics.steps} steps, {statistics.rejected} rejected steps,"
+        f" {statistics.rhs_evaluations} evaluations of the right-hand side"
+        f" (including {run.time.size} samples)"
     )
     console.print(f"result: {output or 'none'}")
 
@@ -53,7 +62,14 @@ def print_run(run: "RunResult", output: str | None, estimate: "Estimate | None" 
 def print_quantities(
     quantities: "Quantities", errors: "dict[str, float | None] | None" = None
 ) -> None:
-    """Print quantities with their units on stdout, and with their errors if there are any."""
+    """Print quantities with their units on stdout.
+
+    Parameters
+    ----------
+    quantities : Quantities
+    errors : dict of float or None, optional
+        Adds a column of errors.
+    """
     table = _table("quantity", ">value", *((">error",) if errors else ()), "unit")
     for name, quantity in quantities.items():
         error = (_error(errors.get(name)),) if errors else ()
@@ -62,14 +78,14 @@ def print_quantities(
 
 
 def print_comparison(comparison: "Comparison") -> None:
-    """Print the worst differences of two results on stdout."""
-    table = _table("channel", ">worst difference", ">allowed", ">at", "")
+    """Print the largest differences of two results on stdout."""
+    table = _table("channel", ">largest difference", ">allowed", ">time / s", "")
     for row in comparison.rows:
         table.add_row(
             row.name,
             _short(row.difference),
             _short(row.allowed),
-            "" if row.at is None else f"{row.at:.9g}",
+            "" if row.time is None else f"{row.time:.9g}",
             "ok" if row.ok else (row.note or "different"),
         )
     _print_table(table)
@@ -82,7 +98,14 @@ def print_comparison(comparison: "Comparison") -> None:
 
 
 def print_cells(headings: list[str], rows: list[list[str]]) -> None:
-    """Print a table of texts on stdout; a heading that starts with '>' is that of numbers."""
+    """Print a table on stdout.
+
+    Parameters
+    ----------
+    headings : list of str
+        A leading '>' marks a column of numbers, aligned at the right.
+    rows : list of list of str
+    """
     table = _table(*headings)
     for cells in rows:
         table.add_row(*cells)
@@ -97,7 +120,7 @@ def print_lines(*lines: str) -> None:
 
 
 class ProgressBar:
-    """Simulated time, share, real-time factor and time left, on stderr."""
+    """Progress bar on stderr: simulated time, percentage, pace and remaining time."""
 
     def __init__(self, duration: float) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
@@ -114,35 +137,42 @@ class ProgressBar:
         self._progress.start()
 
     def show(self, t: float, pace: float | None) -> None:
-        """Show that the simulation is at t, at a pace of so many seconds for each simulated."""
+        """Update the bar.
+
+        Parameters
+        ----------
+        t : float, s
+            Simulated time.
+        pace : float or None, s/s
+            Wall time per simulated second, if known.
+        """
         text = ""
         if pace is not None:
             left = pace * (self._duration - t)
-            text = f", {pace:.3g} s for each simulated, {left:.0f} s left"
+            text = f", {pace:.3g} s per simulated second, {left:.0f} s left"
         self._progress.update(self._task, completed=t, pace=text)
 
     def close(self) -> None:
-        """Take the bar off the terminal."""
+        """Remove the bar from the terminal."""
         self._progress.stop()
 
 
-class _PatientConsole(Console):
-    """A console whose output may lose its reader: what is left goes nowhere."""
+class _PipeConsole(Console):
+    """A console that discards its output after the reader of its pipe has gone."""
 
     def on_broken_pipe(self) -> None:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
 
 
 @cache
 def _console() -> Console:
-    # Names and paths of the user are shown as they are, whatever brackets they hold. Tables take
-    # the width they need: numbers are not cut, neither in a file nor on a narrow terminal.
-    return _PatientConsole(highlight=False, markup=False, emoji=False, width=WIDTH)
+    # No markup: titles and paths may contain brackets. A large width: numbers are never truncated.
+    return _PipeConsole(highlight=False, markup=False, emoji=False, width=WIDTH)
 
 
 def _print_table(table: Table) -> None:
-    """Print a table without the blanks that fill up its last column."""
+    """Print a table without trailing blanks."""
     console = _console()
     with console.capture() as capture:
         console.print(table)
@@ -151,7 +181,7 @@ def _print_table(table: Table) -> None:
 
 
 def _table(*headings: str) -> Table:
-    """Return an empty table; a heading that starts with '>' is that of a column of numbers."""
+    """Return an empty table; a heading with a leading '>' is that of a column of numbers."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in headings:
         right = heading.startswith(">")

@@ -1,4 +1,4 @@
-"""Where a result may go, and how it gets there whole or not at all."""
+"""Atomic writing of result files, and checks that a file can be written before a run starts."""
 
 import os
 from contextlib import suppress
@@ -11,51 +11,53 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def check_writable(path: Path) -> None:
-    """See that a result can be put at a path, before the time to compute it is spent.
+    """Check that a result can be written to a path.
 
     Raises
     ------
     OutputError
+        If it cannot, with the reason.
     """
     try:
         reason = _target_problem(path)
-    except OSError as error:  # a name that is too long, a folder that may not be entered
+    except OSError as error:  # name too long, or no permission to enter the folder
         reason = error.strerror or str(error)
     if reason:
         raise _not_written(path, reason)
 
 
 def check_no_clobber(path: Path) -> None:
-    """See that there is no file yet.
+    """Check that there is no file at a path.
 
     Raises
     ------
     OutputError
+        If there is one.
     """
     if os.path.lexists(path):
         raise OutputError(
-            f"{path}: cannot write here: there is a file, which --no-clobber protects; name another"
+            f"{path}: the file exists and --no-clobber forbids to replace it; give another name"
         )
 
 
 def _target_problem(path: Path) -> str:
-    """Return why a result must not be put at a path; empty if it may."""
+    """Return why a result must not be written to a path; empty if it may be."""
     folder = path.parent
     if path.is_dir():
         return "this is a folder; give a file name"
     if path.exists():
         if not path.is_file():
-            return "this is a device; give the name of a file"
+            return "this is a device; give a file name"
         if not path.stat().st_mode & 0o222:
-            return "the file that is there is read-only"
-        if path.suffix not in SUFFIXES and not _starts_as_hdf5(path):
-            return "the file that is there is no result; it would be lost"
+            return "the existing file is read-only"
+        if path.suffix not in SUFFIXES and not _has_hdf5_signature(path):
+            return "the existing file is not a result and is not overwritten; give another name"
     if not folder.is_dir():
         return f"there is no folder '{folder}'"
     return "" if os.access(folder, os.W_OK) else f"no permission to write in '{folder}'"
 
 
-def _starts_as_hdf5(path: Path) -> bool:
+def _has_hdf5_signature(path: Path) -> bool:
     with path.open("rb") as file:
         return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
 
@@ -65,18 +67,25 @@ def _not_written(path: Path, reason: str) -> OutputError:
 
 
 def write_atomically(image: bytes, path: Path) -> None:
-    """Have a file consist of these bytes, or be what it was.
+    """Write a file atomically: on any error the existing file is kept.
 
-    They are written beside the target, flushed to the disk and renamed: at no time is there half
-    a result, and whatever goes wrong, an older one stays.
+    The bytes are written to a temporary file in the same folder, flushed to the disk and renamed.
+
+    Parameters
+    ----------
+    image : bytes
+        The content.
+    path : Path
+        The target; a symbolic link is followed.
 
     Raises
     ------
     OutputError
+        If the file cannot be written.
     """
     check_writable(path)
     target = Path(os.path.realpath(path))
-    # The number of a process that was killed may come again: its part must not be in the way.
+    # PIDs are reused, so a part file of a killed process may exist: add random digits.
     part = target.with_name(f".{target.name}.{os.getpid()}.{os.urandom(4).hex()}.part")
     try:
         with part.open("xb") as file:
@@ -88,12 +97,12 @@ def write_atomically(image: bytes, path: Path) -> None:
         raise _not_written(path, error.strerror or str(error)) from None
     finally:
         with suppress(OSError):
-            part.unlink()  # gone already where all went well
+            part.unlink()  # it exists only after an error
     _sync_folder(target.parent)
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the disk know the new name, too; some file systems have no such thing."""
+    """Flush the directory entry; not every file system supports this."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,8 +1,8 @@
-"""A checksum behind the end of a file, so that a damaged one is told before it is read.
+"""A CRC-32 trailer after the HDF5 data, to detect damaged files before they are opened.
 
-HDF5 itself has none over its metadata, and its library may crash or never return on a file in
-which bits have changed. It does not look behind its own end, and drops what is there when another
-program changes the file: a seal that is there has to fit, and one that is not there is not missed.
+HDF5 has no checksum of its metadata, and its library may crash or hang on a damaged file. It
+ignores data after its end of file and drops them when another program changes the file. Therefore
+a trailer must match, but a missing one is accepted.
 """
 
 import os
@@ -15,17 +15,17 @@ BLOCK = 1 << 20
 
 
 def checksum_trailer(image: bytes) -> bytes:
-    """Return the bytes to put behind an image."""
+    """Return the trailer of a file with the given content."""
     return MARK + b"%08x\n" % crc32(image)
 
 
 def checksum_mismatch(path: Path) -> bool:
-    """Return whether a file has a seal that does not fit."""
+    """Return whether a file has a trailer that does not match its content."""
     with path.open("rb") as file:
         left = file.seek(0, os.SEEK_END) - LENGTH
         file.seek(max(left, 0))
-        found = file.read(LENGTH)
-        if not found.startswith(MARK):
+        trailer = file.read(LENGTH)
+        if not trailer.startswith(MARK):
             return False
         file.seek(0)
         checksum = 0
@@ -33,4 +33,4 @@ def checksum_mismatch(path: Path) -> bool:
             block = file.read(min(left, BLOCK))
             checksum = crc32(block, checksum)
             left -= len(block)
-    return found != MARK + b"%08x\n" % checksum
+    return trailer != MARK + b"%08x\n" % checksum

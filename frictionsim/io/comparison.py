@@ -1,4 +1,4 @@
-"""Comparison of a result with a golden one, for continuous integration."""
+"""Comparison of a result file with a golden (reference) file, for continuous integration."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,30 +18,37 @@ if TYPE_CHECKING:
 
 
 class Row(NamedTuple):
-    """The worst difference in one channel.
+    """The largest difference of one channel, relative to its tolerance.
 
     Attributes
     ----------
     name : str
     difference, allowed : float or None
-        At the sample that is worst against what is allowed there.
-    at : float or None, s
+        Difference and tolerance at the sample with the largest ratio of the two.
+    time : float or None, s
+        Time of that sample.
     ok : bool
     note : str
-        What is wrong beside the numbers, or which member of the channel's axis is worst.
+        Any other mismatch, or the member of the channel's axis.
     """
 
     name: str
     difference: float | None
     allowed: float | None
-    at: float | None
+    time: float | None
     ok: bool
     note: str = ""
 
 
 @dataclass
 class Comparison:
-    """The rows of a comparison, the worst first, and notes that decide nothing."""
+    """The rows of a comparison, the largest ratio first, and notes that do not affect the verdict.
+
+    Attributes
+    ----------
+    rows : list of Row
+    notes : list of str
+    """
 
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -61,16 +68,17 @@ def compare(
 ) -> Comparison:
     """Compare two result files channel by channel and event by event.
 
-    A channel agrees where |result - golden| <= atol + rtol |golden| at every sample. Samples
-    within time_atol of an event of the golden file are left out: either side of a jump is right
-    there. Events agree in number and modes, and in time within time_atol.
+    A channel agrees if |result - golden| <= atol + rtol |golden| at every sample. Samples within
+    time_atol of an event of the golden file are skipped, because a channel may jump there. Events
+    agree if their number, contacts and modes are equal and their times within time_atol.
 
     Parameters
     ----------
     result_path, golden_path : Path
     rtol, atol : float
-        atol in the unit of each channel.
+        Tolerances; atol in the unit of each channel.
     time_atol : float, s
+        Tolerance of event times.
     ignore : list of str
         Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
 
@@ -81,8 +89,8 @@ def compare(
     Raises
     ------
     InputError
-        If the two cannot be compared: one is not readable, they are of different kinds, or two
-        runs that are done were sampled at different times.
+        If the files cannot be compared: one is unreadable, their kinds differ, or both runs are
+        done but sampled at different times.
     """
     result, golden = hdf5_reader.read(result_path), hdf5_reader.read(golden_path)
     kinds = result.attributes["kind"], golden.attributes["kind"]
@@ -93,8 +101,8 @@ def compare(
     _check_patterns(ignore, {*result.channels, *golden.channels, "events"})
     comparison = Comparison()
     _compare_status(result, golden, comparison)
-    pairs = _pairs(result, golden)
-    _compare_times(result, golden, pairs, comparison, f"{result_path} and {golden_path}")
+    common = _common_samples(result, golden)
+    _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
     for key in ("backend", "frictionsim_version", "scenario"):
         if result.attributes[key] != golden.attributes[key]:
             comparison.notes.append(f"note: the two files differ in their {key}")
@@ -104,19 +112,19 @@ def compare(
 
     for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
         if wanted(name):
-            row = _compare_channel(name, result, golden, pairs, rtol, atol, time_atol)
+            row = _compare_channel(name, result, golden, common, rtol, atol, time_atol)
             comparison.rows.append(row)
     if wanted("events"):
         events = _compare_events(result, golden, time_atol)
         comparison.rows.append(events)
-        if events.ok:  # the same events have sides to compare
+        if events.ok:  # the sides can only be compared of equal events
             comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
     comparison.rows.sort(key=_tolerance_ratio, reverse=True)
     return comparison
 
 
 def _check_patterns(ignore: list[str], names: set[str]) -> None:
-    """Refuse a pattern that leaves nothing out, and patterns that leave nothing to compare."""
+    """Raise InputError if a pattern matches no channel, or if the patterns match all of them."""
     names = names - {"time"}
     for pattern in ignore:
         if not any(fnmatch(name, pattern) for name in names):
@@ -138,10 +146,10 @@ def _compare_status(result: "Result", golden: "Result", comparison: Comparison) 
         comparison.rows.append(Row("status", None, None, None, False, note))
 
 
-class _Pairs(NamedTuple):
-    """The samples that two results have in common, by their places in each.
+class _CommonSamples(NamedTuple):
+    """Indices of the samples common to two results, in each of them.
 
-    `complete`: the others are those at their events, which each result has at its own times.
+    `complete`: all other samples are at events, whose times differ between the results.
     """
 
     result: Any
@@ -149,7 +157,7 @@ class _Pairs(NamedTuple):
     complete: bool
 
 
-def _pairs(result: "Result", golden: "Result") -> _Pairs:
+def _common_samples(result: "Result", golden: "Result") -> _CommonSamples:
     times, expected = result.channels["time"], golden.channels["time"]
     (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
@@ -157,11 +165,11 @@ def _pairs(result: "Result", golden: "Result") -> _Pairs:
         and np.all(also_found | np.isin(expected, golden.events["time"]))
     )
     of_golden, of_result = np.unique(places[found], return_index=True)
-    return _Pairs(np.flatnonzero(found)[of_result], of_golden, complete)
+    return _CommonSamples(np.flatnonzero(found)[of_result], of_golden, complete)
 
 
 def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
-    """Return the places of the nearest of other times, and which are the same but for rounding."""
+    """Return the indices of the nearest other times, and which of them are equal to rounding."""
     places = np.zeros(times.shape, dtype=np.intp)
     if not others.size:
         return places, np.zeros(times.shape, dtype=bool)
@@ -173,19 +181,19 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
 
 
 def _compare_times(
-    result: "Result", golden: "Result", pairs: _Pairs, comparison: Comparison, pair: str
+    result: "Result", golden: "Result", common: _CommonSamples, comparison: Comparison, pair: str
 ) -> None:
-    """Refuse two whole runs that were sampled at different times; broken-off ones differ."""
+    """Raise InputError if two runs that are done differ in sample times; else add a row."""
     times, expected = result.channels["time"], golden.channels["time"]
-    if pairs.complete:
+    if common.complete:
         return
     counts = f"{times.size} and {expected.size} samples"
     if result.attributes["status"] == golden.attributes["status"] == "done":
         raise InputError(
             f"cannot compare {pair}: they are sampled at different times ({counts}); run both with"
-            " one duration and one output.interval"
+            " the same solver.duration and output.interval"
         )
-    note = f"other times, {counts}; compared as far as both go"
+    note = f"different sample times, {counts}; only common samples are compared"
     comparison.rows.append(Row("time", None, None, None, False, note))
 
 
@@ -193,7 +201,7 @@ def _compare_channel(
     name: str,
     result: "Result",
     golden: "Result",
-    pairs: _Pairs,
+    common: _CommonSamples,
     rtol: float,
     atol: float,
     time_atol: float,
@@ -202,22 +210,22 @@ def _compare_channel(
         where = "the golden file" if name in result.channels else "the result"
         return Row(name, None, None, None, False, f"missing in {where}")
     if result.units[name] != golden.units[name]:
-        note = f"in {result.units[name]}, expected {golden.units[name]}"
+        note = f"unit {result.units[name]}, expected {golden.units[name]}"
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
-        return Row(name, None, None, None, False, "of another axis, or of other members of it")
-    found, expected = result.channels[name][pairs.result], golden.channels[name][pairs.golden]
-    time = golden.channels["time"][pairs.golden]
+        return Row(name, None, None, None, False, "different axis or members of the axis")
+    found, expected = result.channels[name][common.result], golden.channels[name][common.golden]
+    time = golden.channels["time"][common.golden]
     away = _outside_event_windows(golden.events["time"], time, time_atol)
     found, expected, time = found[away], expected[away], time[away]
     if not found.size:
         return Row(name, 0.0, atol, None, True)
     allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(found, expected)
-    # Where nothing is allowed any difference is infinitely bad, and none is none.
+    # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
     with np.errstate(divide="ignore", invalid="ignore"):
-        badness = np.where(difference > 0.0, difference / allowed, 0.0)
-    order = np.lexsort((difference.ravel(), badness.ravel()))
+        ratio = np.where(difference > 0.0, difference / allowed, 0.0)
+    order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
     ok = bool(difference[worst] <= allowed[worst])
     axis, names = _columns(golden, name)
@@ -226,22 +234,22 @@ def _compare_channel(
 
 
 def _difference(found: Any, expected: Any) -> Any:
-    """Return how far values are apart; infinitely where one of them is not a number."""
+    """Return the absolute difference; infinite where only one value is NaN."""
     with np.errstate(invalid="ignore"):
         difference = np.abs(found - expected)
-    # Equal values agree also where both are infinite or not a number.
-    alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
-    return np.where(alike, 0.0, np.where(np.isnan(difference), np.inf, difference))
+    # Equal infinities, and NaN in both, count as no difference.
+    equal = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    return np.where(equal, 0.0, np.where(np.isnan(difference), np.inf, difference))
 
 
 def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
-    """Return the axis of a channel and the names of its members; nothing for one value."""
+    """Return the axis of a channel and the names of its members; both empty without columns."""
     axis = result.axes[name]
     return axis, result.members[axis] if axis else ()
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
-    """Return which samples are further than time_atol from every event."""
+    """Return which samples are more than time_atol away from every event."""
     away = np.ones(time.shape, dtype=bool)
     for event in events:
         first, last = np.searchsorted(time, (event - time_atol, event + time_atol))
@@ -260,7 +268,7 @@ def _compare_events(result: "Result", golden: "Result", time_atol: float) -> Row
         if what != expected_what:
             note = f"{what} at {time:.9g} s, expected {expected_what}"
             return Row("events", difference, time_atol, expected_time, False, note)
-        if not difference <= (worst.difference or 0.0):  # also where it is not a number
+        if not difference <= (worst.difference or 0.0):  # also true if it is NaN
             worst = Row("events", difference, time_atol, expected_time, difference <= time_atol)
     return worst
 
@@ -283,10 +291,10 @@ def _compare_sides(
     atol: float,
     time_atol: float,
 ) -> Iterator[Row]:
-    """Compare the channels right before and right after the events, where both results have them.
+    """Compare the channels immediately before and after the events, if both results have them.
 
-    Within time_atol an event may be elsewhere, and a channel goes on as fast as between the event
-    and the sample beside it.
+    An event may be shifted by time_atol; the tolerance includes the change of the channel in this
+    time, at its rate between the event and the next sample.
     """
     for name in sorted(golden.channels.keys() & result.channels.keys()):
         sides = [f"{name}_{side}" for side in ("before", "after")]
@@ -298,14 +306,14 @@ def _compare_sides(
             difference = _difference(result.events[side], expected)
             rate = _rate_beside(golden, name, expected, step)
             allowed = atol + rtol * np.abs(expected) + rate * time_atol
-            for found, most, at in zip(difference, allowed, golden.events["time"], strict=True):
-                row = Row(worst.name, float(found), float(most), float(at), bool(found <= most))
+            for value, limit, at in zip(difference, allowed, golden.events["time"], strict=True):
+                row = Row(worst.name, float(value), float(limit), float(at), bool(value <= limit))
                 worst = max(worst, row, key=_tolerance_ratio)
         yield worst
 
 
 def _rate_beside(golden: "Result", name: str, values: Any, step: int) -> Any:
-    """Return how fast a channel changes between its events and the samples before or after them."""
+    """Return the rate of a channel between the events and the samples before or after them."""
     time, at = golden.channels["time"], golden.events["time"]
     if step < 0:
         places = np.searchsorted(time, at, side="left") - 1

@@ -1,4 +1,4 @@
-"""Where the results of a run go: a part of one never takes the place of a whole one."""
+"""The file that a run writes to: an incomplete result never replaces a complete one."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -14,14 +14,14 @@ PARTIAL = ".partial"
 
 
 def partial_name(path: Path) -> Path:
-    """Return the name beside a file for a part of what belongs there: a.h5, a.partial.h5."""
+    """Return the name of the incomplete result of a file: a.partial.h5 for a.h5."""
     return path.with_name(f"{path.stem}{PARTIAL}{path.suffix}")
 
 
 def whole_name(path: Path) -> Path:
-    """Return the name of what a file is a part of: a.partial.h5, a.h5; its own if of nothing."""
+    """Return the name of the complete result: a.h5 for a.partial.h5; other names are unchanged."""
     name = path.name.removesuffix(path.suffix)
-    if path.suffix == PARTIAL:  # of a file whose name has no suffix
+    if path.suffix == PARTIAL:  # the complete file has no suffix
         return path.with_name(name)
     if name.endswith(PARTIAL) and name != PARTIAL:
         return path.with_name(name.removesuffix(PARTIAL) + path.suffix)
@@ -29,17 +29,17 @@ def whole_name(path: Path) -> Path:
 
 
 class Destination:
-    """The file that a run's result belongs in.
+    """The files for the complete and the incomplete result of a run.
 
-    A result that is done goes there. Any other goes there too, unless a result that is done stands
-    there already, or what cannot be read; then it goes beside it, to `partial_name`.
+    A complete result is written to `whole`. An incomplete one is written there too, unless there
+    is a complete or unreadable file already; then it is written to `partial_name(whole)`.
 
     Parameters
     ----------
     whole : Path
     resumed : Path, optional
-        The result that the run goes on from. If it is the part of `whole` it stays the place for
-        parts, and is removed when the whole is there.
+        The result that is resumed. If it is the incomplete result of `whole`, incomplete results
+        are written to it, and it is removed when `whole` is written.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
@@ -50,16 +50,17 @@ class Destination:
         self._written = {resumed} if resumed is not None and own else set()
 
     def check(self, no_clobber: bool = False) -> None:
-        """See that results can be written, before the time to compute them is spent.
+        """Check that results can be written.
 
         Parameters
         ----------
         no_clobber : bool
-            Whether another file than the one that is resumed must not be replaced.
+            Do not replace an existing file, except the one that is resumed.
 
         Raises
         ------
         OutputError
+            If they cannot.
         """
         if no_clobber and self.whole != self._resumed:
             check_no_clobber(self.whole)
@@ -69,11 +70,18 @@ class Destination:
             check_writable(part)
 
     def write(self, run: "RunResult") -> Path | None:
-        """Write a result; return where it is, None if there was nothing worth another's place.
+        """Write a result.
+
+        Returns
+        -------
+        Path or None
+            The file written; None if the run has no samples beyond the start and would replace
+            an earlier incomplete result.
 
         Raises
         ------
         OutputError
+            If it cannot be written.
         """
         if run.status == "done":
             hdf5_writer.write(run, self.whole)
@@ -90,7 +98,7 @@ class Destination:
         return place
 
     def _place_of_part(self) -> Path:
-        """Return where a part goes now; another run may have come to its end meanwhile."""
+        """Return the file for an incomplete result; another run may have written `whole` since."""
         if self._part is not None:
             return self._part
         place = self.whole

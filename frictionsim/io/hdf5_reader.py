@@ -1,4 +1,4 @@
-"""Read result files in HDF5, whatever is in them: see `hdf5_writer` for what a file holds."""
+"""Read result files in HDF5 and check them; `hdf5_writer` documents the format."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,20 +28,20 @@ MAX_GZIP_RATIO = 1032
 
 
 class Result(NamedTuple):
-    """A result file, read whole.
+    """The content of a result file.
 
     Attributes
     ----------
     attributes : dict of str
-    channels : dict of (n,) or (n, k) arrays, `time` among them
+    channels : dict of arrays (n,) or (n, k), including `time`
     units, long_names : dict of str
     axes : dict of str
-        What the columns of a channel belong to; empty for a channel of (n,).
+        The axis of the columns of each channel; empty for a channel of shape (n,).
     members : dict of tuple of str
         The names of the members of each axis, or their numbers.
-    events : dict of (m,) arrays, `time` among them
+    events : dict of arrays (m,), including `time`
     contacts : list of str
-        What the indices of `events["contact"]` stand for.
+        The names that the indices `events["contact"]` refer to.
     """
 
     attributes: dict[str, str]
@@ -60,20 +60,17 @@ def read(path: Path) -> Result:
     Raises
     ------
     InputError
-        If it is not there, not HDF5, not of frictionsim, or of another format version.
+        If it does not exist, is not HDF5, not a frictionsim result, or of another format version.
     """
     with _opened(path) as file:
         return _read(file)
 
 
 def may_be_done(path: Path) -> bool:
-    """Return whether a file holds a result that is done, or something that cannot be told.
-
-    An empty file holds nothing.
-    """
+    """Return whether a file holds a complete result or cannot be read; false for an empty file."""
     try:
         empty = path.stat().st_size == 0
-    except OSError:  # nothing can be there
+    except OSError:  # no such file
         return False
     try:
         if empty or checksum_mismatch(path):
@@ -85,19 +82,19 @@ def may_be_done(path: Path) -> bool:
 
 
 class Checkpoint(NamedTuple):
-    """What a run can go on from: its scenario as TOML, and the state of its solver."""
+    """The data to resume a run: its scenario as TOML and the state of its solver."""
 
     scenario: str
     state: dict[str, Any]
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """Read what a result file has for its run to go on.
+    """Read the checkpoint of a result file.
 
     Raises
     ------
     InputError
-        As `read`; or if the run is done, cannot go on, or is of another version of the program.
+        As `read`; or if the run is done, has no checkpoint, or was written by another version.
     """
     with _opened(path) as file:
         attributes = _attributes(file)
@@ -115,8 +112,8 @@ def _resume_obstacle(file: Any, attributes: dict[str, str]) -> str:
         return "it is done"
     if attributes["frictionsim_version"] != __version__:
         return (
-            f"it is of version {attributes['frictionsim_version']}, this is {__version__}; solve"
-            " its scenario anew"
+            f"it was written by version {attributes['frictionsim_version']}, this is {__version__};"
+            " solve its scenario again"
         )
     if "checkpoint" not in file:
         return f"it has no checkpoint ({attributes['status']}: {attributes['reason']})"
@@ -125,25 +122,29 @@ def _resume_obstacle(file: Any, attributes: dict[str, str]) -> str:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open a result file of this format; what is wrong with it in here is said of the file."""
+    """Open a result file; errors within the context become InputError with the file's name."""
     try:
         if checksum_mismatch(path):
-            raise InputError(f"{path}: cannot read this result: it is damaged")
+            raise InputError(
+                f"{path}: cannot read this result: it is damaged (its checksum does not match)"
+            )
         with h5py.File(path, "r") as file:
             version = file.attrs["format_version"]
             if version != FORMAT_VERSION:
                 raise InputError(
-                    f"{path}: format version {version} of a result, this program reads"
-                    f" {FORMAT_VERSION}"
+                    f"{path}: cannot read this result: its format version is {version}, this"
+                    f" program reads version {FORMAT_VERSION}"
                 )
             if "cost" in file:
-                raise InputError(f"{path}: this is a table of `frictionsim cost`, not of a run")
+                raise InputError(
+                    f"{path}: this is a table of `frictionsim cost`, not the result of a run"
+                )
             yield file
     except OSError as error:
         raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from error
     except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
         raise InputError(
-            f"{path}: cannot read this result: it is HDF5, but not of frictionsim"
+            f"{path}: cannot read this result: it is HDF5, but not a frictionsim result"
         ) from error
 
 
@@ -154,7 +155,7 @@ def _why_not_open(path: Path) -> str:
 
 
 def _attributes(file: Any) -> dict[str, str]:
-    """Return the root attributes, all that there must be among them."""
+    """Return the root attributes; raise KeyError if a required one is missing."""
     missing = [name for name in ATTRIBUTES if name not in file.attrs]
     if missing:
         raise KeyError(*missing)
@@ -163,9 +164,9 @@ def _attributes(file: Any) -> dict[str, str]:
 
 def _read(file: Any) -> Result:
     attributes = _attributes(file)
-    found = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
-    scales = {name for name, item in found.items() if item.is_scale and name != "time"}
-    datasets = {name: item for name, item in found.items() if name not in scales}
+    every = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
+    scales = {name for name, item in every.items() if item.is_scale and name != "time"}
+    datasets = {name: item for name, item in every.items() if name not in scales}
     events = {name: _values(_check_size(item)) for name, item in file["events"].items()}
     contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
     result = Result(
@@ -174,7 +175,7 @@ def _read(file: Any) -> Result:
         units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
         long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
         axes={name: _axis_of(item) for name, item in datasets.items()},
-        members={name: _members(found[name]) for name in sorted(scales)},
+        members={name: _members(every[name]) for name in sorted(scales)},
         events=events,
         contacts=contacts,
     )
@@ -183,12 +184,12 @@ def _read(file: Any) -> Result:
 
 
 def _text(value: Any) -> str:
-    """Return an attribute as text that can be printed, also where its bytes are none."""
+    """Return an attribute as printable text; bytes that are not UTF-8 are replaced."""
     return str(value).encode("utf-8", "replace").decode()
 
 
 def _axis_of(dataset: Any) -> str:
-    """Return what the columns of a dataset belong to; empty if it has no columns."""
+    """Return the axis of the columns of a dataset; empty if it has no columns."""
     return next(iter(dataset.dims[1].keys()), "") if dataset.ndim > 1 else ""
 
 
@@ -196,12 +197,12 @@ def _members(scale: Any) -> tuple[str, ...]:
     names = scale.attrs.get("names")
     members = numbered_members(scale.size) if names is None else tuple(_text(names).split())
     if scale.shape != (len(members),):
-        raise ValueError(f"{scale.name} is no axis")
+        raise ValueError(f"{scale.name} is not an axis")
     return members
 
 
 def _check_shapes(result: Result) -> None:
-    """See that all channels are over one time, and events name contacts that there are."""
+    """Check that all channels have the length of the time, and that contacts have names."""
     for channels, axes in ((result.channels, result.axes), (result.events, {})):
         n = channels["time"].size
         for name, values in channels.items():
@@ -210,18 +211,18 @@ def _check_shapes(result: Result) -> None:
                 raise ValueError(f"{name} is not a channel over time")
     contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
-        raise ValueError("an event is of a contact without a name")
+        raise ValueError("an event has a contact without a name")
 
 
 def _check_size(dataset: Any) -> Any:
-    """Return a dataset, unless it claims more than its file can hold."""
+    """Return a dataset; raise ValueError if it claims more data than its file can hold."""
     size = dataset.file.id.get_filesize()
     if not isinstance(dataset, h5py.Dataset) or dataset.nbytes > MAX_GZIP_RATIO * size:
-        raise ValueError(f"{dataset.name} is no channel")
+        raise ValueError(f"{dataset.name} is not a channel")
     return dataset
 
 
 def _values(dataset: Any) -> Any:
     if dataset.dtype.kind not in "fiub":
-        raise TypeError(f"{dataset.name} is not of real numbers")
+        raise TypeError(f"{dataset.name} does not hold real numbers")
     return np.asarray(dataset[...], dtype=np.float64)

@@ -4,40 +4,40 @@ A result file, format version 1, holds
 
     /                    attributes format_version, frictionsim_version, scenario (TOML with
                          overrides, defaults and CSV signals filled in), kind, backend, title,
-                         status (done, failed, interrupted), reason (empty if all is well),
-                         failure (the kind of it: non_finite, diverged, step_underflow, chattering,
-                         budget_exceeded, belt_off_pulleys; empty if it has not failed), warnings
-                         (one a line)
-    /time                (n,) s, the dimension scale of every channel: strictly increasing, each
-                         output.interval and, with output.at_events, at each event. There a channel
-                         has the value of the side that sticks, where there is one, else of after it
-    /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of a kind of
-                         many parts (n, k), a column for each member of an axis: body, pulley, ...
+                         status (done, failed, interrupted), reason (empty if done and sound),
+                         failure (non_finite, diverged, step_underflow, chattering,
+                         budget_exceeded, belt_off_pulleys; empty if not failed), warnings
+                         (one per line)
+    /time                (n,) s, the dimension scale of every channel; strictly increasing: every
+                         output.interval and, with output.at_events, at every event. At an event a
+                         channel has its value on the sticking side, else the value after the event
+    /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of belt drives
+                         also (n, k), one column for each member of an axis: body, pulley, ...
     /<axis>              (k,) 0, 1, ..., the dimension scale of those columns; attribute `names`,
-                         joined by blanks, where the members have names
-    /energy_<name>       (n,) J, the energies that the scenario has
+                         separated by blanks, if the members have names
+    /energy_<name>       (n,) J, the energies of the scenario
     /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
     /events/time         (m,) s, the dimension scale of the transitions
     /events/contact      (m,) index into the attribute `flag_meanings`
     /events/mode_from, /events/mode_to    (m,)
-    /events/angle        (m,) rad, where the contact went over; not of a kind of many parts
-    /events/<channel>_before, /events/<channel>_after    (m,) right before and right after the
-                         event: all recorded channels but angle, mode and energies; not of a kind
-                         of many parts
+    /events/angle        (m,) rad, position of the contact; not of belt drives
+    /events/<channel>_before, /events/<channel>_after    (m,) immediately before and after the
+                         event: all recorded channels except angle, mode and energies; not of belt
+                         drives
 
-    /checkpoint          where the run can go on: the state of its solver, in arrays of float64 or
-                         bytes whose names and meaning are the solver's own, and the seconds that
-                         it has taken, clock.solving and clock.compiling; attribute `digest`,
-                         SHA-256 of them, of the scenario and of the version, which a resumption
-                         compares. Only where status is interrupted or failure is budget_exceeded
+    /checkpoint          the state of the solver to resume from, in arrays of float64 or bytes whose
+                         names and meaning are internal to the solver, and the run time so far in s,
+                         clock.solving and clock.compiling; attribute `digest`, the SHA-256 of
+                         these, the scenario and the version, checked on resuming. Only if status
+                         is interrupted or failure is budget_exceeded
 
-The table of `frictionsim cost` is a file of another layout: see `write_table`.
+The table of `frictionsim cost` has another layout: see `write_table`.
 
-With `output.channels` a file has those channels only, time and events. All datasets outside of
-/checkpoint are float64 with the attributes `units` and `long_name`; those of two dimensions are
-compressed. Nothing in a file that is done depends on when or where it was made: two runs of one
-scenario give identical bytes, however often they were interrupted and resumed. Behind the end of
-the HDF5 data stands a line with the CRC-32 of all before it.
+With `output.channels` a file has only those channels, time and events. All datasets outside of
+/checkpoint are float64 with the attributes `units` and `long_name`; two-dimensional ones are
+compressed. A complete file does not depend on when or where it was written: two runs of one
+scenario give identical bytes, however often they were interrupted and resumed. The HDF5 data are
+followed by a line with their CRC-32.
 """
 
 from pathlib import Path
@@ -65,28 +65,43 @@ MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward sti
 
 
 def write(run: "RunResult", path: Path) -> None:
-    """Write a result file, whole or not at all; whatever goes wrong, an older one stays.
+    """Write a result file atomically: on any error the existing file is kept.
+
+    Parameters
+    ----------
+    run : RunResult
+    path : Path
 
     Raises
     ------
     OutputError
+        If it cannot be written.
     """
     image = _image(run)
     write_atomically(image + checksum_trailer(image), path)
 
 
 def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
-    """Write a table of settings of one scenario, whole or not at all.
+    """Write the table of a work-precision study atomically.
 
     The file has the attributes of a result, and
 
-        /cost/row            (k,) the dimension scale of the columns: a row for each setting
+        /cost/row            (k,) the dimension scale of the columns: one row for each setting
         /cost/<column>       (k,) backend, setting, overrides, status, reason as text; error,
-                             wall_seconds, steps, ... as float64, nan where a value is not known
+                             wall_seconds, steps, ... as float64, nan if a value is unknown
+
+    Parameters
+    ----------
+    scenario : Scenario
+    columns : iterable of Column
+    status : str
+        `done` or `interrupted`.
+    path : Path
 
     Raises
     ------
     OutputError
+        If it cannot be written.
     """
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
         _write_attributes(file, scenario, status)
@@ -107,7 +122,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
 
 def _image(run: "RunResult") -> bytes:
     """Return the bytes of the result file of a run."""
-    # A core file without backing store never touches the disk; its name is only a label.
+    # A core file without backing store is in memory only; its name is not used.
     with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
         _write_attributes(file, run.scenario, run.status, run.reason, run.failure)
         file.attrs["warnings"] = "\n".join(run.warnings)
@@ -204,7 +219,7 @@ def _add(group: Any, name: str, values: Any, unit: str, long_name: str, *scales:
 
 
 def _storage(values: Any) -> dict[str, Any]:
-    """Return how a dataset is stored: whole if it is small, else compressed chunks of rows."""
+    """Return the storage options: contiguous for one dimension, else compressed chunks of rows."""
     if values.ndim < 2 or not values.size:
         return {}
     rows = min(len(values), max(1, CHUNK_BYTES // values[0].nbytes))

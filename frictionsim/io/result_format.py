@@ -1,4 +1,4 @@
-"""What the writer and the reader of result files agree on."""
+"""Definitions shared by the writer and the reader of result files."""
 
 from typing import Any
 
@@ -6,7 +6,19 @@ FORMAT_VERSION = 1
 
 
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
-    """Return a sum that changes with any bit of a state or of the scenario that it belongs to."""
+    """Return the SHA-256 of a checkpoint and of the scenario and version that it belongs to.
+
+    Parameters
+    ----------
+    attributes : dict
+        Root attributes of the file; `scenario`, `kind` and `frictionsim_version` are used.
+    state : dict of arrays
+
+    Returns
+    -------
+    str
+        Hexadecimal digest.
+    """
     from hashlib import sha256
 
     digest = sha256()
@@ -20,5 +32,5 @@ def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
 
 
 def numbered_members(count: int) -> tuple[str, ...]:
-    """Return the names of members that have none."""
+    """Return the default names of the members of an axis: their numbers."""
     return tuple(map(str, range(count)))

@@ -31,7 +31,7 @@ from math import asin, pi, radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.scalar_math import cos, sin
@@ -87,13 +87,16 @@ METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_fric
 class EpicyclicParameters(Params):
     """`[mechanism]`."""
 
-    sun_radius: float = unit_field("m", gt=0)
-    planet_radius: float = unit_field("m", gt=0)
-    crank_mass: float = unit_field("kg", ge=0)
-    planet_mass: float = unit_field("kg", ge=0)
-    initial_angle_deg: float = unit_field("deg", 0.0)
-    initial_angular_velocity: float = unit_field("rad/s", 0.0)
-    formulation: Literal["consistent", "published"] = "consistent"
+    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun.", gt=0)
+    planet_radius: float = unit_field("m", "Pitch radius of the planet.", gt=0)
+    crank_mass: float = unit_field("kg", "Mass of the crank, a slender rod.", ge=0)
+    planet_mass: float = unit_field("kg", "Mass of the planet, a disc.", ge=0)
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
+    formulation: Literal["consistent", "published"] = Field(
+        "consistent",
+        description="Equation of motion: the consistent one, or eq 26 as it is printed.",
+    )
 
     @model_validator(mode="after")
     def _something_is_heavy(self) -> Self:
@@ -122,8 +125,12 @@ class EpicyclicParameters(Params):
 class EpicyclicDrive(Params):
     """`[drive]`: a torque on the crank, or the speed that it is turned with."""
 
-    torque: TimeSignal | None = unit_field("N m", None)
-    speed: TimeSignal | None = unit_field("rad/s", None)
+    torque: TimeSignal | None = unit_field("N m", "Torque on the crank; give this or speed.", None)
+    speed: TimeSignal | None = unit_field(
+        "rad/s",
+        "Given angular velocity of the crank, whose torque is computed; or give torque.",
+        None,
+    )
 
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
@@ -135,7 +142,9 @@ class EpicyclicDrive(Params):
 class SharedFrictionLaw(FrictionLaw):
     """The law of the one contact that hinge and rolling friction load; one of them may name it."""
 
-    law: Literal["set-valued", "regularised", "published"] | None = None  # type: ignore[assignment]
+    law: Literal["set-valued", "regularised", "published"] | None = Field(  # type: ignore[assignment]
+        None, description="Friction law of the contact; set-valued if neither effect names one."
+    )
 
     @model_validator(mode="after")
     def _law_has_its_parameters(self) -> Self:
@@ -145,8 +154,10 @@ class SharedFrictionLaw(FrictionLaw):
 class HingeFriction(SharedFrictionLaw):
     """Dry couple between planet and crank."""
 
-    torque_static: float = unit_field("N m", ge=0)
-    torque_kinetic: float = unit_field("N m", ge=0)
+    torque_static: float = unit_field(
+        "N m", "Couple that the hinge can hold, not below torque_kinetic.", ge=0
+    )
+    torque_kinetic: float = unit_field("N m", "Couple of the sliding hinge.", ge=0)
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
@@ -157,8 +168,13 @@ class HingeFriction(SharedFrictionLaw):
 class RollingFriction(SharedFrictionLaw):
     """Rolling friction of the planet on the sun."""
 
-    arm: float = unit_field("m", ge=0)
-    normal_load: Literal["weight", "radial"] = "weight"
+    arm: float = unit_field(
+        "m", "Distance by which the normal force runs ahead of the contact.", ge=0
+    )
+    normal_load: Literal["weight", "radial"] = Field(
+        "weight",
+        description="Load of the mesh: the planet's weight, or with its centripetal force.",
+    )
 
 
 class EpicyclicEffects(Params):

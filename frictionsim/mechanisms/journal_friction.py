@@ -39,9 +39,9 @@ class ShaftFriction(FrictionLaw):
     the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft.
     """
 
-    shaft_radius: float = unit_field("m", gt=0)
-    mu_s: float = unit_field("1", ge=0)
-    mu_k: float = unit_field("1", ge=0)
+    shaft_radius: float = unit_field("m", "Radius of the shaft, where the journal slides.", gt=0)
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:

@@ -30,7 +30,7 @@ from math import sin as sine
 from sys import float_info
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
@@ -82,17 +82,25 @@ METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_fric
 class MarbleMachineParameters(Params):
     """`[mechanism]`."""
 
-    pinion_radius: float = unit_field("m", gt=0)
-    pressure_angle_deg: float = unit_field("deg", ge=0, lt=90)
-    gear_ratio: float = unit_field("1", gt=0)
-    mesh_azimuth_deg: float = unit_field("deg")
-    slots: int = unit_field("1", gt=0)
-    marble_mass: float = unit_field("kg", ge=0)
-    marble_circle_radius: float = unit_field("m", gt=0)
-    gear_mass: float = unit_field("kg", ge=0)
-    gear_inertia: float = unit_field("kg m^2", gt=0)
-    initial_angle_deg: float = unit_field("deg", 0.0)
-    initial_angular_velocity: float = unit_field("rad/s", 0.0)
+    pinion_radius: float = unit_field("m", "Pitch radius of the pinion.", gt=0)
+    pressure_angle_deg: float = unit_field("deg", "Pressure angle of the teeth.", ge=0, lt=90)
+    gear_ratio: float = unit_field("1", "Turns of the pinion for one turn of the gear.", gt=0)
+    mesh_azimuth_deg: float = unit_field(
+        "deg", "Where the pinion is, from the centre of the gear; 0 is to the right."
+    )
+    slots: int = unit_field(
+        "1", "Slots of the gear, an even number; half of them carry marbles.", gt=0
+    )
+    marble_mass: float = unit_field("kg", "Mass of a marble.", ge=0)
+    marble_circle_radius: float = unit_field(
+        "m", "Radius of the circle on which the marbles ride.", gt=0
+    )
+    gear_mass: float = unit_field("kg", "Mass of the gear, whose weight loads the shaft.", ge=0)
+    gear_inertia: float = unit_field(
+        "kg m^2", "Moment of inertia of the gear without marbles.", gt=0
+    )
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
     @model_validator(mode="after")
     def _one_leaves_as_one_comes(self) -> Self:
@@ -118,15 +126,17 @@ class MarbleMachineParameters(Params):
 class Motor(Params):
     """A gear motor: T_p = stall_torque (1 - w/no_load_speed) at the speed w of the pinion."""
 
-    stall_torque: float = unit_field("N m", gt=0)
-    no_load_speed: float = unit_field("rad/s", gt=0)
-    name: str = ""
+    stall_torque: float = unit_field("N m", "Torque at standstill.", gt=0)
+    no_load_speed: float = unit_field(
+        "rad/s", "Speed of the pinion at which the torque is zero.", gt=0
+    )
+    name: str = Field("", description="Name of the motor, for the reader.")
 
 
 class MarbleMachineDrive(Params):
     """`[drive]`: a torque on the pinion, or a motor on it."""
 
-    torque: TimeSignal | None = unit_field("N m", None)
+    torque: TimeSignal | None = unit_field("N m", "Torque on the pinion; give this or motor.", None)
     motor: Motor | None = None
 
     @model_validator(mode="after")
@@ -139,7 +149,9 @@ class MarbleMachineDrive(Params):
 class MotorInertia(Params):
     """Inertia of motor and pinion, about the pinion's axis."""
 
-    inertia: float = unit_field("kg m^2", ge=0)
+    inertia: float = unit_field(
+        "kg m^2", "Moment of inertia of motor and pinion, about the pinion's axis.", ge=0
+    )
 
 
 class MarbleMachineEffects(Params):

@@ -18,6 +18,8 @@ from math import radians, sqrt
 from sys import float_info
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
+from pydantic import Field
+
 from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
 from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
@@ -62,18 +64,20 @@ METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_fric
 class PulleyParameters(Params):
     """`[mechanism]`."""
 
-    cord_radius: float = unit_field("m", gt=0)
-    inertia: float = unit_field("kg m^2", gt=0)
-    load: float = unit_field("N", ge=0)
-    initial_angle_deg: float = unit_field("deg", 0.0)
-    initial_angular_velocity: float = unit_field("rad/s", 0.0)
+    cord_radius: float = unit_field("m", "Radius from the axis to the middle of the cord.", gt=0)
+    inertia: float = unit_field("kg m^2", "Moment of inertia of the pulley.", gt=0)
+    load: float = unit_field("N", "Weight that hangs from the other end of the cord.", ge=0)
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
 
 class PulleyDrive(Params):
     """`[drive]`."""
 
-    force: TimeSignal = unit_field("N")
-    direction: Literal["vertical", "horizontal"] = "vertical"
+    force: TimeSignal = unit_field("N", "Force on the cord.")
+    direction: Literal["vertical", "horizontal"] = Field(
+        "vertical", description="Direction of the force, which decides the reaction of the shaft."
+    )
 
 
 class PulleyEffects(Params):

@@ -13,9 +13,13 @@ class TracerPoint(Params):
     `dwell_distance` is how far it may be from a place to be said to dwell there.
     """
 
-    radius: float = unit_field("m", ge=0)
-    angle_deg: float = unit_field("deg", 180.0)
-    dwell_distance: float = unit_field("m", 1e-3, gt=0)
+    radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
+    angle_deg: float = unit_field(
+        "deg", "Angle of the point where the crank is at 0; 180 is on the sun.", 180.0
+    )
+    dwell_distance: float = unit_field(
+        "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
+    )
 
 
 def tracer_position(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:

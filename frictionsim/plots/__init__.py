@@ -1,7 +1,7 @@
-"""Pictures of result files: the only package that imports matplotlib.
+"""Pictures of result files; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, each a function that draws a result; the first is what
-is drawn if none is named. A kind that is not in VIEWS has its channels drawn over time.
+A kind of mechanism has one or more views, each a function that draws a result; the first is the
+default. For a kind that is not in VIEWS, the channels are drawn over time.
 """
 
 from collections.abc import Callable, Mapping
@@ -61,14 +61,14 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
     path : Path
         Ends in .png, .pdf or .svg.
     view : str, optional
-        One of `views_of` the kind; the first if left out.
+        One of `views_of` the kind; the default is the first.
     body : int, optional
-        The body of a belt that the view `body` shows.
+        Number of the body of a belt that the view `body` shows.
 
     Raises
     ------
     InputError
-        If there is no such format, view or body, or the result lacks the channels of the view.
+        If the format, view or body does not exist, or the result lacks channels of the view.
     OutputError
         If the picture cannot be written.
     """
@@ -78,9 +78,9 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
     view = view or next(iter(views))
     if view not in views:
         known = ", ".join([*views, ALL])
-        raise InputError(f"no view '{view}' of kind '{kind}'; there are: {known}")
+        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {known}")
     if body is not None and view != BODY:
-        raise InputError(f"the view '{view}' shows no single body; a body goes with '{BODY}'")
+        raise InputError(f"the view '{view}' shows no single body; use --body with '{BODY}'")
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     figure = views[view](result) if body is None else views[view](result, body)
@@ -88,20 +88,29 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
 
 
 def plot_all(result: "Result", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
-    """Draw all views of a result, each into a file of its own: FILE-<view>.png for FILE.png.
+    """Draw all views of a result, each into its own file: FILE-<view>.png for FILE.png.
+
+    Parameters
+    ----------
+    result : Result
+    path : Path
+        Ends in .png, .pdf or .svg.
+    body : int, optional
+        As in `plot`.
 
     Returns
     -------
     list of Path
         The pictures that were written.
     list of str
-        Why others were not: the result lacks their channels.
+        The reasons why other views were skipped.
 
     Raises
     ------
     InputError
         If no view can be drawn.
     OutputError
+        If a picture cannot be written.
     """
     check_format(path)
     written, reasons = [], []

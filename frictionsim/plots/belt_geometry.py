@@ -1,4 +1,4 @@
-"""A belt as its pictures need it: pulleys, places along it, and where it touches what."""
+"""Geometry of a belt for its pictures: pulleys, positions along the belt, contact arcs."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.plots.style import given, scenario_of
+from frictionsim.plots.style import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -32,20 +32,20 @@ def pulleys_of(result: "Result") -> list[Pulley]:
     Raises
     ------
     InputError
-        If the scenario is not that of the result's bodies.
+        If bodies touch a pulley that is not in the scenario.
     """
     where = ("mechanism", "pulleys")
     pulleys = [
         Pulley(
-            given(result, *where, i, "name"),
-            given(result, *where, i, "center", 0),
-            given(result, *where, i, "center", 1),
-            given(result, *where, i, "radius"),
+            scenario_value(result, *where, i, "name"),
+            scenario_value(result, *where, i, "center", 0),
+            scenario_value(result, *where, i, "center", 1),
+            scenario_value(result, *where, i, "radius"),
         )
-        for i in range(len(given(result, *where)))
+        for i in range(len(scenario_value(result, *where)))
     ]
     if np.max(result.channels["pulley_index"], initial=-1) >= len(pulleys):
-        raise InputError("bodies in this result touch pulleys that its scenario does not have")
+        raise InputError("bodies in this result touch pulleys that are not in its scenario")
     return pulleys
 
 
@@ -54,17 +54,26 @@ def has_friction(result: "Result") -> bool:
     return "belt_friction" in scenario_of(result).get("effects", {})
 
 
-def runs(values: "Array") -> Iterator[tuple[float, int, int]]:
-    """Yield each run of equal values: the value, its first index and the one after its last."""
+def constant_runs(values: "Array") -> Iterator[tuple[float, int, int]]:
+    """Yield each run of equal values: the value, its first index, and its last index plus one."""
     ends = [0, *(np.flatnonzero(np.diff(values)) + 1), len(values)]
     for first, stop in pairwise(ends):
         yield float(values[first]), int(first), int(stop)
 
 
 def first_free_body(touched: "Array") -> int:
-    """Return the first body that has left the first pulley; 0 if none touches it.
+    """Return the first body after the contact arc of the first pulley; 0 if none touches it.
 
-    Bodies may lift off between others that touch: what counts is the longest way without touch.
+    Bodies within the arc may lift off, so the arc ends where the longest gap begins.
+
+    Parameters
+    ----------
+    touched : (n,)
+        Index of the pulley that each body touches; -1 if none.
+
+    Returns
+    -------
+    int
     """
     on = np.flatnonzero(touched == 0)
     if not on.size:
@@ -74,7 +83,7 @@ def first_free_body(touched: "Array") -> int:
 
 
 def middle_of_first_span(touched: "Array") -> int:
-    """Return the body in the middle between the first pulley and the next that is touched."""
+    """Return the body in the middle of the span after the first pulley."""
     start = first_free_body(touched)
     ahead = np.roll(touched, -start)
     stops = np.flatnonzero(ahead >= 0)
@@ -82,20 +91,20 @@ def middle_of_first_span(touched: "Array") -> int:
 
 
 def joints_at(result: "Result", sample: int) -> "Array":
-    """Return the places (n, 2) of the joints, m; joint k is between the bodies k - 1 and k."""
+    """Return the positions (n, 2) of the joints, m; joint k is between the bodies k - 1 and k."""
     bodies = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
     return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
 
 
 class BeltLine:
-    """A closed line through the joints of a belt, measured from where it leaves the first pulley.
+    """The closed line through the joints of a belt, starting where it leaves the first pulley.
 
     Attributes
     ----------
     order : (n,)
-        The joints in the order of the line.
+        Joint indices in the order of the line.
     place : (n + 1,), m
-        Their distances along it, and last the length of the line.
+        Distances of the joints along the line; the last is the length of the line.
     """
 
     def __init__(self, result: "Result", sample: int) -> None:
@@ -112,21 +121,31 @@ class BeltLine:
         return float(self.place[-1])
 
     def project(self, points: "Array") -> "Array":
-        """Return the distances along the line, m, of the places on it nearest to points (m, 2)."""
-        from scipy.spatial import KDTree  # which the other pictures do without
+        """Return the distances along the line, m, of the points nearest to given points (m, 2)."""
+        from scipy.spatial import KDTree  # imported here: slow, and needed by this view only
 
         _, nearest = KDTree(self._points).query(points)
         legs = np.stack([nearest, (nearest - 1) % len(self._points)])
         away, along = points - self._points[legs], self._legs[legs]
         square = np.maximum(np.sum(along * along, axis=-1), np.finfo(float).tiny)
-        share = np.clip(np.sum(away * along, axis=-1) / square, 0.0, 1.0)
-        missed = np.sum((away - share[..., None] * along) ** 2, axis=-1)
+        fraction = np.clip(np.sum(away * along, axis=-1) / square, 0.0, 1.0)
+        missed = np.sum((away - fraction[..., None] * along) ** 2, axis=-1)
         closer = np.argmin(missed, axis=0), np.arange(len(points))
         lengths = np.diff(self.place)[legs]
-        return (self.place[legs] + share * lengths)[closer]
+        return (self.place[legs] + fraction * lengths)[closer]
 
     def mean(self, result: "Result", samples: Any) -> "Array":
-        """Return the mean tension at `place` over samples, in space: the belt runs through it."""
+        """Return the mean tension over samples at the positions `place`, which are fixed in space.
+
+        Parameters
+        ----------
+        result : Result
+        samples : sequence of int
+
+        Returns
+        -------
+        (n + 1,), N
+        """
         total = np.zeros_like(self.place)
         for sample in samples:
             places = self.project(joints_at(result, sample))

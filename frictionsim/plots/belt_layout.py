@@ -1,4 +1,4 @@
-"""The picture of a belt drive in place: tension, forces on the arcs, sticking and slipping."""
+"""The layout of a belt drive: tension, forces on the contact arcs, sticking and slipping."""
 
 from collections.abc import Sequence
 from math import floor, log10
@@ -21,9 +21,9 @@ from frictionsim.plots.style import (
     WIDTH,
     Style,
     add_legend,
-    blank,
     escape_mathtext,
-    need,
+    new_figure,
+    require_channels,
 )
 
 if TYPE_CHECKING:
@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"
-TENSIONS = "cividis"  # for all eyes, and from dark to light in grey print
+TENSION_COLOURS = "cividis"  # colour-blind safe, and monotonic in grey print
 MAX_IN_A_ROW, MAX_DETAILS = 4, 8
 MAX_SIDE = 3.0  # inches, of a detail
-MIN_HEIGHT, HIGH, MAX_HEIGHT = 0.8, 2.0, 4.0  # inches, of the drive as a whole
-MARGIN = 0.8  # inches, for the title and the colours
+MIN_HEIGHT, HIGH, MAX_HEIGHT = 0.8, 2.0, 4.0  # inches, of the whole drive
+MARGIN = 0.8  # inches, for the title and the colour bar
 TITLE = 0.5  # inches, of a detail
 WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
 MAX_BAR = 0.6  # radii
 GAP = 0.11  # radii, between the belt and the bars
-POINTS = 72.0  # of an inch
-ROOM = 5.0  # points from body to body, from which on bars have their full width
+POINTS = 72.0  # per inch
+FULL_WIDTH_PITCH = 5.0  # points between bodies; bars are thinner where there is less
 
 NORMAL: Style = {"color": BLUE, "linewidth": 1.8}
 FORWARD: Style = {"color": VERMILION, "linewidth": 2.2}
@@ -55,11 +55,20 @@ HALO = [withStroke(linewidth=2.0, foreground="white")]
 
 
 class _ContactArc(NamedTuple):
-    """Bodies on one pulley at the last sample.
+    """The bodies on one pulley at the last sample.
 
-    `place` and `normal` are (n, 2), the normal from the centre of the pulley outwards; `halves`
-    are (n, 3, 2), from joint to joint; friction is positive counter-clockwise about the pulley, on
-    the belt. Without friction, nobody sticks.
+    Attributes
+    ----------
+    place : (n, 2), m
+        Positions.
+    halves : (n, 3, 2), m
+        The line of each body: joint, body, joint.
+    normal : (n, 2)
+        Unit normals, outwards from the centre of the pulley.
+    normal_force, friction : (n,), N
+        On the belt; friction is positive counter-clockwise about the pulley.
+    sticks : (n,) of bool
+        False without friction.
     """
 
     place: Any
@@ -71,22 +80,24 @@ class _ContactArc(NamedTuple):
 
 
 class _Belt(NamedTuple):
-    """The belt at the last sample: pieces from body to body, their tension, and its colours."""
+    """The belt at the last sample: lines between bodies, their tension, and its colours."""
 
     pieces: Any
-    pitch: float  # m, from body to body
+    pitch: float  # m, between bodies
     tension: Any
     colours: ScalarMappable
 
 
 def drive(result: "Result") -> "Figure":
-    """Draw belt and pulleys in place at the last sample, and each pulley again with its forces.
+    """Draw the belt and its pulleys at the last sample, and details of the pulleys with forces.
 
-    The belt is coloured by its tension. Bars outwards are the normal forces on its bodies, bars
-    inwards the friction forces. A strip on the belt is black where it sticks, white where it slips.
+    The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
+    bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
     """
     shows_friction = has_friction(result)
-    need(result, "drive", (*NEEDED, *(("friction_force", "sticking") if shows_friction else ())))
+    require_channels(
+        result, "drive", (*NEEDED, *(("friction_force", "sticking") if shows_friction else ()))
+    )
     pulleys, belt = pulleys_of(result), _belt(result)
     touches = [_touch(result, i, pulley, belt, shows_friction) for i, pulley in enumerate(pulleys)]
     shown = pulleys[:MAX_DETAILS]
@@ -95,29 +106,29 @@ def drive(result: "Result") -> "Figure":
     side = min(WIDTH / columns, MAX_SIDE)
     height = _height_of_whole(belt)
     heights = [MARGIN + height, *[side + TITLE] * rows]
-    figure = blank(result, sum(heights), *_notes(result, pulleys))
+    figure = new_figure(result, sum(heights), *_notes(result, pulleys))
     parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
     whole = figure.add_subplot(parts[0, :])
     _draw_whole(whole, pulleys, belt, touches)
-    share = 0.5 if height > HIGH else 1.0
+    shrink = 0.5 if height > HIGH else 1.0
     colours = figure.colorbar(
-        belt.colours, ax=whole, location="bottom", shrink=share, aspect=60 * share
+        belt.colours, ax=whole, location="bottom", shrink=shrink, aspect=60 * shrink
     )
     colours.set_label("tension, N")
     force = _largest_force(touches)
     for i, pulley in enumerate(shown):
-        panel = figure.add_subplot(parts[1 + i // columns, i % columns])
-        panel.set_axis_off()
-        room = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
-        panel.set_title(_caption(result, i, pulley), fontsize="small")
-        _draw_detail(panel, pulleys, i, belt)
-        _draw_forces(panel, pulley, touches[i], force, room)
+        ax = figure.add_subplot(parts[1 + i // columns, i % columns])
+        ax.set_axis_off()
+        pitch_points = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
+        ax.set_title(_caption(result, i, pulley), fontsize="small")
+        _draw_detail(ax, pulleys, i, belt)
+        _draw_forces(ax, pulley, touches[i], force, pitch_points)
     add_legend(figure, _handles(shows_friction), columns=3)
     return figure
 
 
 def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
-    """Return what the title says besides: the time, and that pulleys are left out below."""
+    """Return the notes for the title: the time, and whether pulleys are omitted in the details."""
     notes = [f"at {result.channels['time'][-1]:.6g} s"]
     if len(pulleys) > MAX_DETAILS:
         notes.append(f"forces on the first {MAX_DETAILS} of {len(pulleys)} pulleys")
@@ -130,7 +141,7 @@ def _belt(result: "Result") -> _Belt:
     scale = Normalize(float(np.min(tension)), float(np.max(tension)))
     pieces = np.stack([np.roll(bodies, 1, axis=0), bodies], axis=1)
     pitch = float(np.median(np.hypot(*(pieces[:, 1] - pieces[:, 0]).T)))
-    return _Belt(pieces, pitch, tension, ScalarMappable(scale, TENSIONS))
+    return _Belt(pieces, pitch, tension, ScalarMappable(scale, TENSION_COLOURS))
 
 
 def _touch(
@@ -154,7 +165,7 @@ def _touch(
 
 
 def _height_of_whole(belt: _Belt) -> float:
-    """Return the inches that the drive is high when it is as wide as the picture."""
+    """Return the height of the whole drive, in inches, if it is as wide as the picture."""
     wide, high = np.ptp(belt.pieces.reshape(-1, 2), axis=0)
     return float(np.clip(WIDTH * high / max(wide, 1e-9 * high), MIN_HEIGHT, MAX_HEIGHT))
 
@@ -165,14 +176,14 @@ def _largest_force(touches: Sequence[_ContactArc]) -> float:
 
 
 def _draw_whole(
-    panel: Any,
+    ax: Any,
     pulleys: Sequence[Pulley],
     belt: _Belt,
     touches: Sequence[_ContactArc],
 ) -> None:
     for pulley in pulleys:
-        panel.add_patch(_disc(pulley))
-        panel.annotate(
+        ax.add_patch(_disc(pulley))
+        ax.annotate(
             escape_mathtext(pulley.name),
             (pulley.x, pulley.y),
             ha="center",
@@ -181,60 +192,66 @@ def _draw_whole(
             zorder=6,
             path_effects=HALO,
         )
-    _draw_belt(panel, belt, width=4.5)
+    _draw_belt(ax, belt, width=4.5)
     for touch in touches:
-        _mark_modes(panel, touch, width=1.2)
-    panel.set_aspect("equal")
-    panel.margins(0.03, 0.12)
-    panel.set_xlabel("x, m")
-    panel.set_ylabel("y, m")
+        _mark_modes(ax, touch, width=1.2)
+    ax.set_aspect("equal")
+    ax.margins(0.03, 0.12)
+    ax.set_xlabel("x, m")
+    ax.set_ylabel("y, m")
 
 
 def _disc(pulley: Pulley) -> Circle:
     return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_COLOUR, ec=GREY, linewidth=0.6)
 
 
-def _draw_belt(panel: Any, belt: _Belt, width: float) -> None:
-    """Draw the belt with a dark edge, without which its light parts would fade into the paper."""
-    panel.add_collection(
+def _draw_belt(ax: Any, belt: _Belt, width: float) -> None:
+    """Draw the belt with a dark edge, so that its light parts stand out from the background."""
+    ax.add_collection(
         LineCollection(belt.pieces, colors=BLACK, linewidths=width + 1.2, capstyle="round")
     )
     lines = LineCollection(
-        belt.pieces, cmap=TENSIONS, norm=belt.colours.norm, linewidths=width, capstyle="round"
+        belt.pieces,
+        cmap=TENSION_COLOURS,
+        norm=belt.colours.norm,
+        linewidths=width,
+        capstyle="round",
     )
     lines.set_array(belt.tension)
-    panel.add_collection(lines)
+    ax.add_collection(lines)
 
 
-def _mark_modes(panel: Any, touch: _ContactArc, width: float) -> None:
+def _mark_modes(ax: Any, touch: _ContactArc, width: float) -> None:
     """Draw a strip on the bodies: black where they stick, white with a black edge elsewhere."""
     edge = LineCollection(touch.halves, colors=BLACK, linewidths=width + 1.0, zorder=5)
     strip = LineCollection(touch.halves[~touch.sticks], colors="white", linewidths=width, zorder=5)
-    panel.add_collection(edge)
-    panel.add_collection(strip)
+    ax.add_collection(edge)
+    ax.add_collection(strip)
 
 
-def _draw_detail(panel: Any, pulleys: Sequence[Pulley], number: int, belt: _Belt) -> None:
-    """Draw what is about one of the pulleys."""
+def _draw_detail(ax: Any, pulleys: Sequence[Pulley], number: int, belt: _Belt) -> None:
+    """Draw the surroundings of one of the pulleys."""
     for pulley in pulleys:
-        panel.add_patch(_disc(pulley))
-    _draw_belt(panel, belt, width=6.0)
+        ax.add_patch(_disc(pulley))
+    _draw_belt(ax, belt, width=6.0)
     x, y, reach = pulleys[number].x, pulleys[number].y, WINDOW * pulleys[number].radius
-    panel.set_xlim(x - reach, x + reach)
-    panel.set_ylim(y - reach, y + reach)
-    panel.set_aspect("equal")
+    ax.set_xlim(x - reach, x + reach)
+    ax.set_ylim(y - reach, y + reach)
+    ax.set_aspect("equal")
 
 
-def _draw_forces(panel: Any, pulley: Pulley, touch: _ContactArc, force: float, room: float) -> None:
-    """Draw forces and modes of the bodies on a pulley, that stand `room` points apart."""
+def _draw_forces(
+    ax: Any, pulley: Pulley, touch: _ContactArc, force: float, pitch_points: float
+) -> None:
+    """Draw forces and modes of the bodies on a pulley; `pitch_points` apart, in points."""
     if force > 0.0:
-        _draw_bars(panel, touch, pulley.radius, MAX_BAR * pulley.radius / force, room)
-        _draw_scale_bar(panel, pulley, force)
-    _mark_modes(panel, touch, width=2.2)
+        _draw_bars(ax, touch, pulley.radius, MAX_BAR * pulley.radius / force, pitch_points)
+        _draw_scale_bar(ax, pulley, force)
+    _mark_modes(ax, touch, width=2.2)
 
 
 def _draw_bars(
-    panel: Any, touch: _ContactArc, radius: float, per_force: float, room: float
+    ax: Any, touch: _ContactArc, radius: float, per_force: float, pitch_points: float
 ) -> None:
     """Draw the normal forces outwards from the belt and the friction forces inwards."""
     forward = touch.friction > 0.0
@@ -245,18 +262,18 @@ def _draw_bars(
     ):
         foot = touch.place + GAP * radius * np.sign(lengths)[:, None] * touch.normal
         tip = foot + (per_force * lengths)[:, None] * touch.normal
-        width = style["linewidth"] * min(1.0, room / ROOM)
+        width = style["linewidth"] * min(1.0, pitch_points / FULL_WIDTH_PITCH)
         bars = np.stack([foot, tip], axis=1)[which]
-        panel.add_collection(LineCollection(bars, colors=style["color"], linewidths=width))
+        ax.add_collection(LineCollection(bars, colors=style["color"], linewidths=width))
 
 
-def _draw_scale_bar(panel: Any, pulley: Pulley, force: float) -> None:
-    """Draw the length of a round force about the centre, where no bar comes."""
+def _draw_scale_bar(ax: Any, pulley: Pulley, force: float) -> None:
+    """Draw a scale bar of a round force at the centre of the pulley."""
     value = _round_below(force)
     half = 0.5 * MAX_BAR * pulley.radius * value / force
     ends = [pulley.x - half, pulley.x + half]
-    panel.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
-    panel.annotate(
+    ax.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
+    ax.annotate(
         f"{value:g} N",
         (pulley.x, pulley.y),
         (0.0, 4.0),
@@ -268,13 +285,13 @@ def _draw_scale_bar(panel: Any, pulley: Pulley, force: float) -> None:
 
 
 def _round_below(value: float) -> float:
-    """Return the largest of 1, 2, 5, 10, ... that is not above a value."""
+    """Return the largest of ..., 1, 2, 5, 10, ... that does not exceed a value."""
     power = 10.0 ** floor(log10(value))
     return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
 
 
 def _caption(result: "Result", number: int, pulley: Pulley) -> str:
-    """Return the name of a pulley, and below it its speed and torque if they are known."""
+    """Return the name of a pulley, and below it its recorded speed and torque."""
     known = [
         f"{result.channels[name][-1, number]:.4g} {result.units[name]}"
         for name in ("pulley_speed", "pulley_torque")

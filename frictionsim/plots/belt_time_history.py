@@ -11,10 +11,10 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.plots.belt_geometry import (
     BeltLine,
+    constant_runs,
     has_friction,
     middle_of_first_span,
     pulleys_of,
-    runs,
 )
 from frictionsim.plots.style import (
     BLACK,
@@ -22,14 +22,14 @@ from frictionsim.plots.style import (
     VERMILION,
     Style,
     add_legend,
-    blank,
     escape_mathtext,
     grid,
     label,
-    line,
-    need,
+    line_style,
+    new_figure,
+    require_channels,
 )
-from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stack
+from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stacked_axes
 from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
@@ -38,81 +38,81 @@ if TYPE_CHECKING:
     from frictionsim.io.hdf5_reader import Result
 
 TENSION_HEIGHT = 4.0  # inches
-MAX_SAMPLES = 200  # in that mean
-TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of pulleys, by turns
+MAX_SAMPLES = 200  # in the mean of the tension
+TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, repeated
 NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
 
 
 def speeds(result: "Result") -> "Figure":
     """Draw the speeds of the pulleys and the torques on them over time."""
     names = ("pulley_speed", "pulley_torque")
-    need(result, "speeds", names)
-    figure, panels = stack(result, names)
-    for name, panel in panels.items():
-        handles = _draw_pulleys(panel, result, name)
+    require_channels(result, "speeds", names)
+    figure, axes = stacked_axes(result, names)
+    for name, ax in axes.items():
+        handles = _draw_pulleys(ax, result, name)
     add_legend(figure, handles)
     return figure
 
 
-def _draw_pulleys(panel: Any, result: "Result", name: str) -> list[Any]:
+def _draw_pulleys(ax: Any, result: "Result", name: str) -> list[Any]:
     """Draw a channel of each pulley; return the handles."""
     time, columns = result.channels["time"], result.channels[name].T
     members = result.members[result.axes[name]]
     return [
-        panel.plot(time, column, **line(i), label=escape_mathtext(members[i]))[0]
+        ax.plot(time, column, **line_style(i), label=escape_mathtext(members[i]))[0]
         for i, column in enumerate(columns)
     ]
 
 
 def tension(result: "Result") -> "Figure":
-    """Draw the tension over the place along the belt, at the end and on average before it.
+    """Draw the tension over the position along the belt: at the last sample, and its mean.
 
-    The mean is that at a place past which the belt runs, over the last fifth of the run.
+    The mean is over the last fifth of the run, at positions fixed in space.
     """
-    need(result, "tension", ("x", "y", "pulley_index", "tension"))
+    require_channels(result, "tension", ("x", "y", "pulley_index", "tension"))
     belt = BeltLine(result, -1)
     at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
-    figure = blank(result, TENSION_HEIGHT)
-    panel = figure.subplots()
+    figure = new_figure(result, TENSION_HEIGHT)
+    ax = figure.subplots()
     handles = [
-        *panel.plot(belt.place, at_end, **line(0), label="last sample"),
-        *panel.plot(
+        *ax.plot(belt.place, at_end, **line_style(0), label="last sample"),
+        *ax.plot(
             belt.place,
             belt.mean(result, _last(result)),
-            **line(1),
+            **line_style(1),
             label="mean over the last fifth",
         ),
     ]
-    grid(panel)
-    handles += _draw_spans(panel, result, belt)
-    handles += _shade_arcs(panel, result, belt)
-    panel.set_ylabel("tension, N")
+    grid(ax)
+    handles += _draw_spans(ax, result, belt)
+    handles += _shade_arcs(ax, result, belt)
+    ax.set_ylabel("tension, N")
     name = escape_mathtext(pulleys_of(result)[0].name)
-    panel.set_xlabel(f"place along the belt, from where it leaves {name}, m")
+    ax.set_xlabel(f"distance along the belt from where it leaves {name}, m")
     add_legend(figure, handles)
     return figure
 
 
 def _last(result: "Result") -> Any:
-    """Return the samples of the last fifth, or some of them spread over it."""
+    """Return the samples of the last fifth, at most MAX_SAMPLES evenly spread ones."""
     samples = np.flatnonzero(last_part(result.channels["time"]))
     return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
-def _draw_spans(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
-    """Draw the mean tension of each span where it is at the end: the numbers of the summary."""
+def _draw_spans(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
+    """Draw the mean tension of each span, as in the summary, at its position at the last sample."""
     touched = result.channels["pulley_index"][-1][belt.order]
-    means, style = mean_spans(result), line(2)
+    means, style = mean_spans(result), line_style(2)
     drawn = [
-        panel.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
-        for value, first, stop in runs(touched)
+        ax.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
+        for value, first, stop in constant_runs(touched)
         if value < 0 and first > 0 and touched[first - 1] != touched[stop % len(touched)]
     ]
     if len(touched) and touched[0] < 0 <= touched[-1]:
         stop = int(np.argmax(touched >= 0))
-        drawn += panel.plot(belt.place[[0, stop]], [means[int(touched[-1])]] * 2, **style)
-    for one in drawn[:1]:
-        one.set_label("mean of a span, as in the summary")
+        drawn += ax.plot(belt.place[[0, stop]], [means[int(touched[-1])]] * 2, **style)
+    for handle in drawn[:1]:
+        handle.set_label("mean of a span, as in the summary")
     return drawn[:1]
 
 
@@ -125,93 +125,98 @@ def mean_spans(result: "Result") -> Any:
     return time_mean(result.channels["time"][last], spans)
 
 
-def _shade_arcs(panel: Any, result: "Result", belt: BeltLine) -> list[Any]:
+def _shade_arcs(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
     """Shade where the belt touches a pulley; body k is between the joints k and k + 1."""
     pulleys = pulleys_of(result)
     touched = result.channels["pulley_index"][-1][belt.order]
     longest: dict[int, tuple[float, float]] = {}
-    for value, first, stop in runs(touched):
+    for value, first, stop in constant_runs(touched):
         number = int(value)
         if number < 0:
             continue
         arc = belt.place[first], belt.place[stop]
-        panel.axvspan(*arc, color=TOUCH_COLOURS[0], linewidth=0)
+        ax.axvspan(*arc, color=TOUCH_COLOURS[0], linewidth=0)
         if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
             longest[number] = arc
     names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
-    rows = label_rows([at for at, _ in names], NAME_GAP * belt.length, most=3)
+    rows = label_rows([at for at, _ in names], NAME_GAP * belt.length, max_rows=3)
     for (at, name), row in zip(names, rows, strict=False):
-        annotate_above(panel, at, escape_mathtext(name), row)
+        annotate_above(ax, at, escape_mathtext(name), row)
     return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
 
 
 def body(result: "Result", number: int | None = None) -> "Figure":
-    """Draw what one body of the belt meets: tension beside it, forces, relative velocity.
+    """Draw the tension before one body of the belt, the forces on it and its slip velocity.
 
     Parameters
     ----------
     result : Result
     number : int, optional
-        Of the body; that in the middle of the first span at the start if left out.
+        Number of the body; the default is the middle of the first span at the start.
+
+    Raises
+    ------
+    InputError
+        If there is no such body.
     """
     names = ["pulley_speed", "tension", "normal_force"]
     names += ["friction_force", "slip_velocity"] if has_friction(result) else []
-    need(result, "body", [*names, "pulley_index"])
+    require_channels(result, "body", [*names, "pulley_index"])
     touched = result.channels["pulley_index"]
     number = middle_of_first_span(touched[0]) if number is None else number
-    _refuse_body(number, touched.shape[1])
-    figure, panels = stack(result, names)
-    for name, panel in panels.items():
-        panel.axhline(0.0, color=BLACK, linewidth=0.5)
+    _check_body(number, touched.shape[1])
+    figure, axes = stacked_axes(result, names)
+    for name, ax in axes.items():
+        ax.axhline(0.0, color=BLACK, linewidth=0.5)
         if name == "pulley_speed":
-            handles = _draw_pulleys(panel, result, name)
+            handles = _draw_pulleys(ax, result, name)
         else:
-            _draw_body(panel, result, name, number)
-    panels["tension"].set_ylabel(label(result, "tension", f"tension before\nbody {number}"))
-    handles += _shade_touch(list(panels.values()), result, number)
-    if "slip_velocity" in panels:
-        handles += _mark_sticking(panels["slip_velocity"], result, number)
+            _draw_body(ax, result, name, number)
+    axes["tension"].set_ylabel(label(result, "tension", f"tension before\nbody {number}"))
+    handles += _shade_touch(list(axes.values()), result, number)
+    if "slip_velocity" in axes:
+        handles += _mark_sticking(axes["slip_velocity"], result, number)
     add_legend(figure, handles)
     return figure
 
 
-def _refuse_body(number: int, count: int) -> None:
+def _check_body(number: int, count: int) -> None:
     if not 0 <= number < count:
         raise InputError(f"there is no body {number}; the bodies of this belt are 0 to {count - 1}")
 
 
-def _draw_body(panel: Any, result: "Result", name: str, number: int) -> None:
+def _draw_body(ax: Any, result: "Result", name: str, number: int) -> None:
     values = result.channels[name][:, number]
-    if name != "tension":  # the others are of a touch
+    if name != "tension":  # the others are defined while the body touches a pulley
         values = np.where(result.channels["pulley_index"][:, number] < 0, np.nan, values)
-    panel.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
+    ax.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
 
 
-def _shade_touch(panels: Sequence[Any], result: "Result", number: int) -> list[Any]:
-    """Shade when the body touches a pulley, each pulley in its own grey."""
+def _shade_touch(axes: Sequence[Any], result: "Result", number: int) -> list[Any]:
+    """Shade the times in which the body touches a pulley, with a grey for each pulley."""
     time = result.channels["time"]
     names = [pulley.name for pulley in pulleys_of(result)]
     handles = {}
-    for value, first, stop in runs(result.channels["pulley_index"][:, number]):
+    for value, first, stop in constant_runs(result.channels["pulley_index"][:, number]):
         if value < 0:
             continue
         pulley = int(value)
         colour = TOUCH_COLOURS[pulley % len(TOUCH_COLOURS)]
         span = time[first], time[min(stop, len(time) - 1)]
-        for panel in panels:
-            panel.axvspan(*span, color=colour, linewidth=0)
+        for ax in axes:
+            ax.axvspan(*span, color=colour, linewidth=0)
         if np.ptp(span) > MIN_GAP * np.ptp(time):
-            annotate_above(panels[0], float(np.mean(span)), escape_mathtext(names[pulley]), row=0)
+            annotate_above(axes[0], float(np.mean(span)), escape_mathtext(names[pulley]), row=0)
         handles[pulley] = Patch(
             color=colour, label=escape_mathtext(f"body {number} on {names[pulley]}")
         )
     return [handles[pulley] for pulley in sorted(handles)]
 
 
-def _mark_sticking(panel: Any, result: "Result", number: int) -> list[Any]:
+def _mark_sticking(ax: Any, result: "Result", number: int) -> list[Any]:
     if "sticking" not in result.channels:
         return []
     sticks = result.channels["sticking"][:, number] > 0
     style: Style = {"color": VERMILION, "linewidth": 3.0, "solid_capstyle": "butt"}
-    panel.plot(result.channels["time"], np.where(sticks, 0.0, np.nan), **style)
+    ax.plot(result.channels["time"], np.where(sticks, 0.0, np.nan), **style)
     return [Line2D([], [], **style, label="sticking")] if sticks.any() else []

@@ -16,11 +16,11 @@ from frictionsim.plots.style import (
     SKY,
     VERMILION,
     add_legend,
-    blank,
-    given,
     grid,
-    line,
-    need,
+    line_style,
+    new_figure,
+    require_channels,
+    scenario_value,
 )
 
 if TYPE_CHECKING:
@@ -30,39 +30,39 @@ if TYPE_CHECKING:
 
 TORQUES = {
     "drive_torque": "drive",
-    "uniform_torque": "for uniform turning",
+    "uniform_torque": "for uniform rotation",
     "friction_torque": "friction",
 }
 TORQUE_HEIGHT, PATH_HEIGHT = 4.0, 6.5  # inches
 TURN = 2.0 * pi
 PARTS = ("sun", "planet")
 SUN_COLOUR = "#D0D0D0"
-STEP, MOST_POINTS = 0.02, 20_000  # of a path: rad, and how many
+STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
 
 
 def torque(result: "Result") -> "Figure":
-    """Draw the torques on the crank over its angle: of the drive, of uniform turning, of friction.
+    """Draw the torques on the crank over its angle: drive, uniform rotation and friction.
 
-    Friction counts as it acts: it is negative where it opposes a forward motion.
+    The friction torque is signed: negative where it opposes a forward motion.
     """
-    need(result, "torque", ("angle",))
+    require_channels(result, "torque", ("angle",))
     found = {name: words for name, words in TORQUES.items() if name in result.channels}
     if not found:
         raise InputError(
             "cannot draw the view 'torque': this result has none of the channels"
             f" {', '.join(TORQUES)} (see output.channels)"
         )
-    figure = blank(result, TORQUE_HEIGHT)
-    panel = figure.subplots()
+    figure = new_figure(result, TORQUE_HEIGHT)
+    ax = figure.subplots()
     handles = [
-        panel.plot(result.channels["angle"], result.channels[name], **line(i), label=words)[0]
+        ax.plot(result.channels["angle"], result.channels[name], **line_style(i), label=words)[0]
         for i, (name, words) in enumerate(found.items())
     ]
-    grid(panel)
-    panel.axhline(0.0, color=BLACK, linewidth=0.6)
-    panel.set_ylabel("torque on the crank, N m")
-    panel.set_xlabel("angle of the crank, rad")
-    turns = panel.secondary_xaxis("top", functions=(_turns, _radians))
+    grid(ax)
+    ax.axhline(0.0, color=BLACK, linewidth=0.6)
+    ax.set_ylabel("torque on the crank, N m")
+    ax.set_xlabel("angle of the crank, rad")
+    turns = ax.secondary_xaxis("top", functions=(_turns, _radians))
     turns.set_xlabel("turns from the horizontal")
     add_legend(figure, handles)
     return figure
@@ -77,22 +77,22 @@ def _radians(turns: Any) -> Any:
 
 
 def path(result: "Result") -> "Figure":
-    """Draw the path of the tracer point in the plane, with sun, planet and crank at the end.
+    """Draw the path of the tracer point with sun, planet and crank at the last sample.
 
-    Where the crank's angle is not in the result, sun and path only.
+    Without the channel of the crank's angle, only sun and path are drawn.
     """
     if not {"tracer_x", "tracer_y"} <= result.channels.keys():
         raise InputError(
-            "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; a scenario"
-            " has them with effects.tracer_point (see output.channels)"
+            "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; add"
+            " effects.tracer_point to the scenario (see output.channels)"
         )
-    sun_radius, radius = (given(result, "mechanism", f"{part}_radius") for part in PARTS)
-    figure = blank(result, PATH_HEIGHT)
+    sun_radius, radius = (scenario_value(result, "mechanism", f"{part}_radius") for part in PARTS)
+    figure = new_figure(result, PATH_HEIGHT)
     plane = figure.subplots()
     sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
     if "angle" in result.channels:
-        handles += _draw_satellite(plane, result, sun_radius + radius, radius)
+        handles += _draw_planet(plane, result, sun_radius + radius, radius)
     plane.set_aspect("equal")
     plane.margins(0.04)
     plane.grid(linewidth=0.3)
@@ -104,12 +104,12 @@ def path(result: "Result") -> "Figure":
 
 
 def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]:
-    """Return the path between the least and the largest angle: samples may be far apart on it."""
+    """Return the path between the smallest and the largest angle, finer than the samples."""
     if "angle" not in result.channels:
         return result.channels["tracer_x"], result.channels["tracer_y"]
     low, high = np.min(result.channels["angle"]), np.max(result.channels["angle"])
-    count = int(min(2 + (high - low) / STEP, MOST_POINTS))
-    point = TracerPoint.model_validate(given(result, "effects", "tracer_point"))
+    count = int(min(2 + (high - low) / STEP, MAX_POINTS))
+    point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
     length = sun_radius + radius
     return tracer_position(length, length / radius, point, np.linspace(low, high, count))
 
@@ -120,13 +120,13 @@ def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]
     end = start | {"mfc": VERMILION}
     return [
         plane.plot(*path, color=BLUE, linewidth=1.2, label="path of the tracer point")[0],
-        plane.plot(x[:1], y[:1], **start, zorder=4, label="its first place")[0],
-        plane.plot(x[-1:], y[-1:], **end, zorder=4, label="its last place")[0],
+        plane.plot(x[:1], y[:1], **start, zorder=4, label="start of the path")[0],
+        plane.plot(x[-1:], y[-1:], **end, zorder=4, label="end of the path")[0],
     ]
 
 
-def _draw_satellite(plane: Any, result: "Result", length: float, radius: float) -> list[Any]:
-    """Draw planet and crank as they are at the end."""
+def _draw_planet(plane: Any, result: "Result", length: float, radius: float) -> list[Any]:
+    """Draw planet and crank at the last sample."""
     angle = result.channels["angle"][-1]
     centre = length * float(np.cos(angle)), length * float(np.sin(angle))
     end = result.channels["tracer_x"][-1], result.channels["tracer_y"][-1]

@@ -1,4 +1,4 @@
-"""The picture of a pulley: what the force does to it, with the limits of rest."""
+"""The picture of a pulley: its response to the force, with the limits of static friction."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,30 +18,29 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
-# The words stand above the upper line and below the lower one, however close these are.
+# Labels are above the upper line and below the lower one, so that they do not overlap.
 LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to hold", "top")}
-FAR = 3.0  # largest forces of the channel: a limit beyond would press the channel flat
+MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
 def response(result: "Result") -> "Figure":
-    """Draw force, friction torque, angular velocity and angle over time, with the limits of rest.
+    """Draw force, friction torque, angular velocity and angle over time.
 
-    The forces that just lift and hold stand beside the force, the static limit of the shaft
-    around the friction torque.
+    Lines show the forces of impending motion and the static limit of the friction torque.
     """
-    figure, panels, handles = time_history.draw_channels(result)
+    figure, axes, handles = time_history.draw_channels(result)
     if "friction_torque" in result.channels:
         limits = _limits(result)
-        if "drive_force" in panels:
-            _draw_limit_forces(panels["drive_force"], result, limits)
-        if limits and "friction_torque" in panels and "shaft_reaction" in result.channels:
-            handles.append(_draw_static_limit(panels["friction_torque"], result, limits))
+        if "drive_force" in axes:
+            _draw_limit_forces(axes["drive_force"], result, limits)
+        if limits and "friction_torque" in axes and "shaft_reaction" in result.channels:
+            handles.append(_draw_static_limit(axes["friction_torque"], result, limits))
     add_legend(figure, handles)
     return figure
 
 
 def _limits(result: "Result") -> "Quantities":
-    """Return the figures of impending motion; none of a scenario of another version's keys."""
+    """Return the quantities of impending motion; none if another version wrote the scenario."""
     try:
         scenario = validate(scenario_of(result), Path())
     except ValidationFailure:
@@ -49,25 +48,25 @@ def _limits(result: "Result") -> "Quantities":
     return mechanism_module(scenario.kind).statics(scenario)
 
 
-def _draw_limit_forces(panel: Any, result: "Result", limits: "Quantities") -> None:
-    highest = FAR * np.max(np.abs(result.channels["drive_force"]))
+def _draw_limit_forces(ax: Any, result: "Result", limits: "Quantities") -> None:
+    highest = MAX_LIMIT * np.max(np.abs(result.channels["drive_force"]))
     for name, (words, side) in LIMIT_FORCES.items():
         force = limits[name].value if name in limits else None
         if force is not None and force <= highest:
-            panel.axhline(force, **LIMIT_LINE)
-            panel.annotate(
+            ax.axhline(force, **LIMIT_LINE)
+            ax.annotate(
                 f"{force:.1f} N {words}",
                 (1.0, force),
                 (4.0, 0.0),
-                xycoords=panel.get_yaxis_transform(),
+                xycoords=ax.get_yaxis_transform(),
                 textcoords="offset points",
                 va=side,
                 fontsize="small",
             )
 
 
-def _draw_static_limit(panel: Any, result: "Result", limits: Mapping[str, Any]) -> Any:
+def _draw_static_limit(ax: Any, result: "Result", limits: Mapping[str, Any]) -> Any:
     time = result.channels["time"]
     limit = limits["friction_radius_static"].value * result.channels["shaft_reaction"]
-    panel.plot(time, -limit, **LIMIT_LINE)
-    return panel.plot(time, limit, **LIMIT_LINE, label="limit of static friction")[0]
+    ax.plot(time, -limit, **LIMIT_LINE)
+    return ax.plot(time, limit, **LIMIT_LINE, label="limit of static friction")[0]

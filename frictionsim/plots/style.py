@@ -1,4 +1,4 @@
-"""What all pictures share: colours, lines, titles, keys, and how a picture is written."""
+"""Colours, line styles, titles and legends of all pictures, and the writing of picture files."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,43 +14,52 @@ from frictionsim.errors import InputError, OutputError
 if TYPE_CHECKING:
     from frictionsim.io.hdf5_reader import Result
 
-# Okabe and Ito: told apart also by colour-blind readers.
+# Okabe and Ito: colour-blind safe.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
     *("#0072B2", "#E69F00", "#009E73"),
     *("#CC79A7", "#56B4E9", "#000000"),
 )
 VERMILION, GREY, WINE = "#D55E00", "#777777", "#882255"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
-DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # told apart in grey
-MAX_LINES = len(COLOURS)  # in one panel, where each has its own colour
+DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # for grey print
+MAX_LINES = len(COLOURS)  # in one panel
 
 Style = dict[str, Any]
-"""How something is drawn, in the words of matplotlib."""
+"""Keyword arguments of a matplotlib line."""
 
 STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches
-KEY_ROW = 0.25  # inches
-DOTS_PER_INCH = 100  # keeps also a picture full of events below 200 KB
+LEGEND_ROW = 0.25  # inches
+DOTS_PER_INCH = 100  # keeps pictures with many events below 200 KB
 FORMATS = (".png", ".pdf", ".svg")
 
 
 def check_format(path: Path) -> None:
-    """See that a picture can be written in the format that its name asks for.
+    """Check that the suffix of a picture names a known format.
 
     Raises
     ------
     InputError
+        If it does not.
     """
     if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: pictures are written as {', '.join(FORMATS)}; name one of them")
+        raise InputError(f"{path}: expected a picture name that ends in .png, .pdf or .svg")
 
 
-def need(result: "Result", view: str, names: Sequence[str]) -> None:
-    """See that a result has the channels that a view shows.
+def require_channels(result: "Result", view: str, names: Sequence[str]) -> None:
+    """Check that a result has the channels of a view.
+
+    Parameters
+    ----------
+    result : Result
+    view : str
+    names : sequence of str
+        The channels.
 
     Raises
     ------
     InputError
+        If one is missing.
     """
     missing = [name for name in names if name not in result.channels]
     if missing:
@@ -61,11 +70,12 @@ def need(result: "Result", view: str, names: Sequence[str]) -> None:
 
 
 def scenario_of(result: "Result") -> dict[str, Any]:
-    """Return the data of the scenario that a result is of.
+    """Return the scenario of a result as data.
 
     Raises
     ------
     InputError
+        If it is not valid TOML.
     """
     try:
         return loads(result.attributes["scenario"])
@@ -73,13 +83,19 @@ def scenario_of(result: "Result") -> dict[str, Any]:
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 
-def given(result: "Result", *keys: str | int) -> Any:
-    """Return what the scenario of a result has under keys.
+def scenario_value(result: "Result", *keys: str | int) -> Any:
+    """Return a value of the scenario of a result.
+
+    Parameters
+    ----------
+    result : Result
+    *keys : str or int
+        Path of the value.
 
     Raises
     ------
     InputError
-        If it is not there.
+        If there is no such key.
     """
     value: Any = scenario_of(result)
     for key in keys:
@@ -91,15 +107,15 @@ def given(result: "Result", *keys: str | int) -> Any:
     return value
 
 
-def blank(result: "Result", height: float, *notes: str) -> Figure:
-    """Return an empty picture that is entitled after a result.
+def new_figure(result: "Result", height: float, *notes: str) -> Figure:
+    """Return an empty figure with the title of a result.
 
     Parameters
     ----------
     result : Result
     height : float, inches
-    notes : str
-        What the title says besides.
+    *notes : str
+        Further notes in the title.
     """
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
@@ -109,21 +125,21 @@ def blank(result: "Result", height: float, *notes: str) -> Figure:
 def _title(result: "Result", notes: Sequence[str]) -> str:
     attributes = result.attributes
     title = escape_mathtext(attributes["title"] or attributes["kind"])
-    told = [f"backend {attributes['backend']}"]
+    parts = [f"backend {attributes['backend']}"]
     if attributes["status"] != "done":
-        told.append(attributes["status"])
+        parts.append(attributes["status"])
     elif attributes["reason"]:
-        told.append("self-audit failed")
-    return f"{title} ({'; '.join([*told, *notes])})"
+        parts.append("self-audit failed")
+    return f"{title} ({'; '.join([*parts, *notes])})"
 
 
 def escape_mathtext(text: str) -> str:
-    """Return a text of the user's so that it is not read as a formula."""
+    """Return a text of the user with $ escaped, so that it is not read as a formula."""
     return text.replace("$", r"\$")
 
 
-def line(number: int) -> Style:
-    """Return how the line of this number is drawn, told apart by colour and in grey print."""
+def line_style(number: int) -> Style:
+    """Return the style of line `number`; colour and dashes differ, also for grey print."""
     return {
         "color": COLOURS[number % len(COLOURS)],
         "linestyle": DASHES[(number + number // len(COLOURS)) % len(DASHES)],
@@ -132,27 +148,44 @@ def line(number: int) -> Style:
 
 
 def label(result: "Result", name: str, words: str = "") -> str:
-    """Return the label of an axis that shows a channel, with its unit."""
+    """Return the axis label of a channel with its unit.
+
+    Parameters
+    ----------
+    result : Result
+    name : str
+        The channel.
+    words : str
+        Text instead of the name.
+    """
     return f"{words or name.replace('_', ' ')},\n{unit(result, name)}"
 
 
 def unit(result: "Result", name: str) -> str:
-    """Return the unit of a channel as it is printed."""
+    """Return the unit of a channel for display."""
     return result.units[name].replace("^2", "²")
 
 
-def grid(axes: Any) -> None:
-    """Have an axes that shows channels begin at its edge, over a thin grid."""
-    axes.margins(x=0.0)
-    axes.grid(linewidth=0.3)
+def grid(ax: Any) -> None:
+    """Draw a thin grid, and remove the margins in x."""
+    ax.margins(x=0.0)
+    ax.grid(linewidth=0.3)
 
 
 def add_legend(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None:
-    """Put the key below the picture, which grows by as much."""
+    """Add a legend below the figure, whose height is increased for it.
+
+    Parameters
+    ----------
+    figure : Figure
+    handles : sequence of matplotlib artists
+    columns : int
+        At most.
+    """
     if not handles:
         return
     rows = -(-len(handles) // columns)
-    figure.set_figheight(figure.get_figheight() + KEY_ROW * rows)
+    figure.set_figheight(figure.get_figheight() + LEGEND_ROW * rows)
     figure.legend(
         handles=handles,
         loc="outside lower center",
@@ -164,7 +197,13 @@ def add_legend(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a picture, the same bytes for the same picture.
+    """Write a picture; equal figures give identical bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : Path
+        Ends in .png, .pdf or .svg.
 
     Raises
     ------
@@ -172,9 +211,9 @@ def save(figure: Figure, path: Path) -> None:
         If it cannot be written.
     """
     try:
-        # No date, no version, no random names.
+        # A fixed salt: otherwise SVG element names are random.
         with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
-            simplefilter("ignore")  # a title in letters that the font does not have
+            simplefilter("ignore")  # the font may lack letters of the title
             figure.savefig(path, dpi=DOTS_PER_INCH, **_options(path))
     except OSError as error:
         raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None

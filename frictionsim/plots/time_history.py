@@ -1,4 +1,4 @@
-"""Channels over time, one panel under the other, with sticking shaded and events marked."""
+"""Channels over time in stacked panels, with sticking shaded and events marked."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,11 +17,11 @@ from frictionsim.plots.style import (
     VERMILION,
     Style,
     add_legend,
-    blank,
     escape_mathtext,
     grid,
     label,
-    line,
+    line_style,
+    new_figure,
 )
 from frictionsim.scenario.kinds import mechanism_module
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from frictionsim.io.hdf5_reader import Result
 
 PANEL_HEIGHT = 1.7  # inches
-MAX_MARKS = 60  # events; more would hide the channels
-MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08  # of the width, for the word `stick`, for a time
+MAX_MARKS = 60  # events; marks of more would hide the channels
+MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08  # of the width: for the label `stick`, for a time
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 EVENT_LINES: dict[str, Style] = {
@@ -44,19 +44,19 @@ OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.
 
 
 def response(result: "Result") -> "Figure":
-    """Draw the channels that the kind wants drawn, or any if the file has none of them."""
+    """Draw the channels in PANELS of the kind, or all others if the file has none of them."""
     figure, _, handles = draw_channels(result)
     add_legend(figure, handles)
     return figure
 
 
 def draw_channels(result: "Result") -> "tuple[Figure, dict[str, Any], list[Any]]":
-    """Draw the channels of `response`; return picture, panels by channel, and handles for a key."""
-    figure, panels = stack(result, _names(result))
+    """Draw the channels of `response`; return figure, Axes by channel, and legend handles."""
+    figure, axes = stacked_axes(result, _names(result))
     handles = []
-    for name, panel in panels.items():
-        handles += _draw_channel(panel, result, name)
-    return figure, panels, [*handles, *mark_modes(result, list(panels.values()))]
+    for name, ax in axes.items():
+        handles += _draw_channel(ax, result, name)
+    return figure, axes, [*handles, *mark_modes(result, list(axes.values()))]
 
 
 def _names(result: "Result") -> list[str]:
@@ -68,48 +68,76 @@ def _names(result: "Result") -> list[str]:
     wanted = mechanism_module(result.attributes["kind"]).PANELS
     names = [name for name in wanted if name in drawable] or drawable
     if not names:
-        raise InputError("cannot draw this result: it has no channel that can be drawn as a line")
+        raise InputError("cannot draw this result: it has no channel that can be drawn over time")
     return names
 
 
-def stack(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
-    """Return a picture with an empty panel over time for each channel, and the panels by name."""
+def stacked_axes(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
+    """Return a figure with stacked, empty Axes over time, one for each channel.
+
+    Parameters
+    ----------
+    result : Result
+    names : sequence of str
+        The channels.
+
+    Returns
+    -------
+    Figure
+    dict of Axes
+        By channel.
+    """
     count = len(result.events["time"])
     notes = [f"{count} events, not marked"] if count > MAX_MARKS else []
-    figure = blank(result, 0.8 + PANEL_HEIGHT * len(names), *notes)
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, name in zip(panels, names, strict=True):
-        panel.set_ylabel(label(result, name))
-        grid(panel)
-    panels[-1].set_xlabel("time, s")
-    figure.align_ylabels(panels)
-    return figure, dict(zip(names, panels, strict=True))
+    figure = new_figure(result, 0.8 + PANEL_HEIGHT * len(names), *notes)
+    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, name in zip(axes, names, strict=True):
+        ax.set_ylabel(label(result, name))
+        grid(ax)
+    axes[-1].set_xlabel("time, s")
+    figure.align_ylabels(axes)
+    return figure, dict(zip(names, axes, strict=True))
 
 
-def _draw_channel(panel: Any, result: "Result", name: str) -> list[Any]:
-    """Draw a channel; if it has columns, one line for each, and return their handles."""
+def _draw_channel(ax: Any, result: "Result", name: str) -> list[Any]:
+    """Draw a channel; return the legend handles of its columns, if it has any."""
     time, values = with_jumps(result, name)
     axis = result.axes[name]
     if not axis:
-        panel.plot(time, values, color=BLUE, linewidth=1.5)
+        ax.plot(time, values, color=BLUE, linewidth=1.5)
         return []
     return [
-        panel.plot(
-            time, column, **line(i), label=escape_mathtext(f"{axis} {result.members[axis][i]}")
+        ax.plot(
+            time,
+            column,
+            **line_style(i),
+            label=escape_mathtext(f"{axis} {result.members[axis][i]}"),
         )[0]
         for i, column in enumerate(values.T)
     ]
 
 
 def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
-    """Return times and values of a channel, with both sides of each jump and a gap between them."""
+    """Return the samples of a channel for a line with gaps at its jumps.
+
+    Parameters
+    ----------
+    result : Result
+    name : str
+        The channel.
+
+    Returns
+    -------
+    time, values : (n,)
+        With both sides of each jump, and NaN between them.
+    """
     time, values = result.channels["time"], result.channels[name]
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
     if sides[0] is None or sides[1] is None:
         return time, values
     jumps = sides[0] != sides[1]
     at = result.events["time"][jumps]
-    others = ~np.isin(time, at)  # the sample at a jump has one side of it
+    others = ~np.isin(time, at)  # replace the sample at a jump, which is one of its sides
     time, values = time[others], values[others]
     places = np.repeat(np.searchsorted(time, at), 3)
     gap = np.full(at.shape, np.nan)
@@ -117,23 +145,34 @@ def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
     return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
 
 
-def mark_modes(result: "Result", panels: Sequence[Any]) -> list[Any]:
-    """Shade the sticks and mark the events in all panels, label them above, return the handles."""
+def mark_modes(result: "Result", axes: Sequence[Any]) -> list[Any]:
+    """Shade sticking phases and mark events in all Axes; return the legend handles.
+
+    Parameters
+    ----------
+    result : Result
+    axes : sequence of Axes
+        Labels are written above the first.
+
+    Returns
+    -------
+    list of matplotlib artists
+    """
     sticks = list(_sticks(result))
-    handles = _mark_events(result, panels, row=1 if sticks else 0)
+    handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
     for start, stop in sticks:
-        for panel in panels:
-            panel.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
+        for ax in axes:
+            ax.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
         if stop - start > MIN_STICK_WIDTH * np.ptp(result.channels["time"]):
-            annotate_above(panels[0], 0.5 * (start + stop), "stick", row=0)
+            annotate_above(axes[0], 0.5 * (start + stop), "stick", row=0)
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
 
 def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
-    """Yield the times from every rest to the next breakaway."""
-    if result.axes.get("mode") != "":  # not all rests are those of one contact
+    """Yield start and end of each sticking phase."""
+    if result.axes.get("mode") != "":  # no mode, or several contacts
         return
     time, events = result.channels["time"], result.events
     resting_since = time[0] if result.channels["mode"][0] == 0 else None
@@ -147,8 +186,8 @@ def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
         yield resting_since, time[-1]
 
 
-def _mark_events(result: "Result", panels: Sequence[Any], row: int) -> list[Any]:
-    """Mark the events, with their times from this row above the panels upwards."""
+def _mark_events(result: "Result", axes: Sequence[Any], row: int) -> list[Any]:
+    """Mark the events, and write their times above the first Axes from `row` upwards."""
     times = result.events["time"]
     if len(times) > MAX_MARKS:
         return []
@@ -157,24 +196,38 @@ def _mark_events(result: "Result", panels: Sequence[Any], row: int) -> list[Any]
     for at, name in zip(times, names, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
         handles[name] = Line2D([], [], label=escape_mathtext(name), **style)
-        for panel in panels:
-            panel.axvline(at, **style)
-    least = MIN_GAP * np.ptp(result.channels["time"])
-    for i, rows in enumerate(label_rows(times, least, most=2)):
-        annotate_above(panels[0], times[i], f"{times[i]:.4g} s", row + rows)
+        for ax in axes:
+            ax.axvline(at, **style)
+    min_gap = MIN_GAP * np.ptp(result.channels["time"])
+    for i, rows in enumerate(label_rows(times, min_gap, max_rows=2)):
+        annotate_above(axes[0], times[i], f"{times[i]:.4g} s", row + rows)
     return list(handles.values())
 
 
-def label_rows(places: Any, least: float, most: int) -> list[int]:
-    """Return rows for texts at rising places that are so far apart in a row; none if too close."""
-    for rows in range(1, most + 1):
-        if all(b - a > least for a, b in zip(places, places[rows:], strict=False)):
-            return [i % rows for i in range(len(places))]
+def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
+    """Distribute labels over rows so that they do not overlap.
+
+    Parameters
+    ----------
+    positions : (n,)
+        In increasing order.
+    min_gap : float
+        Smallest distance of two labels in a row.
+    max_rows : int
+
+    Returns
+    -------
+    list of int
+        Row of each label; empty if they do not fit into max_rows.
+    """
+    for rows in range(1, max_rows + 1):
+        if all(b - a > min_gap for a, b in zip(positions, positions[rows:], strict=False)):
+            return [i % rows for i in range(len(positions))]
     return []
 
 
 def _event_names(result: "Result") -> list[str]:
-    """Return what happens at each event: what the modes say, else the name of its contact."""
+    """Return the label of each event: by its change of mode, else the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     return [
         _event_name(result.contacts[int(contact)], before, after)
@@ -190,13 +243,23 @@ def _event_name(contact: str, before: float, after: float) -> str:
     return BREAKAWAY if before == 0 else REVERSAL
 
 
-def annotate_above(panel: Any, at: float, text: str, row: int) -> None:
-    """Write a small text above a panel, in the first row over it or in a higher one."""
-    panel.annotate(
+def annotate_above(ax: Any, at: float, text: str, row: int) -> None:
+    """Write a small text above an Axes.
+
+    Parameters
+    ----------
+    ax : Axes
+    at : float
+        Position in x, in data units.
+    text : str
+    row : int
+        0 is the row next to the Axes.
+    """
+    ax.annotate(
         text,
         (at, 1.0),
         (0.0, 2.0 + 9.0 * row),
-        xycoords=panel.get_xaxis_transform(),
+        xycoords=ax.get_xaxis_transform(),
         textcoords="offset points",
         ha="center",
         va="bottom",

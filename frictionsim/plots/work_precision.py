@@ -1,4 +1,4 @@
-"""The work-precision diagram: error against wall time and against right-hand sides."""
+"""The work-precision diagram: error against wall time and right-hand-side evaluations."""
 
 from math import floor, log10
 from pathlib import Path
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
 
 LINE_COLOURS = (*COLOURS, WINE)
-# Marker and line style differ as colours do, for print in grey.
+# Markers and line styles differ too, for grey print.
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
-MIN_ERROR = 1e-16  # where an error of zero is drawn
-WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand sides"))
+MIN_ERROR = 1e-16  # smaller errors are drawn here
+WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
 def draw(study: "Study", path: Path) -> None:
-    """Draw a line for each backend; settings that failed stand at the upper edge.
+    """Draw one line for each backend; failed settings are marked at the upper edge.
 
     Parameters
     ----------
@@ -34,40 +34,46 @@ def draw(study: "Study", path: Path) -> None:
         If the picture cannot be written.
     """
     figure = Figure(figsize=(9.0, 5.4), layout="constrained")
-    panels = figure.subplots(1, 2, sharey=True)
-    for panel, (quantity, label) in zip(panels, WORK, strict=True):
-        _draw_panel(panel, study, quantity)
-        panel.set_xlabel(label)
-    panels[0].set_ylabel("worst relative error")
-    handles, labels = panels[0].get_legend_handles_labels()
+    axes = figure.subplots(1, 2, sharey=True)
+    for ax, (quantity, label) in zip(axes, WORK, strict=True):
+        _draw_panel(ax, study, quantity)
+        ax.set_xlabel(label)
+    axes[0].set_ylabel("largest relative error")
+    handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
     title = escape_mathtext(study.scenario.title or study.scenario.kind)
-    figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
+    figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)
     save(figure, path)
 
 
-def _draw_panel(panel: Any, study: "Study", quantity: str) -> None:
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    panel.grid(linewidth=0.3)
+def _draw_panel(ax: Any, study: "Study", quantity: str) -> None:
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.grid(linewidth=0.3)
     errors = [max(row.error, MIN_ERROR) for row in study.rows if row.error is not None]
     floor_height = max(study.floor, MIN_ERROR)
     lowest = 10.0 ** floor(log10(min([floor_height, *errors]))) / 10.0
-    panel.set_ylim(lowest, 10.0 * max([1.0, *errors]))
+    ax.set_ylim(lowest, 10.0 * max([1.0, *errors]))
     if study.reference and study.reference.floor:
-        panel.axhspan(lowest, floor_height, color=STICK_COLOUR, linewidth=0, label="not to be told")
+        ax.axhspan(
+            lowest,
+            floor_height,
+            color=STICK_COLOUR,
+            linewidth=0,
+            label="below the reference uncertainty",
+        )
     names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
         rows = [row for row in study.rows if row.setting.line == name]
-        _draw_backend(panel, rows, quantity, number, name)
+        _draw_backend(ax, rows, quantity, number, name)
 
 
-def _draw_backend(panel: Any, rows: "list[Row]", quantity: str, number: int, name: str) -> None:
+def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int, name: str) -> None:
     colour = LINE_COLOURS[number % len(LINE_COLOURS)]
     done = [row for row in rows if row.error is not None]
     if done:
-        panel.plot(
+        ax.plot(
             [getattr(row, quantity) for row in done],
             [max(row.error or 0.0, MIN_ERROR) for row in done],
             color=colour,
@@ -79,7 +85,7 @@ def _draw_backend(panel: Any, rows: "list[Row]", quantity: str, number: int, nam
         )
     failed = [row for row in rows if row.error is None]
     if failed:
-        panel.plot(
+        ax.plot(
             [getattr(row, quantity) for row in failed],
             [1.0] * len(failed),
             color=colour,
@@ -88,6 +94,6 @@ def _draw_backend(panel: Any, rows: "list[Row]", quantity: str, number: int, nam
             markersize=9,
             markeredgewidth=2.0,
             clip_on=False,
-            transform=panel.get_xaxis_transform(),
+            transform=ax.get_xaxis_transform(),
             label=f"{name}: {len(failed)} failed",
         )

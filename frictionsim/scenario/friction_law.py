@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
@@ -16,8 +16,15 @@ class FrictionLaw(Params):
     # Those of another law may not fit.
     LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed")
 
-    law: Literal["set-valued", "regularised", "published"] = "set-valued"
-    transition_speed: float | None = unit_field("rad/s", None, gt=0)
+    law: Literal["set-valued", "regularised", "published"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "rad/s",
+        "Speed over which a regularised law rises to its full friction; 1e-3 if left out.",
+        None,
+        gt=0,
+    )
 
     @model_validator(mode="after")
     def _law_has_its_parameters(self) -> Self:

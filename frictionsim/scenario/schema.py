@@ -23,19 +23,21 @@ class Params(BaseModel):
     )
 
 
-def unit_field(unit: str, default: Any = ..., **bounds: Any) -> Any:
-    """Declare a field with its SI unit, from which messages and documents read it.
+def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -> Any:
+    """Declare a field with its SI unit and meaning, which messages and documents read from it.
 
     Parameters
     ----------
     unit : str
         SI unit, or ``"1"`` for a pure number.
+    description : str
+        A sentence for the reference of scenarios.
     default : optional
         Left out, the key is required.
     **bounds
         As pydantic's ``Field`` has them: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
     """
-    return Field(default, json_schema_extra={"unit": unit}, **bounds)
+    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
 def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomError:

@@ -26,14 +26,24 @@ class SolverSettings(Params):
         ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
     }
 
-    backend: str = "events"
-    duration: float = unit_field("s", 10.0, gt=0)
+    backend: str = Field("events", description="Integration method.")
+    duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
     # Below 1e-14 the rounding of double precision is all that an error estimate sees.
-    rtol: float = unit_field("1", 1e-10, ge=1e-14, lt=1)
-    atol: float = unit_field("1", 1e-12, gt=0)
-    max_step: float | None = unit_field("s", None, gt=0)
-    step: float | None = unit_field("s", None, gt=0)
-    max_steps: int = unit_field("1", 10_000_000, gt=0)
+    rtol: float = unit_field(
+        "1",
+        "Relative tolerance: the estimated error of a step is at most atol + rtol |y|.",
+        1e-10,
+        ge=1e-14,
+        lt=1,
+    )
+    atol: float = unit_field("1", "Absolute tolerance, in the unit of each state.", 1e-12, gt=0)
+    max_step: float | None = unit_field("s", "Longest step; without it no limit.", None, gt=0)
+    step: float | None = unit_field(
+        "s", "Length of fixed steps; a belt chooses a stable one if it is left out.", None, gt=0
+    )
+    max_steps: int = unit_field(
+        "1", "Budget of steps; a resumed run has as many again.", 10_000_000, gt=0
+    )
 
     @field_validator("backend")
     @classmethod
@@ -56,11 +66,18 @@ class Output(Params):
     `at_events` has each event sampled, too.
     """
 
-    interval: float | None = unit_field("s", None, gt=0)
-    at_events: bool = True
-    checkpoint: float | None = unit_field("s", None, gt=0)
+    interval: float | None = unit_field(
+        "s", "Time between samples; without it a 500th of the duration.", None, gt=0
+    )
+    at_events: bool = Field(True, description="Whether each event is sampled, too.")
+    checkpoint: float | None = unit_field(
+        "s", "Wall time between checkpoints of the result so far; without it none.", None, gt=0
+    )
     # All where it is left out. The quantities and the audit of a run do not depend on it.
-    channels: Annotated[tuple[str, ...], Field(strict=False)] | None = None
+    channels: Annotated[tuple[str, ...], Field(strict=False)] | None = Field(
+        None,
+        description="Channels to record; without it all. Summary and audit do not depend on it.",
+    )
 
 
 class Scenario(Params):
@@ -78,7 +95,7 @@ class Scenario(Params):
     CHANNELS: ClassVar[Mapping[str, Channel]]
 
     kind: str
-    title: str = ""
+    title: str = Field("", description="One line of text for the summary and for pictures.")
     solver: SolverSettings = SolverSettings()
     output: Output = Output()
 

@@ -27,8 +27,12 @@ from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine
 class PiecewiseLinearTable(Params):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
 
-    time: tuple[float, ...] = unit_field("s", min_length=1, strict=False)
-    value: tuple[float, ...] = Field(min_length=1, strict=False)
+    time: tuple[float, ...] = unit_field(
+        "s", "Times of the points, increasing.", min_length=1, strict=False
+    )
+    value: tuple[float, ...] = Field(
+        min_length=1, strict=False, description="Values at these times; constant before and after."
+    )
 
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
@@ -44,8 +48,12 @@ class PiecewiseLinearTable(Params):
 class SpeedTable(Params):
     """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
 
-    speed: tuple[float, ...] = unit_field("rad/s", min_length=1, strict=False)
-    value: tuple[float, ...] = Field(min_length=1, strict=False)
+    speed: tuple[float, ...] = unit_field(
+        "rad/s", "Speeds of the points, increasing.", min_length=1, strict=False
+    )
+    value: tuple[float, ...] = Field(
+        min_length=1, strict=False, description="Values at these speeds; constant beyond them."
+    )
 
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
@@ -69,10 +77,10 @@ def _check_points(name: str, places: Sequence[float], unit: str, values: Sequenc
 
 
 class SineParameters(Params):
-    mean: float = 0.0
-    amplitude: float
-    frequency_hz: float = unit_field("Hz", gt=0)
-    phase_deg: float = unit_field("deg", 0.0)
+    mean: float = Field(0.0, description="Mean value.")
+    amplitude: float = Field(description="Amplitude.")
+    frequency_hz: float = unit_field("Hz", "Frequency.", gt=0)
+    phase_deg: float = unit_field("deg", "Phase at the start.", 0.0)
 
 
 class SineTable(Params):
@@ -88,10 +96,10 @@ class SineTable(Params):
 
 
 class SmoothStepParameters(Params):
-    before: float = Field(alias="from")
-    after: float = Field(alias="to")
-    start: float = unit_field("s")
-    stop: float = unit_field("s")
+    before: float = Field(alias="from", description="Value before the step.")
+    after: float = Field(alias="to", description="Value after the step.")
+    start: float = unit_field("s", "Time at which the step starts.")
+    stop: float = unit_field("s", "Time at which it is complete.")
 
     @model_validator(mode="after")
     def _stop_after_start(self) -> Self:

@@ -1,9 +1,9 @@
-"""What every run of one coordinate is checked for before its quantities are shown.
+"""The self-audit of a run of one coordinate.
 
-energy      work in = change of kinetic and potential energy + heat of friction and damping
-friction    |T| within the static limit where it sticks, at the kinetic limit where it slides
-power       dry friction never drives
-drift       the position does not change while it sticks
+energy_balance      energy input = change of kinetic and potential energy + dissipated energy
+friction_law        |T| at most the static limit while sticking, the kinetic limit while sliding
+dissipation_sign    the power of dry friction is never positive
+stick_drift         the position is constant while the contact sticks
 """
 
 from typing import TYPE_CHECKING
@@ -15,31 +15,35 @@ from frictionsim.results import Check
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import DryFriction, Trajectory
 
-# The local errors of all steps may add up to this many times the relative tolerance.
+# Allowed sum of the local errors of all steps, in relative tolerances.
 ENERGY_ERROR_PER_RTOL = 100.0
-# ... and rounding is left when the tolerance is below it.
+# Allowed error of the energy for tolerances below the roundoff.
 ROUNDING = 1e-12
-# Whatever the tolerance, quantities whose energy is further off are of no use.
-WORST_ENERGY = 0.01
-# An absolute tolerance lets energies be off by no more than this share of the scenario's own size.
-SMALL = 1e-8
+# Upper limit of the allowed error, whatever the tolerance.
+MAX_ENERGY_ERROR = 0.01
+# Limit of what the absolute tolerance allows, relative to the energy scale of the scenario.
+ABSOLUTE_ERROR_LIMIT = 1e-8
 
 
 def audit(
     trajectory: "Trajectory", contact: "DryFriction | None", rtol: float, atol: float, size: float
 ) -> dict[str, Check]:
-    """Return the checks that apply, by name; all are relative but the drift, in rad.
+    """Return the checks that apply, by name; all are relative except the drift, in rad.
 
     Parameters
     ----------
-    series : Series
-    contact : Contact or None
-        None where there is no dry friction.
+    trajectory : Trajectory
+    contact : DryFriction or None
+        None without set-valued dry friction.
     rtol, atol : float
-        Of the integration.
+        Tolerances of the integration.
     size : float, J
-        An energy of the size of the scenario: its kinetic energy at the start, and the work of the
-        largest moment along one radian.
+        Energy scale of the scenario: its kinetic energy at the start plus the work of the largest
+        applied torque over one radian.
+
+    Returns
+    -------
+    dict of Check
     """
     checks = {"energy_balance": energy_check(trajectory, rtol, atol, size)}
     if contact is not None:
@@ -50,14 +54,26 @@ def audit(
 
 
 def energy_check(trajectory: "Trajectory", rtol: float, atol: float, size: float) -> Check:
-    """Compare the work in with where it went, over the largest of the energies.
+    """Return the residual of the energy balance, relative to the largest of the energies.
 
-    Small energies are only integrated to the absolute tolerance, which counts as far as it is
-    small for the scenario, too.
+    Small energies are integrated to the absolute tolerance only. It counts up to
+    ABSOLUTE_ERROR_LIMIT times the energy scale of the scenario.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    rtol, atol : float
+        Tolerances of the integration.
+    size : float, J
+        Energy scale of the scenario.
+
+    Returns
+    -------
+    Check
     """
-    limit = min(ENERGY_ERROR_PER_RTOL * rtol + ROUNDING, WORST_ENERGY)
+    limit = min(ENERGY_ERROR_PER_RTOL * rtol + ROUNDING, MAX_ENERGY_ERROR)
     residual = -trajectory.energy_integrals["energy_input"]
-    floor = min(ENERGY_ERROR_PER_RTOL * atol, SMALL * size) / limit
+    floor = min(ENERGY_ERROR_PER_RTOL * atol, ABSOLUTE_ERROR_LIMIT * size) / limit
     largest = np.max(np.abs(residual), initial=floor)
     for name, energy in (*trajectory.energy_integrals.items(), *trajectory.stored_energies.items()):
         if name != "energy_input":
@@ -69,18 +85,29 @@ def energy_check(trajectory: "Trajectory", rtol: float, atol: float, size: float
 
 
 def friction_check(trajectory: "Trajectory", contact: "DryFriction") -> Check:
-    """Return by how much the friction is off what its law allows, over the static limit."""
+    """Return the largest violation of the friction law, relative to the static limit.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    contact : DryFriction
+
+    Returns
+    -------
+    Check
+    """
     u, q, v, mode = trajectory.drive, trajectory.position, trajectory.velocity, trajectory.mode
     static = contact.static_limit(u, q) + contact.roundoff(u, q)
     size = np.abs(trajectory.friction)
-    off = np.where(mode == 0, size - static, np.abs(size - contact.kinetic_limit(u, q, v, mode)))
+    sliding_error = np.abs(size - contact.kinetic_limit(u, q, v, mode))
+    excess = np.where(mode == 0, size - static, sliding_error)
     largest = np.max(static, initial=0.0)
-    worst = np.max(off, initial=0.0)
+    worst = np.max(excess, initial=0.0)
     return Check(float(worst / largest) if largest else float(worst), ROUNDING)
 
 
 def power_check(trajectory: "Trajectory") -> Check:
-    """Return the largest power that friction puts in, over the largest that it takes out."""
+    """Return the largest positive power of friction, relative to the largest magnitude."""
     power = trajectory.friction * trajectory.velocity
     largest = np.max(np.abs(power), initial=0.0)
     worst = np.max(power, initial=0.0)
@@ -88,10 +115,10 @@ def power_check(trajectory: "Trajectory") -> Check:
 
 
 def drift_check(trajectory: "Trajectory") -> Check:
-    """Return the largest change of the position from sample to sample of one stick, rad."""
+    """Return the largest change of the position between samples of one sticking phase, rad."""
     sticking = (trajectory.mode[1:] == 0) & (trajectory.mode[:-1] == 0)
     moved = np.abs(np.diff(trajectory.position))
-    # Two samples that stick may have a slip between them.
+    # The contact may slip between two samples at which it sticks.
     slips = np.array([e.time for e in trajectory.transitions if e.mode_to != 0])
     between = np.searchsorted(slips, trajectory.time)
     same_stick = sticking & (between[1:] == between[:-1])

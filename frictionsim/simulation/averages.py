@@ -1,4 +1,4 @@
-"""Means over time, for samples that need not be evenly spaced."""
+"""Means over time of samples that may be unevenly spaced."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-ROUNDING = 1e-9  # of a run
-LAST_PART = 0.2  # of a run: what the means of a summary, and of pictures beside it, are over
+ROUNDING = 1e-9  # relative to the duration
+LAST_PART = 0.2  # fraction of the run for the means in summaries and pictures
 BATCHES = 8
 
 
@@ -20,16 +20,26 @@ def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
 
 
 def time_mean(time: "Array", values: "Array") -> Any:
-    """Return the mean over time, by the trapezoidal rule, of values (n, ...) at times (n,)."""
+    """Return the mean over time by the trapezoidal rule.
+
+    Parameters
+    ----------
+    time : (n,), s
+    values : (n, ...)
+
+    Returns
+    -------
+    (...)
+    """
     if len(time) < 2 or time[-1] == time[0]:
         return values.mean(axis=0)
     return np.tensordot(np.diff(time), 0.5 * (values[1:] + values[:-1]), 1) / (time[-1] - time[0])
 
 
 def standard_error(values: "Array") -> Any:
-    """Return the standard error of the mean of values (n, ...), by means of batches.
+    """Return the standard error of the mean of values (n, ...) by the method of batch means.
 
-    Neighbouring samples are not independent; batches that are longer than their memory are.
+    Neighbouring samples are correlated; the means of long batches are nearly independent.
     Infinite for a single sample.
     """
     batches = min(BATCHES, len(values))

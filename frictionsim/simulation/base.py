@@ -1,4 +1,4 @@
-"""The contract between a kind of mechanism and a run of it."""
+"""The interface between a kind of mechanism and `simulate.run`."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
@@ -8,19 +8,21 @@ if TYPE_CHECKING:
 
 
 class Simulation(Protocol):
-    """One scenario, to be solved once; a family of mechanisms has a class of its own for it.
+    """The simulation of one scenario, which is solved once.
+
+    Implemented for mechanisms of one coordinate and for belt drives.
 
     Attributes
     ----------
     effects : tuple of str
         The effects that are simulated.
     states : int
-        What is integrated: the length of the state vector.
+        Length of the state vector.
     channel_info : mapping of name to Channel
-        For every channel that it may show.
+        For every channel that `observe` may return.
     axes : mapping of name to tuple of str
-        The names of the members of each axis, without blanks; "0", "1", ... where they have
-        none. Empty for one coordinate.
+        The names of the members of each axis, without blanks; "0", "1", ... if they have no
+        names. Empty for one coordinate.
     """
 
     @property
@@ -36,10 +38,18 @@ class Simulation(Protocol):
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Make ready to step, before `solve` and after any `restore`; no step is taken here.
+        """Prepare the first step; called before `solve` and after `restore`.
 
-        Return the seconds that it took to compile, 0 if nothing was. A method `compiling` of poll,
-        if it has one, is a context manager that is given the seconds to expect and entered then.
+        Parameters
+        ----------
+        on_step : callable
+            If it has a method `compiling`, a context manager that takes the expected duration in
+            s, kernels are compiled within it.
+
+        Returns
+        -------
+        float, s
+            Time of compilation; 0 if nothing was compiled.
 
         Raises
         ------
@@ -47,38 +57,39 @@ class Simulation(Protocol):
         """
 
     def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Step to the end, from the start or from what was restored.
+        """Integrate to the end, from the start or from a restored state.
 
-        Call poll with the time along the way, between steps only: it may ask for the state, the
-        counts and the samples, and it may raise BudgetExceeded or Interrupted.
+        Parameters
+        ----------
+        on_step : callable
+            Called with the time between steps. It may call `state`, `statistics` and `observe`,
+            and raise BudgetExceeded or Interrupted.
 
         Raises
         ------
         SolverError, ArithmeticError
-            What was sampled before can be observed. After BudgetExceeded and Interrupted the state
-            is one to go on from.
+            Earlier samples remain available. After BudgetExceeded and Interrupted the run can be
+            resumed from `state`.
         """
 
     def state(self) -> dict[str, Any] | None:
-        """Return all that the rest of the run depends on, as numpy arrays of float64 or bytes.
+        """Return the complete state of the run, as numpy arrays of float64 or bytes.
 
-        None where the run cannot go on from anything that could be saved.
-
-        Samples, transitions and counts so far are in it, too. A run that is restored from it ends
-        with the same bits as one that was never interrupted.
+        It includes samples, transitions and statistics. A run restored from it gives the same bits
+        as an uninterrupted one. None if the backend does not support resuming.
         """
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take over the state of another simulation of the same scenario, before `solve`.
+        """Load the state of another simulation of the same scenario, before `solve`.
 
         Raises
         ------
         InputError
-            If it is of another scenario.
+            If the state does not fit the scenario.
         """
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
 
     def observe(self) -> "SimulationResult":
-        """Return what was sampled so far, also of a run that stopped short of its end."""
+        """Return the results so far; also of a run that stopped before its end."""

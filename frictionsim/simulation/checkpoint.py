@@ -1,7 +1,7 @@
-"""The state of objects that step through a run, as plain arrays: to a file, and back from it.
+"""Conversion of solver objects to arrays for a checkpoint, and back.
 
-A class names in CHECKPOINT_FIELDS the attributes that its continuation depends on: numbers, or
-sequences of numbers whose type has what it takes to be filled again.
+A class lists in CHECKPOINT_FIELDS the attributes that define its state: numbers, lists, deques or
+`array.array` of numbers.
 """
 
 from array import array
@@ -16,7 +16,17 @@ Arrays = dict[str, Any]
 
 
 def dump_part(owner: Any, name: str) -> Arrays:
-    """Return the CHECKPOINT_FIELDS of an object as arrays of float64, under `name.attribute`."""
+    """Return the CHECKPOINT_FIELDS of an object as arrays of float64, by `name.attribute`.
+
+    Parameters
+    ----------
+    owner : object with CHECKPOINT_FIELDS
+    name : str
+
+    Returns
+    -------
+    dict of arrays
+    """
     return {
         f"{name}.{attribute}": np.array(getattr(owner, attribute), dtype=np.float64)
         for attribute in owner.CHECKPOINT_FIELDS
@@ -24,12 +34,19 @@ def dump_part(owner: Any, name: str) -> Arrays:
 
 
 def load_part(owner: Any, name: str, state: Arrays) -> None:
-    """Give an object the attributes that `dump_part` has returned of one of its kind.
+    """Set the CHECKPOINT_FIELDS of an object from the arrays of `dump_part`.
+
+    Parameters
+    ----------
+    owner : object with CHECKPOINT_FIELDS
+    name : str
+        As in `dump_part`.
+    state : dict of arrays
 
     Raises
     ------
     InputError
-        If they do not fit.
+        If an array is missing or does not fit.
     """
     for attribute in owner.CHECKPOINT_FIELDS:
         before = getattr(owner, attribute)
@@ -40,10 +57,21 @@ def load_part(owner: Any, name: str, state: Arrays) -> None:
 def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
     """Return an array of a state.
 
+    Parameters
+    ----------
+    state : dict of arrays
+    name : str
+    dtype : numpy dtype
+    ndim : int
+
+    Returns
+    -------
+    array
+
     Raises
     ------
     InputError
-        If it is not there, or is another array.
+        If it is missing, or of another type or number of dimensions.
     """
     values = state.get(name)
     if values is None or not np.issubdtype(values.dtype, dtype) or values.ndim != ndim:
@@ -52,12 +80,12 @@ def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
 
 
 def mismatch(name: str) -> InputError:
-    """Return the error of a state that belongs to something else."""
-    return InputError(f"its checkpoint is not of this scenario: '{name}' does not fit")
+    """Return the error for an array that does not fit the scenario."""
+    return InputError(f"its checkpoint does not belong to this scenario: '{name}' does not fit")
 
 
 def _cast_like(before: Any, values: Any, name: str) -> Any:
-    """Return values as what stood there before: a number of its type, or a sequence of it."""
+    """Return values in the type of the previous attribute."""
     if isinstance(before, deque):
         return deque(values.tolist(), maxlen=before.maxlen)
     if isinstance(before, array):

@@ -1,4 +1,4 @@
-"""Samples of a run of one coordinate, from the regular ones and the two sides of each event."""
+"""The samples of a run of one coordinate: regular ones, and both sides of each event."""
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,7 +13,7 @@ TIME, VELOCITY, MODE = 0, 3, 6  # columns of a row of `SampleBuffer`
 
 
 class Samples(NamedTuple):
-    """What a run has recorded and what is finite of it.
+    """The finite samples of a run.
 
     Attributes
     ----------
@@ -22,9 +22,9 @@ class Samples(NamedTuple):
     transitions : list of Transition
         In the order of time.
     before, after : (m, width)
-        Their sides.
-    unsound : bool
-        Something was not finite; what follows it was left out.
+        Samples immediately before and after each transition.
+    non_finite_tail : bool
+        A sample was not finite; it and all later ones were removed.
     """
 
     rows: Any
@@ -35,17 +35,31 @@ class Samples(NamedTuple):
 
 
 def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
-    """Return the regular samples, and with `at_events` one at each event, too."""
+    """Return the finite samples of a run.
+
+    Parameters
+    ----------
+    buffer : SampleBuffer
+    width : int
+        Number of columns of a sample.
+    at_events : bool
+        Add a sample at each event to the regular ones.
+
+    Returns
+    -------
+    Samples
+    """
     rows = np.array(buffer.rows).reshape(-1, width)
     sides = np.array(buffer.sides).reshape(-1, 2, width)
-    order = np.argsort(sides[:, 1, TIME], kind="stable")  # a step notes its end before a rest in it
+    # A step records the event at its end before a stop within it.
+    order = np.argsort(sides[:, 1, TIME], kind="stable")
     sides, transitions = sides[order], [buffer.transitions[i] for i in order]
-    sound, events_sound = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
-    ends = [values[~fine, TIME] for values, fine in ((rows, sound), (sides[:, 1], events_sound))]
+    finite, events_finite = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
+    ends = [values[~fine, TIME] for values, fine in ((rows, finite), (sides[:, 1], events_finite))]
     end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
-    non_finite_tail = not (sound.all() and events_sound.all())
-    rows = rows[: np.argmin(sound)] if not sound.all() else rows
-    kept = events_sound & (sides[:, 1, TIME] < end)
+    non_finite_tail = not (finite.all() and events_finite.all())
+    rows = rows[: np.argmin(finite)] if not finite.all() else rows
+    kept = events_finite & (sides[:, 1, TIME] < end)
     sides, transitions = sides[kept], [e for e, keep in zip(transitions, kept, strict=True) if keep]
     before, after = sides[:, 0], sides[:, 1]
     if at_events:
@@ -54,20 +68,20 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
 
 
 def _with_events(rows: Any, before: Any, after: Any, transitions: list[Transition]) -> Any:
-    """Return samples with those at the events among them; one stands where two would.
+    """Return the regular samples and one at each event, which replaces a regular one at its time.
 
-    It shows the side that sticks where there is one, else that after the event.
+    It is the sticking side of the event if there is one, else the side after it.
     """
     if not transitions:
         return rows
     breaks_away = np.array([e.mode_from == STICK for e in transitions])
-    # It may never have stuck, if it starts beyond its limit, or may have moved on since.
+    # No sticking side: the run starts beyond the limit, or the contact has moved within the step.
     holds = (before[:, MODE] == STICK) & (before[:, VELOCITY] == after[:, VELOCITY])
     at_events = np.where((breaks_away & holds)[:, None], before, after)
-    # Of several at one time the last that sticks, else the last.
+    # Of several events at one time take the last that sticks, else the last.
     at_events = at_events[np.lexsort((at_events[:, MODE] == STICK, at_events[:, TIME]))]
     time = at_events[:, TIME]
     at_events = at_events[np.append(time[1:] != time[:-1], True)]
     regular = rows[~np.isin(rows[:, TIME], time)]
-    found = np.concatenate((regular, at_events))
-    return found[np.argsort(found[:, TIME], kind="stable")]
+    merged = np.concatenate((regular, at_events))
+    return merged[np.argsort(merged[:, TIME], kind="stable")]

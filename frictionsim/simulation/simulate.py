@@ -1,4 +1,4 @@
-"""One run: a scenario goes in; channels, transitions, quantities, checks and counts come out."""
+"""Simulation of one scenario: returns channels, transitions, quantities, checks and statistics."""
 
 from collections.abc import Mapping
 from math import inf
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 
 OUT_OF_RANGE = (
-    "a number is beyond the range of double precision; is a force or an inertia far too large or"
-    " too small?"
+    "a number exceeds the range of double precision; check the scenario for forces or inertias"
+    " that are far too large or too small"
 )
 
 
 class SolverStatistics(NamedTuple):
-    """What a run took, in all its parts if it was interrupted.
+    """Statistics of a run, including the parts before an interruption.
 
-    `wall_seconds` is the solving alone; `compile_seconds` is 0 where all kernels were there.
+    `wall_seconds` does not include `compile_seconds`, which is 0 if no kernel was compiled.
     """
 
     steps: int
@@ -46,38 +46,40 @@ class SolverStatistics(NamedTuple):
 
 
 class RunResult(NamedTuple):
-    """A run with its outcome, as plain data.
+    """The results of a run as plain data.
 
     Attributes
     ----------
+    scenario : Scenario
     effects : tuple of str
         The effects that were simulated.
     channel_info : mapping of name to Channel
-        For each channel, and maybe for more.
+        For each channel; it may hold further ones.
     axes : mapping of name to tuple of str
-        The names of the members of each axis that a channel may have.
+        The names of the members of each axis.
     time : (n,), s
     channels : dict of (n,) or (n, members of the channel's axis)
-        Those to record: all, or those of `output.channels` that the scenario has.
+        All channels, or those in `output.channels`.
     transitions : list of Transition
     quantities : Quantities
         The quantities of the summary.
     checks : dict of Check
         The audit.
+    statistics : SolverStatistics
     status : str
         `done`, `failed` or `interrupted`.
     reason : str
-        Why it is not done; empty if it is.
-    sides : dict of (m,)
-        The recorded channels right before and right after each transition.
+        Why the run stopped, or which checks of the audit failed; empty if done and sound.
     exit_code : int
-        Of the run itself, before any audit.
+        Exit code of the command line, which includes the verdict of the audit.
     warnings : tuple of str
-        What a user should know before trusting the quantities: of the scenario, then of the run.
+        Reasons to doubt the quantities: of the scenario, then of the run.
     failure : str
-        The kind of a failure, such as `chattering`; empty if it has not failed.
+        The kind of failure, such as `chattering`; empty if not failed.
     checkpoint : dict of arrays or None
-        The state of the simulation, where a run that is not done can go on from it.
+        The state to resume from, if the run can be resumed.
+    sides : dict of (m,)
+        The recorded channels immediately before and after each transition.
     """
 
     scenario: "Scenario"
@@ -100,7 +102,7 @@ class RunResult(NamedTuple):
 
 
 class _Clock:
-    """The seconds of solving and of compilation; of the parts before an interruption, too."""
+    """Wall time of solving and of compiling, s, including the parts before an interruption."""
 
     CHECKPOINT_FIELDS = ("solving", "compiling")
 
@@ -139,14 +141,14 @@ def run(
     on_step : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
     on_checkpoint : callable, optional
-        Called with the run so far every `output.checkpoint` seconds.
+        Called with the results so far every `output.checkpoint` seconds of wall time.
     checkpoint : dict of arrays, optional
-        Of an earlier run of the scenario, which goes on from there.
+        State of an earlier run of the scenario to resume from.
 
     Returns
     -------
-    Run
-        Also of a run that failed or was interrupted, with the samples up to there.
+    RunResult
+        If the run failed or was interrupted, with the samples up to that time.
 
     Raises
     ------
@@ -171,14 +173,14 @@ def _with_checkpoints(
     on_checkpoint: "Callable[[RunResult], Any]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an on_step that also hands on the run so far every so many seconds."""
+    """Return an `on_step` that also calls `on_checkpoint` every `output.checkpoint` seconds."""
     last, seconds = perf_counter(), scenario.output.checkpoint or inf
 
     def step_and_checkpoint(t: float) -> None:
         nonlocal last
         on_step(t)
         if perf_counter() - last >= seconds:
-            clock.stop()  # to write is not to solve
+            clock.stop()  # do not count the writing of the checkpoint
             reason = f"checkpoint at t = {t:.9g} s"
             outcome = _Termination("interrupted", reason, resumable=True)
             on_checkpoint(_run_of(scenario, simulation, outcome, clock))
@@ -214,12 +216,12 @@ def _solve(
 def _run_of(
     scenario: "Scenario", simulation: "Simulation", outcome: _Termination, clock: _Clock
 ) -> RunResult:
-    """Return a run with what its simulation shows."""
-    seen = simulation.observe()
-    if seen.non_finite_tail and outcome.failure != NonFinite.failure:
-        reason = f"after t = {max(seen.time, default=0.0):.9g} s {OUT_OF_RANGE}"
+    """Return the results of a simulation that has stopped."""
+    data = simulation.observe()
+    if data.non_finite_tail and outcome.failure != NonFinite.failure:
+        reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Termination("failed", reason, NonFinite.exit_code, NonFinite.failure)
-    failed = failures(seen.checks)
+    failed = failures(data.checks)
     if outcome.status == "done" and failed:
         outcome = _Termination("done", f"self-audit failed: {failed}", EXIT_AUDIT_FAILED)
     wanted = scenario.output.channels
@@ -228,44 +230,44 @@ def _run_of(
         effects=simulation.effects,
         channel_info=simulation.channel_info,
         axes=simulation.axes,
-        time=seen.time,
+        time=data.time,
         channels={
             name: channel
-            for name, channel in seen.channels.items()
+            for name, channel in data.channels.items()
             if wanted is None or name in wanted
         },
-        transitions=seen.transitions,
-        quantities=seen.quantities,
-        checks=seen.checks,
+        transitions=data.transitions,
+        quantities=data.quantities,
+        checks=data.checks,
         statistics=SolverStatistics(
             *simulation.statistics(), simulation.states, clock.solving, clock.compiling
         ),
         status=outcome.status,
         reason=outcome.reason,
         exit_code=outcome.exit_code,
-        warnings=_warnings(scenario, simulation, seen),
+        warnings=_warnings(scenario, simulation, data),
         failure=outcome.failure,
         checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
         sides={
             name: values
-            for name, values in seen.sides.items()
+            for name, values in data.sides.items()
             if wanted is None or name.rpartition("_")[0] in wanted
         },
     )
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":
-    """Return what a run goes on from; None where it cannot."""
+    """Return the state to resume from; None if the backend does not support it."""
     state = simulation.state()
     return None if state is None else {**state, **dump_part(clock, "clock")}
 
 
 def _warnings(
-    scenario: "Scenario", simulation: "Simulation", seen: "SimulationResult"
+    scenario: "Scenario", simulation: "Simulation", data: "SimulationResult"
 ) -> tuple[str, ...]:
-    """Return what is odd about a scenario and its run, each once."""
-    absent = [name for name in scenario.output.channels or () if name not in seen.channels]
+    """Return the warnings about a scenario and its run, each once."""
+    absent = [name for name in scenario.output.channels or () if name not in data.channels]
     missing = (
         f"output.channels: this scenario has no channel '{name}'; it is left out" for name in absent
     )
-    return tuple(dict.fromkeys([*scenario.warnings(), *missing, *seen.warnings]))
+    return tuple(dict.fromkeys([*scenario.warnings(), *missing, *data.warnings]))

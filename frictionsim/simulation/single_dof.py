@@ -1,4 +1,4 @@
-"""The simulation of a mechanism of one coordinate: its samples, and what follows from them."""
+"""The simulation of a mechanism of one coordinate, and its results."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 
-# Channels that /events has under names of its own.
+# Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
 
 
@@ -30,17 +30,17 @@ class SingleDofSimulation:
     ----------
     scenario : Scenario
     mechanism : Mechanism
-        Built from it.
+        Built from the scenario.
     """
 
     def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
         self._settings, self._mechanism = scenario.solver, mechanism
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
-        # Smoothed friction creeps where it should stick and has no limits that it must keep.
+        # Regularised friction creeps instead of sticking; the friction checks do not apply.
         contact, backend = mechanism.contact, scenario.solver.backend
         law = "" if contact is None else contact.law
-        smoothed = law == methods.REGULARISED and not mechanism.prescribed
-        self._set_valued = None if smoothed else contact
+        regularised = law == methods.REGULARISED and not mechanism.prescribed
+        self._set_valued = None if regularised else contact
         self._resumable = methods.METHODS[backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
         make_solver = solver_factory(backend, law, mechanism.prescribed)
@@ -52,11 +52,11 @@ class SingleDofSimulation:
         self.axes: Mapping[str, tuple[str, ...]] = {}
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Return 0 s: nothing has to be compiled."""
+        """Return 0 s: nothing is compiled."""
         return 0.0
 
     def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Have the backend of the scenario step to the end."""
+        """Integrate to the end with the backend of the scenario."""
         self._solver.run(on_step)
 
     def statistics(self) -> tuple[int, int, int]:
@@ -65,7 +65,7 @@ class SingleDofSimulation:
         return stepper.steps, stepper.rejected, stepper.nfev
 
     def state(self) -> Arrays | None:
-        """Return all that the rest of the run depends on; None where SciPy keeps it to itself."""
+        """Return the state to resume from; None for SciPy's integrators, whose state is private."""
         if not self._resumable:
             return None
         parts = self._solver.checkpoint_parts
@@ -78,12 +78,12 @@ class SingleDofSimulation:
         return state
 
     def restore(self, state: Arrays) -> None:
-        """Take over the state of another simulation of the same scenario.
+        """Load the state of another simulation of the same scenario.
 
         Raises
         ------
         InputError
-            If it is of another scenario.
+            If the state does not fit the scenario.
         """
         for name, part in self._solver.checkpoint_parts.items():
             load_part(part, name, state)
@@ -99,7 +99,7 @@ class SingleDofSimulation:
             self._solver.resume()
 
     def trajectory(self) -> Trajectory:
-        """Return the samples before the first that is not finite."""
+        """Return the samples before the first non-finite one."""
         samples = self._samples()
         return self._trajectory_of(samples.rows, samples.transitions)
 
@@ -107,7 +107,7 @@ class SingleDofSimulation:
         return samples_of(self._recording, self._width, self._at_events)
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
-        """Return rows as the arrays that quantities and channels are made of."""
+        """Return the trajectory of rows (n, width)."""
         mechanism, columns = self._mechanism, rows.T.copy()
         time, drive, position, velocity, *others = columns[: SampleBuffer.COLUMNS]
         acceleration, friction, mode = others
@@ -130,7 +130,7 @@ class SingleDofSimulation:
         )
 
     def observe(self) -> SimulationResult:
-        """Return the samples that are finite, and what follows from them."""
+        """Return the finite samples, and quantities, checks and warnings from them."""
         mechanism, settings, samples = self._mechanism, self._settings, self._samples()
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
         return SimulationResult(
@@ -155,17 +155,17 @@ class SingleDofSimulation:
         )
 
     def _run_warnings(self, trajectory: Trajectory) -> list[str]:
-        """Return what is odd about the run; nothing of one that stopped short of its end."""
+        """Return the warnings about the run; none if it stopped before its end."""
         mechanism, duration = self._mechanism, self._settings.duration
         if trajectory.time.size < 2 or trajectory.time[-1] < duration:
             return []
-        found = nothing_moves(mechanism, trajectory) + mechanism.run_warnings(trajectory)
-        if self._set_valued is not None:  # what is smoothed passes through stick at each reversal
-            found += hidden_stick_slip(trajectory.transitions, self._interval, duration)
-        return found
+        warnings = nothing_moves(mechanism, trajectory) + mechanism.run_warnings(trajectory)
+        if self._set_valued is not None:  # regularised friction passes "stick" at each reversal
+            warnings += hidden_stick_slip(trajectory.transitions, self._interval, duration)
+        return warnings
 
     def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
-        """Return the channels that may jump, on one side of the events."""
+        """Return the channels that may jump at events, on one side of each event."""
         trajectory = self._trajectory_of(rows, transitions)
         channels = self._mechanism.channels(trajectory)
         return {
@@ -176,7 +176,7 @@ class SingleDofSimulation:
 
 
 def _size(mechanism: Mechanism, trajectory: Trajectory) -> float:
-    """Return an energy of the size of the scenario, whatever the solver made of it, J."""
+    """Return the energy scale of the scenario, J, which does not depend on the solution."""
     applied_torque = mechanism.applied_torque(
         trajectory.drive, trajectory.position, np.zeros_like(trajectory.velocity)
     )
@@ -185,21 +185,22 @@ def _size(mechanism: Mechanism, trajectory: Trajectory) -> float:
 
 
 def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
-    """Return every channel by the name it has in the result file."""
-    found = {
+    """Return all channels by name."""
+    channels = {
         **mechanism.channels(trajectory),
         **trajectory.energy_integrals,
         **trajectory.stored_energies,
     }
-    # A channel that is constant may be given as a number.
-    return {name: np.broadcast_to(values, trajectory.time.shape) for name, values in found.items()}
+    # A constant channel may be given as a number.
+    shape = trajectory.time.shape
+    return {name: np.broadcast_to(values, shape) for name, values in channels.items()}
 
 
 def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
-    """Return the summary's quantities: the mechanism's own, then those of any motion.
+    """Return the quantities of the summary: those of the mechanism, then those of any motion.
 
-    breakaway_time is when a contact first goes over from stick to slip; None if it never does.
-    A run that failed may have gone on after its last sample, of which no quantity speaks.
+    breakaway_time is the first transition from stick to slip; None if there is none. Transitions
+    after the last sample, which a failed run may have, are ignored.
     """
     found = mechanism.quantities(trajectory)
     if mechanism.contact is not None:

@@ -1,4 +1,4 @@
-"""A limit on the time that a run may take on the wall."""
+"""The limit on the wall time of a run."""
 
 from time import perf_counter
 
@@ -6,14 +6,14 @@ from frictionsim.errors import BudgetExceeded
 
 
 class WallTimeLimit:
-    """Called with the time of the simulation: ends a run that takes too long.
+    """Stops a run at a wall-time limit; called with the simulated time after each step.
 
     Parameters
     ----------
     seconds : float, s
-        From now on.
+        The limit, counted from the construction.
     duration : float, s
-        Of the simulation, for the message.
+        Duration of the simulation, for the message.
     """
 
     def __init__(self, seconds: float, duration: float) -> None:
@@ -21,14 +21,15 @@ class WallTimeLimit:
         self._end = perf_counter() + seconds
 
     def __call__(self, t: float) -> None:
-        """Look at the clock.
+        """Check the clock.
 
         Raises
         ------
         BudgetExceeded
+            If the limit is reached.
         """
         if perf_counter() >= self._end:
             raise BudgetExceeded(
-                f"{self._seconds:g} s of --max-wall are spent at t = {t:.9g} s of"
-                f" {self._duration:.9g} s; resume the run, give it more time, or looser tolerances"
+                f"wall-time limit --max-wall {self._seconds:g} s reached at t = {t:.9g} s of"
+                f" {self._duration:.9g} s; resume the run, raise the limit or loosen the tolerances"
             )

@@ -110,8 +110,8 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
     ),
     "mu_s below mu_k": (
         pair(effects__belt_friction__mu_s=0.1),
-        f"{FRICTION}.mu_s",
-        "0.1 is below mu_k = 0.6; expected mu_s >= mu_k",
+        f"{FRICTION}.mu_k",
+        "0.6 is above mu_s = 0.1; sliding friction does not exceed the static limit",
     ),
     "regularised without its speed": (
         pair(effects__belt_friction__law="regularised"),
@@ -133,8 +133,8 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
             effects__belt_friction={**ON_PULLEY, "law": "regularised", "transition_speed": 1e-3},
             solver__backend="moreau",
         ),
-        f"{FRICTION}.law",
-        "'regularised' takes backend = 'rkf45'",
+        "solver.backend",
+        "'moreau' does not integrate the friction law 'regularised'; take one of rkf45,",
     ),
     "a backend for one coordinate": (
         pair(solver__backend="events"),
@@ -144,7 +144,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
     "a step for an adaptive method": (
         pair(solver__step=1e-5),
         "solver.step",
-        "take a backend with fixed steps: moreau",
+        "or take what has fixed steps: moreau with law 'set-valued'",
     ),
     "an unknown channel": (
         pair(output__channels=["tenson"]),

@@ -1,4 +1,4 @@
-"""The command line where its surroundings are odd: streams, readers, files in the way, memory."""
+"""The command line in unusual environments: broken streams, existing files, little memory."""
 
 import os
 import shlex
@@ -17,7 +17,7 @@ RETURN = str(SCENARIOS / "pulley_return.toml")
 
 
 def shell(command: str, cwd: Path, **environment: str) -> "subprocess.CompletedProcess[str]":
-    """Run a line of bash in which `frictionsim` is the program of this project."""
+    """Run a line of bash in which `frictionsim` calls this package."""
     program = f"{shlex.quote(sys.executable)} -m frictionsim"
     return subprocess.run(
         ["bash", "-c", command.replace("frictionsim", program)],
@@ -37,12 +37,12 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", ["scenario.toml", "force.csv", "notes"])
-def test_a_file_that_is_no_result_is_never_replaced(
+def test_a_file_that_is_not_a_result_is_never_replaced(
     name: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (here / name).write_text("precious")
     assert run_command_line(["solve", PULLEY, "-o", name]) == 4
-    assert "the file that is there is no result; it would be lost" in capsys.readouterr().err
+    assert "the existing file is not a result and is not overwritten" in capsys.readouterr().err
     assert (here / name).read_text() == "precious"
 
 
@@ -51,24 +51,26 @@ def test_a_result_under_any_name_is_replaced(here: Path) -> None:
         assert run_command_line(["solve", PULLEY, "-o", "result", "-q"]) == 0
 
 
-def test_a_name_that_is_too_long_is_told(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_name_that_is_too_long_is_reported(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run_command_line(["solve", PULLEY, "-o", "a" * 300 + ".h5"]) == 4
     assert "cannot write the result: File name too long" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [f"solve {PULLEY}", f"static {PULLEY}", f"check {PULLEY}"])
-def test_a_closed_stdout_is_no_failure(command: str, tmp_path: Path) -> None:
+def test_a_closed_stdout_is_accepted(command: str, tmp_path: Path) -> None:
     done = shell(f"frictionsim {command} >&-", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_a_reader_that_leaves_is_no_failure(tmp_path: Path) -> None:
+def test_a_broken_pipe_is_accepted(tmp_path: Path) -> None:
     done = shell(f"set -o pipefail; frictionsim solve {PULLEY} | head -1", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert hdf5_reader.read(tmp_path / "results" / "pulley.h5").attributes["status"] == "done"
 
 
-def test_letters_that_the_terminal_lacks_are_replaced(tmp_path: Path) -> None:
+def test_letters_missing_in_the_terminal_encoding_are_replaced(tmp_path: Path) -> None:
     done = shell(
         f"frictionsim solve {PULLEY} --set 'title=\"Überlast θ\"'",
         tmp_path,
@@ -79,7 +81,7 @@ def test_letters_that_the_terminal_lacks_are_replaced(tmp_path: Path) -> None:
 
 
 def test_a_failed_audit_is_marked_in_the_file(here: Path) -> None:
-    """Fixed steps through the chatter of eq 30 lose energy."""
+    """Fixed steps through the chattering of eq 30 lose energy."""
     force = "drive.force={time=[0,0.8,4,4.8],value=[1832.6,3113.75,3113.75,2224.1]}"
     law = ["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"]
     arguments = [*law, "--set", "solver.step=1e-3", "--set", force]
@@ -89,7 +91,7 @@ def test_a_failed_audit_is_marked_in_the_file(here: Path) -> None:
     assert attributes["reason"].startswith("self-audit failed: energy")
 
 
-def test_out_of_memory_is_no_defect(
+def test_out_of_memory_is_not_an_internal_error(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def run(*_: object) -> None:
@@ -97,7 +99,7 @@ def test_out_of_memory_is_no_defect(
 
     monkeypatch.setattr("frictionsim.cli.job.run", run)
     assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 1
-    assert "out of memory; ask for fewer samples" in capsys.readouterr().err
+    assert "out of memory; a larger output.interval" in capsys.readouterr().err
     assert not (here / "a.h5").exists()
 
 
@@ -108,7 +110,7 @@ def test_out_of_memory_is_no_defect(
         ("output.interval=9", "only its two ends are sampled"),
     ],
 )
-def test_what_is_odd_is_remarked(
+def test_check_warns_of_odd_scenarios(
     override: str, warning: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["check", PULLEY, "--set", override]) == 0
@@ -122,7 +124,7 @@ def test_what_is_odd_is_remarked(
         ("*", "nothing is left to compare"),
     ],
 )
-def test_a_comparison_of_nothing_is_refused(
+def test_compare_refuses_patterns_that_leave_nothing(
     pattern: str, message: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5"]) == 0
@@ -131,7 +133,7 @@ def test_a_comparison_of_nothing_is_refused(
 
 
 @pytest.mark.parametrize("title", ["$a_$", "bad $\\\\foo$ math", "日本語"])
-def test_titles_are_drawn_as_they_are(
+def test_plot_draws_titles_verbatim(
     title: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["solve", PULLEY, "-q", "-o", "a.h5", "--set", f'title="{title}"']
@@ -140,7 +142,7 @@ def test_titles_are_drawn_as_they_are(
     assert capsys.readouterr().err == ""
 
 
-def test_a_toml_fault_shows_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_toml_syntax_error_shows_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "bad.toml").write_text('kind = "pulley"\nload = 2224,1\n')
     assert run_command_line(["check", "bad.toml"]) == 2
     error = capsys.readouterr().err
@@ -148,23 +150,23 @@ def test_a_toml_fault_shows_its_line(here: Path, capsys: pytest.CaptureFixture[s
     assert error.endswith("in 'load = 2224,1'\n")
 
 
-def test_a_channel_given_as_text_is_told_the_forms(
+def test_a_signal_given_as_text_lists_the_valid_forms(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["check", PULLEY, "--set", "drive.force=force"]) == 2
     assert '{csv = "file.csv"}' in capsys.readouterr().err
 
 
-def test_a_number_beyond_any_use_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_absurdly_large_numbers_are_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["check", PULLEY, "--set", "mechanism.load=1e308"]) == 2
     assert "mechanism.load: 1e+308 is beyond any use" in capsys.readouterr().err
 
 
-def test_a_sample_that_is_not_finite_is_never_in_a_file_that_is_done(
+def test_a_run_with_a_non_finite_sample_fails(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A slope that overflows between two points of a channel."""
+    """The slope of the signal between two points overflows."""
     steep = "drive.force={time=[0, 5e-324], value=[1832.6, 3113.75]}"
     assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", "--set", steep]) == 1
-    assert "beyond the range of double precision" in capsys.readouterr().err
+    assert "exceeds the range of double precision" in capsys.readouterr().err
     assert hdf5_reader.read(here / "a.h5").attributes["status"] == "failed"

@@ -1,4 +1,4 @@
-"""Comparison of two result files: which differences it finds, lets pass and refuses to judge."""
+"""Comparison of two result files: tolerances, events, and files that cannot be compared."""
 
 import re
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import pulley, simulate
 
-# The defaults of the command line, which the tests below stay under or go over.
+# The default tolerances of the command line.
 RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
-OF_EVENTS = {"angle", "mode"}  # which events have under names of their own
+OF_EVENTS = {"angle", "mode"}  # without sides in /events
 INTERVAL = 0.01  # s, between two samples of the shipped pulley
 
 Edit = Callable[[Any], None]
@@ -40,9 +40,9 @@ def compare(golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         with h5py.File(path, "r+") as file:
             edit(file)
         code = run_command_line(["compare", str(path), str(golden), *options])
-        said = capsys.readouterr()
-        assert (said.err == "") == (code in (0, 1))
-        return code, said.out + said.err
+        captured = capsys.readouterr()
+        assert (captured.err == "") == (code in (0, 1))
+        return code, captured.out + captured.err
 
     return run
 
@@ -60,7 +60,7 @@ def add(name: str, index: int, difference: float) -> Edit:
     return edit
 
 
-def write_atomically(name: str, index: int, value: float) -> Edit:
+def set_value(name: str, index: int, value: float) -> Edit:
     """Return an edit that sets one value of a channel, or of the events."""
 
     def edit(file: Any) -> None:
@@ -70,7 +70,7 @@ def write_atomically(name: str, index: int, value: float) -> Edit:
 
 
 def rows(table: str) -> list[list[str]]:
-    """Return the rows under the heading of a printed table, each as its words."""
+    """Return the rows of a printed table, split into words."""
     lines = table.splitlines()[1:-1]  # without the heading and the verdict
     return [line.split() for line in lines if not line.startswith("note:")]
 
@@ -99,16 +99,16 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
     assert all((row[1], row[-1]) == ("0", "ok") for row in found)
 
 
-def test_equal_files_agree_without_any_tolerance(compare: Compare) -> None:
+def test_equal_files_agree_with_zero_tolerances(compare: Compare) -> None:
     assert compare(nothing, "--rtol", "0", "--atol", "0", "--time-atol", "0")[0] == 0
 
 
-@pytest.mark.parametrize(("share", "code"), [(0.9, 0), (1.1, 1), (-0.9, 0), (-1.1, 1)])
+@pytest.mark.parametrize(("factor", "code"), [(0.9, 0), (1.1, 1), (-0.9, 0), (-1.1, 1)])
 def test_a_value_may_differ_by_the_tolerances(
-    share: float, code: int, compare: Compare, golden: Path
+    factor: float, code: int, compare: Compare, golden: Path
 ) -> None:
     allowed = ATOL + RTOL * abs(final_angle(golden))
-    assert compare(add("angle", -1, share * allowed))[0] == code
+    assert compare(add("angle", -1, factor * allowed))[0] == code
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_options_widen_tolerances_and_leave_channels_out(
     assert compare(add("angle", -1, 0.01), *options)[0] == code
 
 
-def test_what_differs_is_named_first_with_place_and_size(compare: Compare) -> None:
+def test_differences_are_listed_first_with_size_and_time(compare: Compare) -> None:
     def edit(file: Any) -> None:
         add("drive_force", 100, 0.5)(file)  # one more sample is at the event before
         add("energy_input", 200, 1000.0)(file)
@@ -146,7 +146,7 @@ def test_what_differs_is_named_first_with_place_and_size(compare: Compare) -> No
     assert all(row[-1] == "ok" for row in others)
 
 
-def test_a_difference_that_is_allowed_is_shown_before_none(compare: Compare) -> None:
+def test_rows_are_sorted_by_difference(compare: Compare) -> None:
     code, table = compare(add("shaft_reaction", 30, 1e-6))
     assert code == 0
     assert rows(table)[0][:2] == ["shaft_reaction", "1e-06"]
@@ -159,14 +159,14 @@ def test_an_ignored_channel_is_not_in_the_table(compare: Compare) -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_differs_from_every_number(value: float, compare: Compare) -> None:
-    code, table = compare(write_atomically("angle", 100, value), "--atol", "1e300")
+def test_non_finite_values_differ_from_every_number(value: float, compare: Compare) -> None:
+    code, table = compare(set_value("angle", 100, value), "--atol", "1e300")
     assert code == 1
     assert rows(table)[0][0] == "angle"
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_what_is_not_finite_agrees_with_itself(
+def test_equal_non_finite_values_agree(
     value: float, golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "a.h5"
@@ -187,7 +187,7 @@ def test_a_channel_that_only_one_file_has_differs(compare: Compare) -> None:
     assert compare(rename, "--ignore", "energy_*")[0] == 0
 
 
-def test_a_channel_that_is_cut_short_differs(compare: Compare) -> None:
+def test_a_truncated_channel_differs(compare: Compare) -> None:
     def cut(file: Any) -> None:
         kept, attributes = file["angle"][:-1], dict(file["angle"].attrs)
         del file["angle"], attributes["DIMENSION_LIST"]
@@ -200,7 +200,7 @@ def test_a_channel_that_is_cut_short_differs(compare: Compare) -> None:
 def test_a_channel_in_another_unit_differs(compare: Compare) -> None:
     code, table = compare(lambda file: file["angle"].attrs.update(units="deg"))
     assert code == 1
-    assert "in deg, expected rad" in table
+    assert "unit deg, expected rad" in table
 
 
 @pytest.mark.parametrize(
@@ -209,9 +209,9 @@ def test_a_channel_in_another_unit_differs(compare: Compare) -> None:
         pytest.param(add("events/time", 0, 0.9 * TIME_ATOL), 0, id="a little later"),
         pytest.param(add("events/time", 0, -0.9 * TIME_ATOL), 0, id="a little earlier"),
         pytest.param(add("events/time", 0, 1.1 * TIME_ATOL), 1, id="too late"),
-        pytest.param(write_atomically("events/time", 0, np.nan), 1, id="at no time"),
-        pytest.param(write_atomically("events/mode_to", 0, -1.0), 1, id="to another mode"),
-        pytest.param(write_atomically("events/mode_from", 0, 1.0), 1, id="from another mode"),
+        pytest.param(set_value("events/time", 0, np.nan), 1, id="at no time"),
+        pytest.param(set_value("events/mode_to", 0, -1.0), 1, id="to another mode"),
+        pytest.param(set_value("events/mode_from", 0, 1.0), 1, id="from another mode"),
     ],
 )
 def test_events_agree_in_modes_and_within_the_time_tolerance(
@@ -255,20 +255,20 @@ def test_a_sample_beside_an_event_may_be_on_the_other_side_of_the_jump(
 
 
 @pytest.mark.parametrize("key", ["backend", "frictionsim_version", "scenario"])
-def test_another_origin_is_remarked_and_decides_nothing(key: str, compare: Compare) -> None:
+def test_different_origins_are_noted_but_agree(key: str, compare: Compare) -> None:
     code, table = compare(lambda file: file.attrs.update({key: "another"}))
     assert code == 0
     assert f"note: the two files differ in their {key}" in table
 
 
-def test_another_outcome_differs_although_the_samples_agree(compare: Compare) -> None:
+def test_a_different_status_differs(compare: Compare) -> None:
     code, table = compare(lambda file: file.attrs.update(status="failed"))
     assert code == 1
     assert table.splitlines()[1].startswith("status")
     assert "'failed', expected 'done'" in table
 
 
-def test_a_run_that_stopped_early_differs_by_its_outcome(
+def test_a_run_that_stopped_early_differs(
     golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "short.h5"
@@ -277,27 +277,30 @@ def test_a_run_that_stopped_early_differs_by_its_outcome(
     assert "'failed', expected 'done'" in capsys.readouterr().out
 
 
-FOREIGN = "it is HDF5, but not of frictionsim"
+FOREIGN = "it is HDF5, but not a frictionsim result"
 NOT_COMPARABLE: dict[str, tuple[Edit, str]] = {
     "another kind": (
         lambda file: file.attrs.update(kind="belt_drive"),
         "is of kind 'belt_drive', ",
     ),
     "other times": (add("time", 100, 1e-3), "sampled at different times (302 and 302 samples)"),
-    "another format": (lambda file: file.attrs.update(format_version=99), "format version 99"),
+    "another format": (
+        lambda file: file.attrs.update(format_version=99),
+        "its format version is 99",
+    ),
     "no events": (lambda file: file.pop("events"), FOREIGN),
     "no kind": (lambda file: file.attrs.pop("kind"), FOREIGN),
     "no time": (lambda file: file.pop("time"), FOREIGN),
-    "contact without a name": (write_atomically("events/contact", 0, 7.0), FOREIGN),
+    "contact without a name": (set_value("events/contact", 0, 7.0), FOREIGN),
 }
 
 
 @pytest.mark.parametrize(("edit", "message"), NOT_COMPARABLE.values(), ids=NOT_COMPARABLE)
-def test_what_cannot_be_compared_exits_2(edit: Edit, message: str, compare: Compare) -> None:
-    code, said = compare(edit)
+def test_incomparable_files_exit_2(edit: Edit, message: str, compare: Compare) -> None:
+    code, captured = compare(edit)
     assert code == 2
-    assert said.startswith("frictionsim: ")
-    assert message in said
+    assert captured.startswith("frictionsim: ")
+    assert message in captured
 
 
 @pytest.mark.parametrize("change", [{"output__interval": 0.02}, {"solver__duration": 2.0}])
@@ -307,37 +310,37 @@ def test_runs_sampled_differently_exit_2(
     path = tmp_path / "other.h5"
     hdf5_writer.write(simulate(pulley(**change)), path)
     assert run_command_line(["compare", str(path), str(golden)]) == 2
-    assert "run both with one duration and one output.interval" in capsys.readouterr().err
+    assert "run both with the same solver.duration and output.interval" in capsys.readouterr().err
 
 
 def test_the_sides_of_an_event_are_compared(compare: Compare) -> None:
-    """Within what the channel moves in the time that an event may be off."""
+    """The tolerance includes the change of the channel within time_atol."""
     code, table = compare(add("events/friction_torque_before", 0, 0.1))
     assert code == 1
     assert rows(table)[0][0] == "events/friction_torque"
     # Where it sticks, the friction rises by 81 N m/s: 81e-6 N m in 1e-6 s, and 25e-6 are allowed.
     rise = (3113.75 - 1832.6) / 0.8 * 0.0508 * TIME_ATOL
-    for share, expected in ((0.9, 0), (1.1, 1)):
+    for factor, expected in ((0.9, 0), (1.1, 1)):
         allowed = ATOL + RTOL * 24.567 + rise
-        assert compare(add("events/friction_torque_before", 0, share * allowed))[0] == expected
+        assert compare(add("events/friction_torque_before", 0, factor * allowed))[0] == expected
     assert compare(add("events/friction_torque_before", 0, 0.1), "--ignore", "friction*")[0] == 0
     assert compare(add("events/friction_torque_before", 0, 0.1), "--ignore", "events")[0] == 0
 
 
-def test_a_result_without_sides_of_events_compares_as_far_as_it_goes(compare: Compare) -> None:
+def test_missing_sides_of_events_are_not_compared(compare: Compare) -> None:
     code, table = compare(lambda file: file.pop("events/friction_torque_after"))
     assert code == 0
     assert "events/friction_torque" not in {row[0] for row in rows(table)}
 
 
-def test_samples_at_events_are_each_result_s_own(
+def test_samples_at_events_may_differ_in_time(
     golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A run whose events are a little elsewhere, or not sampled, is sampled at the same times."""
+    """Runs agree although their samples at events differ in time or are missing."""
     path = tmp_path / "other.h5"
     for change in ({"output__at_events": False}, {"solver__backend": "rkf45"}):
         hdf5_writer.write(simulate(pulley(**change)), path)
         for pair in ((path, golden), (golden, path)):
             assert run_command_line(["compare", *map(str, pair)]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
+    captured = capsys.readouterr()
+    assert captured.err == ""

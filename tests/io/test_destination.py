@@ -1,4 +1,4 @@
-"""Where results go: a part of one beside a whole one, never in its place."""
+"""The output file: an incomplete result never replaces a complete one."""
 
 import json
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
-# Every look at the clock finds this spent: the run has its first sample then, and can go on.
+# The limit is reached at the first step: the run has one sample and can be resumed.
 NO_TIME = ["--max-wall", "1e-9"]
 OTHER = ["--set", "solver.duration=2.5"]
 
@@ -36,7 +36,7 @@ def status(path: str) -> str:
 
 
 def stopping(after: int, error: Callable[[float], Exception]) -> RunResult:
-    """Return the run of the pulley that ends at a call of its poll."""
+    """Return a run of the pulley that stops after so many calls of `on_step`."""
     calls = iter(range(after))
 
     def on_step(t: float) -> None:
@@ -63,17 +63,17 @@ def files(folder: Path) -> set[str]:
         ("a.partial.h5", "a.partial.partial.h5"),
     ],
 )
-def test_the_names_of_parts(whole: str, part: str) -> None:
+def test_partial_name_and_whole_name_are_inverse(whole: str, part: str) -> None:
     assert partial_name(Path(whole)) == Path(part)
     assert whole_name(Path(part)) == Path(whole)
 
 
 @pytest.mark.parametrize("name", ["a.h5", "partial.h5", ".partial.h5", "partial", "a.partially.h5"])
-def test_the_names_of_what_is_no_part(name: str) -> None:
+def test_whole_name_keeps_other_names(name: str) -> None:
     assert whole_name(Path(name)) == Path(name)
 
 
-def test_a_part_goes_beside_what_is_done_and_the_whole_in_its_place(
+def test_an_incomplete_result_does_not_replace_a_complete_one(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert solve("-o", "new.h5", *OTHER) == 0
@@ -81,17 +81,17 @@ def test_a_part_goes_beside_what_is_done_and_the_whole_in_its_place(
     old, new = Path("a.h5").read_bytes(), Path("new.h5").read_bytes()
     capsys.readouterr()
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5", *OTHER, *NO_TIME]) == 5
-    said = capsys.readouterr()
-    assert json.loads(said.out)["output"] == "a.partial.h5"
-    assert said.err.splitlines()[1:] == [
-        "frictionsim: the samples up to there are in a.partial.h5, marked 'failed';"
-        " a.h5 is as it was",
-        "frictionsim: 'frictionsim resume a.partial.h5' goes on from there",
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["output"] == "a.partial.h5"
+    assert captured.err.splitlines()[1:] == [
+        "frictionsim: samples up to this time are in a.partial.h5, status 'failed';"
+        " a.h5 is unchanged",
+        "frictionsim: 'frictionsim resume a.partial.h5' continues the run",
     ]
     assert Path("a.h5").read_bytes() == old
-    for _ in range(2):  # again not whole
+    for _ in range(2):  # incomplete again
         assert run_command_line(["resume", "a.partial.h5", "-q", *NO_TIME]) == 5
-        assert "'frictionsim resume a.partial.h5' goes on" in capsys.readouterr().err
+        assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
         assert status("a.partial.h5") == "failed"
         assert Path("a.h5").read_bytes() == old
     assert run_command_line(["resume", "a.partial.h5", "--json"]) == 0
@@ -100,7 +100,7 @@ def test_a_part_goes_beside_what_is_done_and_the_whole_in_its_place(
     assert files(here) == {"a.h5", "new.h5"}
 
 
-def test_a_failure_and_an_interruption_replace_nothing_that_is_done(here: Path) -> None:
+def test_failed_and_interrupted_runs_keep_a_complete_result(here: Path) -> None:
     assert solve("-o", "a.h5") == 0
     old = Path("a.h5").read_bytes()
     for error in (spent, lambda t: Interrupted(2, t), lambda t: ArithmeticError()):
@@ -110,21 +110,21 @@ def test_a_failure_and_an_interruption_replace_nothing_that_is_done(here: Path) 
         assert Path("a.h5").read_bytes() == old
 
 
-def test_a_part_takes_the_place_of_another_part(here: Path) -> None:
+def test_an_incomplete_result_replaces_an_incomplete_one(here: Path) -> None:
     for after in (20, 30):
         assert Destination(Path("a.h5")).write(stopping(after, spent)) == Path("a.h5")
     assert files(here) == {"a.h5"}
 
 
-def test_a_part_that_is_whole_itself_is_not_replaced_either(here: Path) -> None:
+def test_a_complete_result_with_a_partial_name_is_kept(here: Path) -> None:
     assert solve("-o", "a.h5") == solve("-o", "a.partial.h5") == 0
     place = Destination(Path("a.h5")).write(stopping(30, spent))
     assert place == Path("a.partial.partial.h5")
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "no result"])
-def test_what_cannot_be_read_is_not_replaced_by_a_part(damage: str, here: Path) -> None:
-    # A part that is damaged: of a whole one nothing would be seen.
+def test_an_incomplete_result_does_not_replace_an_unreadable_file(damage: str, here: Path) -> None:
+    # Of a damaged file it is unknown whether it was complete.
     Destination(Path("a.h5")).write(stopping(30, spent))
     content = Path("a.h5").read_bytes()
     middle = len(content) // 2
@@ -135,29 +135,29 @@ def test_what_cannot_be_read_is_not_replaced_by_a_part(damage: str, here: Path) 
     assert Path("a.h5").read_bytes() == damaged
 
 
-def test_an_empty_file_is_the_place_for_a_part(here: Path) -> None:
+def test_an_incomplete_result_replaces_an_empty_file(here: Path) -> None:
     Path("a.h5").touch()  # as mktemp makes it
     assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.h5")
 
 
-def test_a_table_of_costs_that_is_done_is_not_replaced_by_a_part(here: Path) -> None:
+def test_an_incomplete_result_does_not_replace_a_cost_table(here: Path) -> None:
     options = ["--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
     assert run_command_line(["cost", PULLEY, *options, "-o", "a.h5"]) == 0
     assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.partial.h5")
 
 
-def test_a_run_that_has_not_begun_takes_no_place(here: Path) -> None:
-    """Also not that of a part, which has more samples."""
+def test_a_run_without_samples_replaces_no_samples(here: Path) -> None:
+    """An earlier incomplete result, which has samples, is kept."""
     place = Destination(Path("a.h5"))
     begun, empty = stopping(30, spent), stopping(0, lambda t: Interrupted(15, t))
-    assert place.write(empty) == Path("a.h5")  # nothing is lost
+    assert place.write(empty) == Path("a.h5")  # there is no file yet
     assert place.write(begun) == Path("a.h5")
     before = Path("a.h5").read_bytes()
     assert place.write(empty) is None
     assert Path("a.h5").read_bytes() == before
 
 
-def test_the_command_says_that_nothing_was_written(
+def test_solve_says_that_nothing_was_written(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert solve("-o", "a.h5") == 0
@@ -167,15 +167,15 @@ def test_the_command_says_that_nothing_was_written(
     empty = stopping(0, lambda t: Interrupted(15, t))
     monkeypatch.setattr("frictionsim.cli.job.run", lambda *_: empty)
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 143
-    said = capsys.readouterr()
-    assert json.loads(said.out)["output"] is None
-    assert "nothing was computed, and nothing written: a.h5 is as it was" in said.err
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["output"] is None
+    assert "no samples were computed; a.h5 is unchanged" in captured.err
     assert Path("a.partial.h5").read_bytes() == before
     assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 143
     assert "result: none\n" in capsys.readouterr().out
 
 
-def test_checkpoints_go_beside_what_is_done_and_leave_nothing(
+def test_checkpoints_keep_a_complete_result_and_are_removed(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert solve("-o", "a.h5") == 0
@@ -193,15 +193,15 @@ def test_checkpoints_go_beside_what_is_done_and_leave_nothing(
     assert files(here) == {"a.h5"}
 
 
-def test_a_whole_result_that_came_meanwhile_is_not_replaced(here: Path) -> None:
+def test_a_complete_result_of_another_process_is_kept(here: Path) -> None:
     place = Destination(Path("a.h5"))
     assert place.write(stopping(20, spent)) == Path("a.h5")
-    assert solve("-o", "a.h5") == 0  # by another process
+    assert solve("-o", "a.h5") == 0  # as another process would
     assert place.write(stopping(30, spent)) == Path("a.partial.h5")
     assert status("a.h5") == "done"
 
 
-def test_a_part_in_place_goes_on_in_place(here: Path) -> None:
+def test_resume_replaces_an_incomplete_result_under_its_own_name(here: Path) -> None:
     assert solve("-o", "whole.h5") == 0
     assert solve("-o", "a.h5", *NO_TIME) == 5
     assert run_command_line(["resume", "a.h5", "-q", *NO_TIME]) == 5
@@ -210,7 +210,7 @@ def test_a_part_in_place_goes_on_in_place(here: Path) -> None:
     assert files(here) == {"a.h5", "whole.h5"}
 
 
-def test_a_part_stays_a_part_though_the_whole_is_gone(here: Path) -> None:
+def test_resume_keeps_the_partial_name_until_done(here: Path) -> None:
     assert solve("-o", "a.h5") == 0
     assert solve("-o", "a.h5", *NO_TIME) == 5
     Path("a.h5").unlink()
@@ -220,7 +220,7 @@ def test_a_part_stays_a_part_though_the_whole_is_gone(here: Path) -> None:
     assert files(here) == {"a.h5"}
 
 
-def test_a_part_that_goes_on_into_another_file_stays(here: Path) -> None:
+def test_resume_into_another_file_keeps_the_incomplete_result(here: Path) -> None:
     assert solve("-o", "a.h5") == 0
     old = Path("a.h5").read_bytes()
     assert solve("-o", "a.h5", *OTHER, *NO_TIME) == 5
@@ -229,14 +229,14 @@ def test_a_part_that_goes_on_into_another_file_stays(here: Path) -> None:
     assert Path("a.h5").read_bytes() == old
 
 
-def test_a_name_for_parts_that_cannot_be_is_told_before_the_run(here: Path) -> None:
-    whole = Path("a" * 250 + ".h5")  # of 255 bytes at most; the part's name is longer
+def test_a_partial_name_that_is_too_long_is_reported_before_the_run(here: Path) -> None:
+    whole = Path("a" * 250 + ".h5")  # the limit is 255 bytes; the partial name is longer
     whole.write_bytes(b"old")
     with pytest.raises(OutputError, match=r"partial\.h5: cannot write the result: File name too"):
         Destination(whole).check()
 
 
-def test_a_folder_is_no_place_for_parts(here: Path) -> None:
+def test_a_folder_with_the_partial_name_is_avoided(here: Path) -> None:
     assert solve("-o", "a.h5") == 0
     Path("a.partial.h5").mkdir()
     assert solve("-o", "a.h5", *NO_TIME) == 5
@@ -244,22 +244,22 @@ def test_a_folder_is_no_place_for_parts(here: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"old", b"\x89HDF\r\n\x1a\n"])
-def test_no_clobber_keeps_any_file(
+def test_no_clobber_keeps_any_existing_file(
     content: bytes, here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("a.h5").write_bytes(content)
     with monkeypatch.context() as patched:
-        patched.setattr("frictionsim.cli.job.run", None)  # it is refused before
+        patched.setattr("frictionsim.cli.job.run", None)  # refused before the run
         assert solve("-o", "a.h5", "--no-clobber") == 4
-        message = "a.h5: cannot write here: there is a file, which --no-clobber protects"
+        message = "a.h5: the file exists and --no-clobber forbids to replace it"
         assert message in capsys.readouterr().err
     assert Path("a.h5").read_bytes() == content
     assert solve("-o", "b.h5", "--no-clobber") == 0
     assert solve("--no-clobber") == 0
-    assert solve("--no-clobber") == 4  # the default place
+    assert solve("--no-clobber") == 4  # the default output
 
 
-def test_no_clobber_of_resume_means_other_files_than_its_own(
+def test_no_clobber_lets_resume_replace_its_own_file_only(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert solve("-o", "b.h5") == solve("-o", "a.h5") == 0
@@ -270,14 +270,18 @@ def test_no_clobber_of_resume_means_other_files_than_its_own(
 
 
 @pytest.mark.parametrize("option", ["-o", "--csv", "--plot"])
-def test_no_clobber_of_cost(option: str, here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_clobber_protects_the_files_of_cost(
+    option: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path("a.png").write_bytes(b"old")
     assert run_command_line(["cost", PULLEY, option, "a.png", "--no-clobber"]) == 4
-    assert "a.png: cannot write here: there is a file" in capsys.readouterr().err
+    assert (
+        "a.png: the file exists and --no-clobber forbids to replace it" in capsys.readouterr().err
+    )
     assert Path("a.png").read_bytes() == b"old"
 
 
-def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_run(
+def test_a_failed_checkpoint_only_warns(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write = hdf5_writer.write
@@ -290,11 +294,11 @@ def test_a_checkpoint_that_cannot_be_written_does_not_stop_the_run(
     monkeypatch.setattr(hdf5_writer, "write", refusing)
     Path("s.toml").write_text(tomli_w.dumps(pulley(output__checkpoint=1e-4)))
     assert run_command_line(["solve", "s.toml", "-q", "-o", "a.h5"]) == 0
-    assert capsys.readouterr().err == "frictionsim: warning: no checkpoint: no room\n"
+    assert capsys.readouterr().err == "frictionsim: warning: checkpoint not written: no room\n"
 
 
-def test_a_run_that_failed_at_its_start_replaces_nothing(here: Path) -> None:
-    """Neither a spent budget nor a failure without a sample beyond the start is worth a file."""
+def test_a_run_that_fails_at_its_start_replaces_nothing(here: Path) -> None:
+    """A run without samples beyond the start does not replace an incomplete result."""
     whole = Path("a.h5")
     Destination(whole).write(stopping(30, spent))
     part = whole.read_bytes()

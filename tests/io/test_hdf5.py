@@ -1,4 +1,4 @@
-"""Result files: what is in them, that they open elsewhere, and that none is ever half there."""
+"""Result files: content, compatibility with xarray, atomic writing, refusal of damaged files."""
 
 import errno
 import os
@@ -28,7 +28,7 @@ SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 
 @pytest.fixture(scope="module")
 def done() -> RunResult:
-    """A run that breaks away and comes to rest again and again."""
+    """A run with several breakaways and stops."""
     return simulate(pulley(drive__force=SINE))
 
 
@@ -51,7 +51,7 @@ def datasets(file: Any) -> dict[str, Any]:
     return found
 
 
-def test_the_root_says_what_was_run_and_how_it_ended(done: RunResult, result: Path) -> None:
+def test_root_attributes_describe_the_run(done: RunResult, result: Path) -> None:
     with h5py.File(result) as file:
         attributes = dict(file.attrs)
     assert attributes == {
@@ -68,7 +68,7 @@ def test_the_root_says_what_was_run_and_how_it_ended(done: RunResult, result: Pa
     }
 
 
-def test_the_docstring_lists_what_a_fresh_file_has(result: Path) -> None:
+def test_the_documented_layout_matches_a_new_file(result: Path) -> None:
     layout = hdf5_writer.__doc__ or ""
     root = layout.partition("attributes ")[2].partition("    /time")[0]
     names = re.sub(r"\([^)]*\)", "", root).split(",")
@@ -145,7 +145,7 @@ def test_an_effect_that_is_off_has_no_channel(
 
 
 @pytest.mark.parametrize("force", [SINE, 2224.1], ids=["with events", "without an event"])
-def test_xarray_opens_a_file_unaided(force: Any, tmp_path: Path) -> None:
+def test_xarray_opens_a_result_file(force: Any, tmp_path: Path) -> None:
     done = simulate(pulley(drive__force=force))
     path = tmp_path / "a.h5"
     hdf5_writer.write(done, path)
@@ -171,7 +171,7 @@ def test_two_runs_of_one_scenario_give_identical_bytes(
     assert one.read_bytes() == two.read_bytes() == other.read_bytes()
 
 
-def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
+def test_a_long_scenario_is_stored_completely(tmp_path: Path) -> None:
     times = [0.001 * i for i in range(20_000)]
     channel = {"time": times, "value": [1800.0 + t for t in times]}
     done = simulate(pulley(drive__force=channel))
@@ -183,7 +183,7 @@ def test_a_long_scenario_fits_its_attribute(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("title", ["Трение, 摩擦 🙂", "[bold]", ""])
-def test_a_title_is_kept_as_it_is(title: str, tmp_path: Path) -> None:
+def test_titles_are_stored_verbatim(title: str, tmp_path: Path) -> None:
     hdf5_writer.write(simulate(pulley(title=title, solver__duration=0.1)), tmp_path / "a.h5")
     assert hdf5_reader.read(tmp_path / "a.h5").attributes["title"] == title
 
@@ -248,15 +248,15 @@ def folder(path: Path) -> None:
         (truncated, "it is not a readable HDF5 file"),
         (missing, "there is no such file"),
         (folder, ""),
-        (foreign, "it is HDF5, but not of frictionsim"),
-        (newer, "format version 2 of a result, this program reads 1"),
-        (without_events, "it is HDF5, but not of frictionsim"),
-        (without_kind, "it is HDF5, but not of frictionsim"),
-        (without_time, "it is HDF5, but not of frictionsim"),
-        (with_text_for_numbers, "it is HDF5, but not of frictionsim"),
+        (foreign, "it is HDF5, but not a frictionsim result"),
+        (newer, "its format version is 2, this program reads version 1"),
+        (without_events, "it is HDF5, but not a frictionsim result"),
+        (without_kind, "it is HDF5, but not a frictionsim result"),
+        (without_time, "it is HDF5, but not a frictionsim result"),
+        (with_text_for_numbers, "it is HDF5, but not a frictionsim result"),
     ],
 )
-def test_what_is_no_result_is_refused(
+def test_reader_refuses_files_that_are_not_results(
     damage: Callable[[Path], None], message: str, result: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "a.h5"
@@ -269,7 +269,7 @@ def test_what_is_no_result_is_refused(
 
 
 @pytest.mark.parametrize(("place", "name"), [(os, "fsync"), (Path, "replace"), (Path, "open")])
-def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
+def test_a_failed_write_keeps_the_old_result_and_leaves_no_part(
     place: Any, name: str, done: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.h5"
@@ -286,7 +286,7 @@ def test_a_disk_that_fails_leaves_the_old_result_and_nothing_else(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-def test_a_link_stays_a_link_to_the_new_result(done: RunResult, tmp_path: Path) -> None:
+def test_symbolic_links_are_followed(done: RunResult, tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "old.h5").write_bytes(b"the result of yesterday")
     link = tmp_path / "link.h5"
@@ -297,7 +297,7 @@ def test_a_link_stays_a_link_to_the_new_result(done: RunResult, tmp_path: Path) 
     assert os.listdir(tmp_path / "there") == ["old.h5"]
 
 
-def test_the_recorded_scenario_gives_the_recorded_run(result: Path, tmp_path: Path) -> None:
+def test_the_stored_scenario_reproduces_the_result(result: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.toml"
     again.write_text(hdf5_reader.read(result).attributes["scenario"])
     copy = tmp_path / "again.h5"

@@ -1,4 +1,4 @@
-"""Channels with a value for each of many parts: written, read, compared and drawn."""
+"""Channels with columns (bodies, pulleys): written, read, compared and drawn."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +30,7 @@ CHANNELS = {
 
 
 def run_of(samples: int) -> RunResult:
-    """Return a run of a mechanism of many parts, as no kind of scenario gives it."""
+    """Return a synthetic run with channels over bodies and pulleys."""
     time = np.linspace(0.0, 3.0, samples)
     bodies = np.arange(BODIES)
     return RunResult(
@@ -66,7 +66,7 @@ def path(run: RunResult, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("samples", [0, 1, SAMPLES])
-def test_what_is_read_is_what_was_written(samples: int, tmp_path: Path) -> None:
+def test_read_returns_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
     hdf5_writer.write(run, tmp_path / "a.h5")
     found = hdf5_reader.read(tmp_path / "a.h5")
@@ -78,7 +78,7 @@ def test_what_is_read_is_what_was_written(samples: int, tmp_path: Path) -> None:
     assert found.events.keys() == {"time", "contact", "mode_from", "mode_to"}
 
 
-def test_only_wide_channels_are_compressed_by_rows(path: Path) -> None:
+def test_only_channels_with_columns_are_compressed(path: Path) -> None:
     with h5py.File(path) as file:
         assert file["belt_speed"].chunks is None
         for name in ("speed", "tension"):
@@ -94,12 +94,12 @@ def test_only_wide_channels_are_compressed_by_rows(path: Path) -> None:
             assert (file[axis].attrs["units"], file[axis].is_scale) == ("1", True)
 
 
-def test_an_axis_that_no_channel_has_is_not_written(run: RunResult, tmp_path: Path) -> None:
+def test_unused_axes_are_not_written(run: RunResult, tmp_path: Path) -> None:
     hdf5_writer.write(run._replace(channels={"speed": run.channels["speed"]}), tmp_path / "a.h5")
     assert hdf5_reader.read(tmp_path / "a.h5").members.keys() == {"pulley"}
 
 
-def test_xarray_opens_it_unaided(run: RunResult, path: Path) -> None:
+def test_xarray_opens_channels_with_columns(run: RunResult, path: Path) -> None:
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["belt_speed"].dims == ("time",)
         assert root["speed"].dims == ("time", "pulley")
@@ -138,17 +138,17 @@ def name_too_many(file: Any) -> None:
 
 
 @pytest.mark.parametrize("damage", [too_few_rows, no_axis, other_axis, name_too_many])
-def test_columns_that_belong_to_nothing_are_refused(
+def test_columns_without_a_matching_axis_are_refused(
     damage: Callable[[Any], None], path: Path
 ) -> None:
     with h5py.File(path, "r+") as file:
         damage(file)
-    with pytest.raises(InputError, match="it is HDF5, but not of frictionsim"):
+    with pytest.raises(InputError, match="it is HDF5, but not a frictionsim result"):
         hdf5_reader.read(path)
 
 
 def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
-    """Return the row of a channel where a changed run is compared with the file."""
+    """Return the row of a channel of the comparison of a changed run with the file."""
     other = path.with_name("other.h5")
     hdf5_writer.write(run._replace(**changes), other)
     rows = compare(other, path, 1e-6, 1e-9, 1e-6, []).rows
@@ -159,7 +159,7 @@ def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
 @pytest.mark.parametrize(
     ("channel", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
 )
-def test_a_difference_is_told_with_its_member(
+def test_compare_names_the_member_of_the_largest_difference(
     channel: str, member: int, note: str, run: RunResult, path: Path
 ) -> None:
     assert compared(run, path, channel).ok
@@ -167,20 +167,20 @@ def test_a_difference_is_told_with_its_member(
     values[1000, member] += 0.5
     row = compared(run, path, channel, channels=run.channels | {channel: values})
     assert not row.ok
-    assert (row.difference, row.at, row.note) == (pytest.approx(0.5), run.time[1000], note)
+    assert (row.difference, row.time, row.note) == (pytest.approx(0.5), run.time[1000], note)
 
 
-def test_other_members_are_different(run: RunResult, path: Path) -> None:
+def test_different_members_of_an_axis_differ(run: RunResult, path: Path) -> None:
     for names in (("driver", "idler"), ("0", "1")):
         row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
-        assert row.note == "of another axis, or of other members of it"
+        assert row.note == "different axis or members of the axis"
     flat = run.channels | {"tension": run.time}
     info = CHANNELS | {"tension": Channel("N", "tension")}
     row = compared(run, path, "tension", channels=flat, channel_info=info)
     assert (row.ok, row.difference) == (False, None)
 
 
-def test_samples_beside_an_event_are_left_out(run: RunResult, path: Path) -> None:
+def test_samples_near_an_event_are_not_compared(run: RunResult, path: Path) -> None:
     values = run.channels["tension"].copy()
     event = int(np.searchsorted(run.time, 1.5))
     values[event - 1 : event + 1] += 0.5
@@ -190,7 +190,7 @@ def test_samples_beside_an_event_are_left_out(run: RunResult, path: Path) -> Non
     assert not compare(other, path, 1e-6, 1e-9, 1e-6, []).same
 
 
-def test_few_members_are_drawn_each_with_its_name(
+def test_columns_are_drawn_with_the_names_of_their_members(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kind, "PANELS", ("speed", "tension"))
@@ -202,18 +202,18 @@ def test_few_members_are_drawn_each_with_its_name(
     assert "tension" not in text
 
 
-def test_without_a_channel_for_its_panels_a_plot_takes_what_there_is(
+def test_plot_draws_other_channels_if_those_of_the_kind_are_missing(
     run: RunResult, path: Path, tmp_path: Path
 ) -> None:
     picture = tmp_path / "a.svg"
     plot(hdf5_reader.read(path), picture)
     assert "<!-- belt speed" in picture.read_text()
     hdf5_writer.write(run._replace(channels={"tension": run.channels["tension"]}), path)
-    with pytest.raises(InputError, match="no channel that can be drawn as a line"):
+    with pytest.raises(InputError, match="no channel that can be drawn over time"):
         plot(hdf5_reader.read(path), picture)
 
 
-def test_transitions_without_a_position_have_none_in_json_and_table(
+def test_transitions_without_position_have_no_angle_in_json_and_table(
     run: RunResult, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (event,) = run_json(run, "s.toml", "a.h5")["events"]

@@ -1,4 +1,4 @@
-"""Pictures of belt drives, of results made by hand whose tensions and forces are known."""
+"""Pictures of belt drives, from synthetic results with known tensions and forces."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +10,12 @@ from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.hdf5_reader import Result
 from frictionsim.plots import VIEWS, plot
-from frictionsim.plots.belt_geometry import BeltLine, first_free_body, middle_of_first_span, runs
+from frictionsim.plots.belt_geometry import (
+    BeltLine,
+    constant_runs,
+    first_free_body,
+    middle_of_first_span,
+)
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
@@ -45,7 +50,7 @@ def without(*names: str) -> object:
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_a_view_needs_just_its_channels(view: str, picture: Callable[..., str]) -> None:
+def test_each_view_requires_its_channels_only(view: str, picture: Callable[..., str]) -> None:
     others = [name for name in belt_run(samples=2).channels if name not in NEEDED[view]]
     picture(without(*others), view)
     for name in NEEDED[view]:
@@ -53,7 +58,7 @@ def test_a_view_needs_just_its_channels(view: str, picture: Callable[..., str]) 
             picture(without(name), view)
 
 
-def test_missing_channels_are_told_by_the_command(cli: Callable, tmp_path: Path) -> None:
+def test_plot_reports_missing_channels(cli: Callable, tmp_path: Path) -> None:
     hdf5_writer.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
     done = cli("plot", "a.h5", "--view", "drive")
     assert (done.returncode, done.stdout) == (2, "")
@@ -61,9 +66,7 @@ def test_missing_channels_are_told_by_the_command(cli: Callable, tmp_path: Path)
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_a_belt_without_friction_is_drawn_without_it(
-    view: str, picture: Callable[..., str]
-) -> None:
+def test_a_belt_without_friction_is_drawn(view: str, picture: Callable[..., str]) -> None:
     run = belt_run(samples=5, effects={})
     names = ("friction_force", "slip_velocity", "sticking")
     channels = {name: channel for name, channel in run.channels.items() if name not in names}
@@ -79,13 +82,13 @@ def test_pulleys_are_named(picture: Callable[..., str]) -> None:
             assert f"<!-- {pulley.name}" in text, (view, pulley.name)
 
 
-def test_of_many_pulleys_the_first_are_shown_in_detail(picture: Callable[..., str]) -> None:
+def test_details_are_limited_to_the_first_pulleys(picture: Callable[..., str]) -> None:
     text = picture(belt_run(RING, bodies=400, samples=3), "drive")
     assert "forces on the first 8 of 13 pulleys" in text
 
 
 @pytest.mark.parametrize("bodies", [400, 4000])
-def test_large_belts_still_make_small_pictures(bodies: int, tmp_path: Path) -> None:
+def test_pictures_of_large_belts_are_small_files(bodies: int, tmp_path: Path) -> None:
     result = read_back(belt_run(RING, bodies=bodies, samples=11), tmp_path)
     for view in VIEWS["belt_drive"]:
         plot(result, tmp_path / "a.png", view)
@@ -97,7 +100,7 @@ def test_a_body_is_chosen_by_its_number(picture: Callable[..., str]) -> None:
     assert "body 32 on driver" in picture(belt_run(), "body")
 
 
-def test_a_body_that_is_not_there_is_refused(cli: Callable, tmp_path: Path) -> None:
+def test_an_unknown_body_is_refused(cli: Callable, tmp_path: Path) -> None:
     hdf5_writer.write(belt_run(samples=3), tmp_path / "a.h5")
     for number in ("150", "-1"):
         done = cli("plot", "a.h5", "--view", "body", f"--body={number}")
@@ -108,16 +111,16 @@ def test_a_body_that_is_not_there_is_refused(cli: Callable, tmp_path: Path) -> N
     assert "the view 'speeds' shows no single body" in done.stderr
 
 
-def test_a_pulley_that_the_scenario_does_not_have_is_refused(picture: Callable[..., str]) -> None:
+def test_an_unknown_pulley_index_is_refused(picture: Callable[..., str]) -> None:
     run = belt_run(samples=3)
     touched = run.channels["pulley_index"].copy()
     touched[:, 3] = 2.0
     for view in ("drive", "tension", "body"):
-        with pytest.raises(InputError, match="touch pulleys that its scenario does not have"):
+        with pytest.raises(InputError, match="touch pulleys that are not in its scenario"):
             picture(run._replace(channels=run.channels | {"pulley_index": touched}), view)
 
 
-def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> None:
+def test_positions_along_the_belt_start_at_the_first_pulley(tmp_path: Path) -> None:
     bodies = 600
     result = read_back(belt_run(FOUR, bodies=bodies), tmp_path)
     _, distances, under = lay(FOUR)
@@ -131,7 +134,7 @@ def test_places_along_the_belt_count_from_the_first_pulley(tmp_path: Path) -> No
     assert np.max(np.abs(found - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
 
 
-def test_the_mean_is_taken_at_places_that_the_belt_runs_through(tmp_path: Path) -> None:
+def test_the_mean_tension_is_taken_at_fixed_positions(tmp_path: Path) -> None:
     result = read_back(belt_run(FOUR, bodies=600), tmp_path)
     belt = BeltLine(result, -1)
     at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
@@ -140,7 +143,7 @@ def test_the_mean_is_taken_at_places_that_the_belt_runs_through(tmp_path: Path) 
     assert np.max(np.abs(steady - at_end)) < 0.02 * np.ptp(at_end)
 
 
-def test_a_point_has_the_place_of_the_nearest_leg(tmp_path: Path) -> None:
+def test_points_are_projected_to_the_nearest_segment(tmp_path: Path) -> None:
     result = read_back(belt_run(TWO, samples=3), tmp_path)
     belt = BeltLine(result, -1)
     middle = 0.5 * (belt.place[10] + belt.place[11])
@@ -150,8 +153,12 @@ def test_a_point_has_the_place_of_the_nearest_leg(tmp_path: Path) -> None:
     np.testing.assert_allclose(places, [belt.place[10], middle], atol=1e-12)
 
 
-def test_runs_are_those_of_equal_values() -> None:
-    assert list(runs(np.array([0.0, 0.0, -1.0, 2.0]))) == [(0.0, 0, 2), (-1.0, 2, 3), (2.0, 3, 4)]
+def test_constant_runs() -> None:
+    assert list(constant_runs(np.array([0.0, 0.0, -1.0, 2.0]))) == [
+        (0.0, 0, 2),
+        (-1.0, 2, 3),
+        (2.0, 3, 4),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -163,7 +170,7 @@ def test_runs_are_those_of_equal_values() -> None:
         ([-1, -1, -1, -1], 0, 0),
     ],
 )
-def test_the_first_span_begins_where_the_belt_leaves_the_first_pulley(
+def test_first_free_body_and_middle_of_the_first_span(
     touched: list[int], off: int, middle: int
 ) -> None:
     assert first_free_body(np.array(touched)) == off

@@ -1,4 +1,4 @@
-"""Pictures of results: every view of every kind, the same bytes for the same result."""
+"""Pictures of results: every view of every kind, reproducible files, refused options."""
 
 import tomllib
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
-MOST_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
+MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
 KINDS_SHIPPED = {"pulley", "marble_machine", "epicyclic"}
 SHIPPED = {
     path.stem: data["kind"]
@@ -50,14 +50,14 @@ def views() -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("name", "view"), views())
-def test_every_view_is_drawn_small_and_always_alike(name: str, view: str, tmp_path: Path) -> None:
+def test_every_view_is_a_small_and_reproducible_file(name: str, view: str, tmp_path: Path) -> None:
     hdf5_writer.write(run_of(name), tmp_path / "a.h5")
     result = hdf5_reader.read(tmp_path / "a.h5")
     for picture in ("a.png", "b.png"):
         plot(result, tmp_path / picture, view)
     picture = (tmp_path / "a.png").read_bytes()
     assert picture == (tmp_path / "b.png").read_bytes()
-    assert 5_000 < len(picture) < MOST_BYTES
+    assert 5_000 < len(picture) < MAX_BYTES
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def result(tmp_path: Path) -> hdf5_reader.Result:
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
-def test_the_same_result_gives_the_same_picture(
+def test_pictures_are_reproducible_in_every_format(
     result: hdf5_reader.Result, suffix: str, tmp_path: Path
 ) -> None:
     pictures = [tmp_path / f"{name}{suffix}" for name in ("a", "b")]
@@ -85,8 +85,10 @@ def test_panels_name_channel_and_unit(result: hdf5_reader.Result, tmp_path: Path
         assert f"<!-- {label}" in text, label
 
 
-def test_other_formats_and_places_are_refused(result: hdf5_reader.Result, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"written as .png, .pdf, .svg"):
+def test_unknown_formats_and_folders_are_refused(
+    result: hdf5_reader.Result, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=r"ends in \.png, \.pdf or \.svg"):
         plot(result, tmp_path / "pulley.jpg")
     with pytest.raises(OutputError, match="cannot write the picture"):
         plot(result, tmp_path / "nowhere" / "pulley.png")
@@ -99,7 +101,7 @@ def test_plot_command_names_what_it_wrote(cli: Callable, tmp_path: Path) -> None
     assert (tmp_path / "bare.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_all_views_are_drawn_each_into_its_file(cli: Callable, tmp_path: Path) -> None:
+def test_view_all_draws_each_view_into_its_own_file(cli: Callable, tmp_path: Path) -> None:
     hdf5_writer.write(run_of("epicyclic"), tmp_path / "gear.h5")
     done = cli("plot", "gear.h5", "--view", "all", "-o", "g.svg")
     names = [f"g-{view}.svg" for view in ("response", "torque", "path")]
@@ -107,12 +109,12 @@ def test_all_views_are_drawn_each_into_its_file(cli: Callable, tmp_path: Path) -
     assert all((tmp_path / name).is_file() for name in names)
 
 
-def test_a_view_that_cannot_be_drawn_is_left_out_of_all(cli: Callable, tmp_path: Path) -> None:
+def test_view_all_skips_views_without_channels(cli: Callable, tmp_path: Path) -> None:
     bare = changed(scenario("epicyclic"), effects__tracer_point=None)
     hdf5_writer.write(simulate(bare), tmp_path / "gear.h5")
     done = cli("plot", "gear.h5", "--view", "all")
     assert (done.returncode, done.stdout.split()) == (0, ["gear-response.png", "gear-torque.png"])
-    assert "left out: cannot draw the view 'path'" in done.stderr
+    assert "view skipped: cannot draw the view 'path'" in done.stderr
     alone = cli("plot", "gear.h5", "--view", "path")
     assert (alone.returncode, alone.stdout) == (2, "")
     assert "effects.tracer_point" in alone.stderr
@@ -121,13 +123,16 @@ def test_a_view_that_cannot_be_drawn_is_left_out_of_all(cli: Callable, tmp_path:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--view", "tension"], "no view 'tension' of kind 'pulley'; there are: response, all"),
+        (["--view", "tension"], "unknown view 'tension' of kind 'pulley'; known: response, all"),
         (["--body", "3"], "the view 'response' shows no single body"),
-        (["--view", "all", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
+        (
+            ["--view", "all", "-o", "a.jpg"],
+            "expected a picture name that ends in .png, .pdf or .svg",
+        ),
         (["--body", "x"], "Invalid value for '--body'"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(
+def test_plot_refuses_invalid_options(
     arguments: list[str], message: str, cli: Callable, tmp_path: Path
 ) -> None:
     hdf5_writer.write(run_of("pulley"), tmp_path / "a.h5")
@@ -161,13 +166,13 @@ def test_one_sample_is_enough(tmp_path: Path) -> None:
         assert (len(written), reasons) == (len(VIEWS[kind]), [])
 
 
-def test_sticks_and_events_are_named_with_their_times(tmp_path: Path) -> None:
+def test_sticking_and_events_are_labelled(tmp_path: Path) -> None:
     text = drawn(run_of("pulley_return"), tmp_path)
     for words in ("sticking", "breakaway", "comes to rest", "0.5464 s", "5.134 s", "stick"):
         assert f"<!-- {words} -->" in text
 
 
-def test_a_pulley_is_shown_with_its_limits_of_rest(tmp_path: Path) -> None:
+def test_a_pulley_is_drawn_with_its_static_limits(tmp_path: Path) -> None:
     text = drawn(run_of("pulley"), tmp_path)
     for words in ("2707.7 N", "1826.9 N", "limit of static friction"):
         assert f"<!-- {words}" in text
@@ -180,15 +185,15 @@ def test_a_pulley_is_shown_with_its_limits_of_rest(tmp_path: Path) -> None:
     assert "limit of static friction" not in free
 
 
-def test_a_picture_of_many_events_is_small_and_marks_none(tmp_path: Path) -> None:
+def test_many_events_are_not_marked(tmp_path: Path) -> None:
     sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
     run = simulate(pulley(drive__force=sine, solver__duration=60.0))
     assert "events, not marked" in drawn(run, tmp_path)
     plot(hdf5_reader.read(tmp_path / "drawn.h5"), tmp_path / "a.png")
-    assert (tmp_path / "a.png").stat().st_size < MOST_BYTES
+    assert (tmp_path / "a.png").stat().st_size < MAX_BYTES
 
 
-def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path) -> None:
+def test_an_invalid_scenario_omits_the_static_limits(tmp_path: Path) -> None:
     hdf5_writer.write(run_of("pulley"), tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file.attrs["scenario"] = file.attrs["scenario"].replace("cord_radius", "radius_of_the_cord")
@@ -205,7 +210,7 @@ def test_a_scenario_that_is_no_longer_valid_costs_the_limits_only(tmp_path: Path
         ("two pulleys", "drive", "", "the scenario in this result has no mechanism.pulleys"),
     ],
 )
-def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
+def test_missing_scenario_values_are_reported(
     name: str, view: str, scenario: str, message: str, tmp_path: Path
 ) -> None:
     hdf5_writer.write(run_of(name), tmp_path / "a.h5")
@@ -224,7 +229,7 @@ def test_a_scenario_that_does_not_say_what_to_draw_is_refused(
         ("epicyclic", "path", ["tracer_x"], "tracer_x, tracer_y"),
     ],
 )
-def test_a_view_says_which_channels_it_needs(
+def test_views_name_their_missing_channels(
     name: str, view: str, channels: list[str], needed: str, tmp_path: Path
 ) -> None:
     run = run_of(name)
@@ -233,8 +238,8 @@ def test_a_view_says_which_channels_it_needs(
         drawn(run._replace(channels=kept), tmp_path, view)
 
 
-def test_texts_go_into_rows_until_they_have_room() -> None:
-    assert label_rows([0.0, 1.0, 2.0], 0.9, most=2) == [0, 0, 0]
-    assert label_rows([0.0, 0.5, 1.0], 0.9, most=2) == [0, 1, 0]
-    assert label_rows(np.array([0.0, 0.1, 0.2]), 0.9, most=2) == []
-    assert label_rows([], 0.9, most=2) == []
+def test_label_rows_avoid_overlap() -> None:
+    assert label_rows([0.0, 1.0, 2.0], 0.9, max_rows=2) == [0, 0, 0]
+    assert label_rows([0.0, 0.5, 1.0], 0.9, max_rows=2) == [0, 1, 0]
+    assert label_rows(np.array([0.0, 0.1, 0.2]), 0.9, max_rows=2) == []
+    assert label_rows([], 0.9, max_rows=2) == []

@@ -1,4 +1,4 @@
-"""A run that is stopped, killed or without disk: its result is whole, old, or says what it is."""
+"""Runs that are stopped, killed or out of disk space leave a complete, old or resumable file."""
 
 import os
 import random
@@ -22,7 +22,7 @@ from tests.support.scenarios import SCENARIOS, frictionsim, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 OLD = b"the result of yesterday"
-# Hundreds of stops and goes, two seconds of work; written every tenth of a second.
+# Hundreds of stick-slip cycles, two seconds of run time, a checkpoint every 0.1 s.
 LONG = pulley(
     drive__force={"sine": {"mean": 2224.1, "amplitude": 1500.0, "frequency_hz": 20.0}},
     solver={"backend": "rkf45", "duration": 20.0},
@@ -51,18 +51,18 @@ def started(*arguments: str | Path, cwd: Path, **options: Any) -> "subprocess.Po
 def stop_at_random(
     number: int, whole: tuple[Path, bytes, float], folder: Path, seed: int, latest: float = 1.2
 ) -> tuple[int, str]:
-    """Send a signal to a run at a random time; return its exit code and what it said."""
+    """Send a signal to a run at a random time; return its exit code and stderr."""
     scenario, _, seconds = whole
     with started("solve", scenario, "-q", "-o", "a.h5", cwd=folder) as process:
         time.sleep(random.Random(seed).uniform(0.0, latest * seconds))
         process.send_signal(number)
-        _, said = process.communicate()
-    assert "Traceback" not in said
-    return process.returncode, said
+        _, captured = process.communicate()
+    assert "Traceback" not in captured
+    return process.returncode, captured
 
 
 def assert_target_is_sound(target: Path, whole: bytes, before: bytes | None) -> str:
-    """See what a run has left, and have it go on if it can; return what that was."""
+    """Check the file that a run has left, resume it if possible, and return its state."""
     if not target.exists():
         assert before is None
         return "absent"
@@ -92,7 +92,7 @@ def kill_and_look(whole: tuple[Path, bytes, float], folder: Path, seed: int) -> 
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_kill_leaves_an_old_or_a_sound_file(
+def test_a_killed_run_leaves_an_old_or_a_valid_file(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path
 ) -> None:
     kill_and_look(whole, tmp_path, seed)
@@ -100,7 +100,7 @@ def test_a_kill_leaves_an_old_or_a_sound_file(
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(100, 150))
-def test_many_kills_leave_an_old_or_a_sound_file(
+def test_many_killed_runs_leave_an_old_or_a_valid_file(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
 ) -> None:
     found = kill_and_look(whole, tmp_path, seed)
@@ -110,16 +110,16 @@ def test_many_kills_leave_an_old_or_a_sound_file(
 
 def signal_and_resume(whole: tuple[Path, bytes, float], folder: Path, seed: int) -> str:
     number = (signal.SIGINT, signal.SIGTERM)[seed % 2]
-    code, said = stop_at_random(number, whole, folder, seed)
-    if code < 0:  # before the interpreter has come to our first line
-        assert (code, said) == (-number, "")
+    code, captured = stop_at_random(number, whole, folder, seed)
+    if code < 0:  # before the package has installed its signal handlers
+        assert (code, captured) == (-number, "")
     found = assert_target_is_sound(folder / "a.h5", whole[1], None)
     assert code in ((0, 128 + number) if found == "done" else (128 + number, -number, 1))
     return found
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_run_that_a_signal_ended_goes_on_to_the_same_bytes(
+def test_a_run_stopped_by_a_signal_resumes_to_identical_bytes(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path
 ) -> None:
     signal_and_resume(whole, tmp_path, seed)
@@ -127,7 +127,7 @@ def test_a_run_that_a_signal_ended_goes_on_to_the_same_bytes(
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(100, 150))
-def test_many_runs_that_signals_ended_go_on_to_the_same_bytes(
+def test_many_runs_stopped_by_signals_resume_to_identical_bytes(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
 ) -> None:
     found = signal_and_resume(whole, tmp_path, seed)
@@ -135,13 +135,13 @@ def test_many_runs_that_signals_ended_go_on_to_the_same_bytes(
         tally[name] = tally.get(name, 0) + 1
 
 
-def test_a_checkpointed_file_can_be_read_at_any_time(
+def test_a_file_with_checkpoints_can_be_read_at_any_time(
     whole: tuple[Path, bytes, float], tmp_path: Path
 ) -> None:
     target = tmp_path / "a.h5"
     times = set()
     with started("solve", whole[0], "-q", "-o", "a.h5", cwd=tmp_path) as process:
-        while process.on_step() is None:
+        while process.poll() is None:
             if target.exists():
                 found = hdf5_reader.read(target)
                 assert np.all(np.isfinite(found.channels["angle"]))
@@ -155,7 +155,7 @@ def test_a_checkpointed_file_can_be_read_at_any_time(
 
 @pytest.mark.parametrize("checkpoint", [[], ["--set", "output.checkpoint=0.001"]])
 @pytest.mark.parametrize("limit", [0, 4096, 20_000])
-def test_a_limit_of_the_file_size_leaves_the_old_file(
+def test_a_file_size_limit_keeps_the_old_file(
     limit: int, checkpoint: list[str], tmp_path: Path
 ) -> None:
     def limited() -> None:
@@ -164,15 +164,15 @@ def test_a_limit_of_the_file_size_leaves_the_old_file(
     (tmp_path / "a.h5").write_bytes(OLD)
     arguments = ["solve", PULLEY, "-q", "-o", "a.h5", *checkpoint]
     with started(*arguments, cwd=tmp_path, preexec_fn=limited) as process:
-        _, said = process.communicate()
+        _, captured = process.communicate()
     assert process.returncode == 4
-    assert "a.h5: cannot write the result: File too large" in said
-    assert said.count("warning: no checkpoint") == len(checkpoint[:1])
+    assert "a.h5: cannot write the result: File too large" in captured
+    assert captured.count("warning: checkpoint not written") == len(checkpoint[:1])
     assert (tmp_path / "a.h5").read_bytes() == OLD
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-def test_a_full_file_system_leaves_the_old_file(tmp_path: Path) -> None:
+def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
     disk = tmp_path / "disk"
     disk.mkdir()
     line = (
@@ -183,7 +183,7 @@ def test_a_full_file_system_leaves_the_old_file(tmp_path: Path) -> None:
     unshare = shutil.which("unshare")
     if unshare is None:
         pytest.skip("no way to have a mount of one's own")
-    # A namespace of its own: the mount is gone with the process.
+    # In its own mount namespace, so that the mount ends with the process.
     done = subprocess.run(
         [unshare, "--mount", "sh", "-c", line],
         capture_output=True,
@@ -197,7 +197,7 @@ def test_a_full_file_system_leaves_the_old_file(tmp_path: Path) -> None:
     assert "cannot write the result: No space left on device" in done.stderr
 
 
-def test_of_two_runs_into_one_file_one_wins_whole(tmp_path: Path) -> None:
+def test_two_runs_into_one_file_leave_one_complete_result(tmp_path: Path) -> None:
     expected = []
     durations = ("2.0", "2.5")
     for name in durations:
@@ -229,7 +229,7 @@ SURROUNDINGS: list[dict[str, str]] = [
 
 
 @pytest.mark.parametrize("name", ["pulley", "epicyclic"])
-def test_a_result_does_not_depend_on_the_surroundings(
+def test_results_do_not_depend_on_the_environment(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = set()

@@ -1,4 +1,4 @@
-"""Damaged scenarios, channels and result files: each is refused in a sentence, or is none."""
+"""Damaged scenarios, CSV files and result files are refused with a message."""
 
 import json
 import os
@@ -17,7 +17,7 @@ LONG_COUNTS = {"toml": 5000, "csv": 3000, "bytes": 5000, "hdf5": 2000}
 
 
 def fuzz(what: str, seed: int, count: int, seconds: float) -> dict[str, int]:
-    """Run cases in a process of bounded memory; return how often each exit code."""
+    """Run cases in a process with limited memory; return the count of each exit code."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.support.fuzzing", what, str(seed), str(count)],
         cwd=ROOT,
@@ -34,22 +34,20 @@ def fuzz(what: str, seed: int, count: int, seconds: float) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("what", COUNTS)
-def test_damaged_input_is_told_in_a_sentence(what: str) -> None:
+def test_damaged_input_is_reported(what: str) -> None:
     assert fuzz(what, 0, COUNTS[what], 60.0)["2"] > 0
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("what", LONG_COUNTS)
-def test_thousands_of_damaged_inputs_are_told_in_a_sentence(
-    what: str, tally: dict[str, int]
-) -> None:
+def test_thousands_of_damaged_inputs_are_reported(what: str, tally: dict[str, int]) -> None:
     codes = fuzz(what, 1, LONG_COUNTS[what], 900.0)
     tally["damaged inputs"] = tally.get("damaged inputs", 0) + LONG_COUNTS[what]
     tally[f"damaged inputs: {what}"] = LONG_COUNTS[what]
     tally[f"damaged inputs: {what}, refused"] = codes["2"]
 
 
-def test_every_flipped_bit_is_noticed(tmp_path: Path) -> None:
+def test_every_flipped_bit_is_detected(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     hdf5_writer.write(simulate(pulley(output__interval=1.0)), path)
     content = path.read_bytes()
@@ -62,8 +60,8 @@ def test_every_flipped_bit_is_noticed(tmp_path: Path) -> None:
             hdf5_reader.read(path)
 
 
-def test_a_file_without_a_seal_is_read(tmp_path: Path) -> None:
-    """As one is that another program has changed."""
+def test_a_file_without_a_checksum_is_read(tmp_path: Path) -> None:
+    """HDF5 drops the checksum when another program changes the file."""
     path = tmp_path / "a.h5"
     hdf5_writer.write(simulate(pulley(output__interval=1.0)), path)
     path.write_bytes(path.read_bytes()[: -len("\nfrictionsim crc32 01234567\n")])

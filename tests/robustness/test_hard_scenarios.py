@@ -1,4 +1,4 @@
-"""The scenarios of `scenarios/hard`: what must come out of each, by every backend that does it."""
+"""The scenarios of `scenarios/hard` on shafts, against references and closed forms."""
 
 import json
 from math import asin, cos, pi, radians, sin, sqrt
@@ -17,7 +17,7 @@ from tests.support.scenarios import SCENARIOS
 HARD = SCENARIOS / "hard"
 MANY_CYCLES_SHORTEST = 0.0213745  # s
 BACKENDS = ("events", "rkf45")
-# Each of them is a scenario of tests/data, whose transitions and final state are known.
+# The same scenario in tests/data, with known transitions and final state.
 KNOWN = {
     "return": "return",
     "equal_coefficients": "sine_2Hz_two_way_mu_equal",
@@ -33,7 +33,7 @@ KNOWN = {
 
 
 def outcome(name: str, backend: str, *overrides: str) -> RunResult:
-    """Run a hard scenario, which has to pass its audit."""
+    """Run a hard scenario, which must pass its audit."""
     scenario = load(HARD / f"{name}.toml", list(overrides), backend)
     done = run(scenario, lambda t: None)
     assert (done.status, done.reason) == ("done", "")
@@ -42,7 +42,7 @@ def outcome(name: str, backend: str, *overrides: str) -> RunResult:
 
 
 def modes(of: RunResult) -> list[tuple[int, int]]:
-    """Return what the contact went through; transfers of marbles are no changes of mode."""
+    """Return the changes of mode, without transfers of marbles."""
     return [(e.mode_from, e.mode_to) for e in of.transitions if e.mode_from != e.mode_to]
 
 
@@ -64,7 +64,7 @@ def test_every_hard_scenario_has_a_test() -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(
     "name",
-    # The stiff one takes a million steps; test_pulley.py has it, too.
+    # The stiff one takes a million steps; it is also tested in test_pulley.py.
     [pytest.param(n, marks=pytest.mark.long if n == "tiny_inertia" else ()) for n in KNOWN],
 )
 def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
@@ -72,22 +72,22 @@ def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
     done = outcome(name, backend)
     assert len(modes(done)) == case["event_count"]
     changes = [e for e in done.transitions if e.mode_from != e.mode_to]
-    # events locates to the tolerance; rkf45 steps across a stop, and a rest is a little late.
+    # `events` locates stops to the tolerance; `rkf45` steps over a stop and detects it later.
     time, angle = (1e-9, 1e-8) if backend == "events" else (1e-6, 1e-5)
     for found, (at, *between, where) in zip(changes, case["events"], strict=False):
         assert [found.mode_from, found.mode_to] == between
         assert found.time == pytest.approx(at, abs=time)
         assert found.position == pytest.approx(where, abs=angle)
-    # ... and the stops of a motion are late by as much each.
+    # The delays of all stops add up.
     last = [done.channels["angle"][-1], done.channels["angular_velocity"][-1]]
     assert last == pytest.approx(case["final"], abs=10.0 * angle)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
+def test_the_motor_yields_at_the_closed_form_time(backend: str) -> None:
     done = outcome("motor_runs_back", backend)
-    # The moment of five marbles from the bottom, less the friction that still holds them, is what
-    # the pinion has to give: a k T = M_L - r_s |reaction| squared, a quadratic in T.
+    # The torque of five marbles from the bottom, minus the friction that still holds them, equals
+    # that of the pinion: k T = M_L - r_s |reaction|, squared a quadratic in T.
     weight, load = (0.128 + 5 * 0.007) * 9.81, 0.007 * 9.81 * 0.0573425
     load *= sin(radians(72.0)) / sin(radians(18.0))
     radius = 0.003 * 0.5 / sqrt(1.25)
@@ -100,7 +100,7 @@ def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
     expected = 0.5 + 0.5 * (0.003 - torque) / (0.003 - 0.0008)
     assert f"after {expected:.11f} s" in (HARD / "motor_runs_back.toml").read_text()
     start, *transfers = done.transitions
-    # Both methods find a breakaway from rest to the roundings of the moments.
+    # Both methods locate a breakaway to the roundoff of the torques.
     assert start.time == pytest.approx(expected, abs=1e-11)
     assert not np.any(done.channels["angle"][done.time < expected])
     assert (done.channels["angular_velocity"][done.time > expected + 1e-6] < 0.0).all()
@@ -109,7 +109,9 @@ def test_the_motor_gives_in_when_the_closed_form_says(backend: str) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("factor", "moves"), [(1.0, False), (1 - 1e-9, False), (1 + 1e-9, True)])
-def test_a_part_in_a_billion_decides(factor: float, moves: bool, backend: str) -> None:
+def test_breakaway_is_sharp_to_one_part_in_a_billion(
+    factor: float, moves: bool, backend: str
+) -> None:
     force = 2707.703079618707 * factor
     done = outcome("breakaway_limit", backend, f"drive.force={force!r}")
     assert modes(done) == ([(0, 1)] if moves else [])
@@ -121,7 +123,7 @@ def test_a_part_in_a_billion_decides(factor: float, moves: bool, backend: str) -
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_not_a_bit_changes_after_the_stop(backend: str) -> None:
+def test_a_stuck_contact_stays_bit_identical(backend: str) -> None:
     done = outcome("return", backend)
     resting = done.time > RETURN_STICK[0] + 1e-3
     for name in ("angle", "angular_velocity", "angular_acceleration", "energy_friction"):
@@ -129,11 +131,11 @@ def test_not_a_bit_changes_after_the_stop(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
+def test_a_jump_between_adjacent_floats_is_a_jump(backend: str) -> None:
     done = outcome("jump_from_csv", backend)
     (breakaway,) = done.transitions
     assert breakaway.time in (1.0, 1.0000000000000002)
-    # From rest under constant moments: I dw/dt = A - b w, b/I = 1/s.
+    # From rest under constant torques: I dw/dt = A - b w, b/I = 1/s.
     first = ((3113.75 - 2224.1) * 0.0508 - R_K * (3113.75 + 2224.1)) / 1.355
     t = done.time - 1.0
     expected = np.where(t > 0.0, first * (t - 1.0 + np.exp(-t)), 0.0)
@@ -141,16 +143,16 @@ def test_a_jump_between_neighbouring_numbers_is_a_jump(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_breakaway_from_a_tie_is_at_the_tie(backend: str) -> None:
-    """Moment and limit are both zero at the start, and the moment is above as soon as it can be."""
+def test_breakaway_from_an_exact_balance_is_at_the_start(backend: str) -> None:
+    """Torque and limit are both zero at the start; the torque exceeds the limit at once."""
     done = outcome("load_through_zero", backend)
     assert modes(done)[0] == (0, 1)
     assert done.transitions[0].time == done.quantities["breakaway_time"].value == 0.0
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
-    # Sampled once a period as here, all samples of the force are alike, which is warned of.
+def test_thousands_of_stick_slip_cycles_are_equal(backend: str) -> None:
+    # Sampled once per period, all samples of the force are equal, and a warning is expected.
     done = outcome("many_cycles", backend, "output.interval=0.1", "output.at_events=false")
     assert np.ptp(done.channels["drive_force"]) < 1e-6
     assert not np.any(done.channels["angular_velocity"])
@@ -164,14 +166,14 @@ def test_thousands_of_cycles_are_all_equal(backend: str) -> None:
     periods = 0.1 * np.arange(3000.0)
     first = asin((2707.703079618707 - 2450.0) / 450.0) / (2.0 * pi * 10.0)
     assert times[:, 0] - periods == pytest.approx(np.full(3000, first), abs=1e-12)
-    # A rest is as late as the tolerance of the position lets it be.
+    # A stop is detected with a delay that the tolerance of the position allows.
     late = 1e-9 if backend == "events" else 1e-6
     assert np.ptp(times[:, 1] - periods) < late
     angles = np.array([e.position for e in done.transitions[1::2]])
     assert angles == pytest.approx(angles[0] * np.arange(1, 3001), rel=1e-7)
 
 
-def test_the_samples_of_many_cycles_show_each_of_them() -> None:
+def test_samples_resolve_each_stick_slip_cycle() -> None:
     done = outcome("many_cycles", "events", "solver.duration=2.0")
     assert done.warnings == ()
     assert np.ptp(done.channels["drive_force"]) == pytest.approx(900.0, rel=1e-2)
@@ -179,7 +181,7 @@ def test_the_samples_of_many_cycles_show_each_of_them() -> None:
     assert np.count_nonzero(np.diff(moving) == 1) == 20
 
 
-# What is said of a scenario because it is so; no other of them is warned of, and no shipped one.
+# Expected warnings; all other scenarios must have none.
 EXPECTED_WARNINGS = {
     "breakaway_limit": ["nothing moves"],
     "long_stick": ["nothing moves"],
@@ -199,7 +201,7 @@ EXPECTED_WARNINGS = {
     ],
     ids=lambda path: path.stem,
 )
-def test_no_scenario_is_warned_of_without_need(path: Path) -> None:
+def test_scenarios_give_only_the_expected_warnings(path: Path) -> None:
     warnings = run(load(path), lambda t: None).warnings
     expected = EXPECTED_WARNINGS.get(path.stem, [])
     assert len(warnings) == len(expected)
@@ -208,21 +210,21 @@ def test_no_scenario_is_warned_of_without_need(path: Path) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_long_rest_moves_nothing(backend: str) -> None:
+def test_a_long_sticking_phase_has_no_motion(backend: str) -> None:
     done = outcome("long_stick", backend)
     assert done.transitions == []
     assert done.time[-1] == 1e6
     for name in ("angle", "angular_velocity", "energy_input", "energy_friction"):
         assert not np.any(done.channels[name])
     force = 2450.0 + 257.703076911
-    assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # so near to the limit it comes
+    assert 1e-10 < 1.0 - force / 2707.703079618707 < 1e-8  # the relative distance to the limit
     (warning,) = done.warnings
-    share = float(warning.removeprefix("nothing moves: the largest moment is ").split()[0])
-    assert 0.0 < 1.0 - share / 100.0 < 1e-8
+    percent = float(warning.removeprefix("nothing moves: the largest torque is ").split()[0])
+    assert 0.0 < 1.0 - percent / 100.0 < 1e-8
 
 
-def test_a_hard_scenario_runs_from_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_hard_scenarios_pass_check_and_static(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
     assert run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
-    said = capsys.readouterr().out
-    assert "force_to_lift" in json.loads(said[said.index("{") :])["quantities"]
+    captured = capsys.readouterr().out
+    assert "force_to_lift" in json.loads(captured[captured.index("{") :])["quantities"]

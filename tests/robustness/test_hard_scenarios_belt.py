@@ -1,4 +1,4 @@
-"""The belts of `scenarios/hard`: what must come out of each, by both backends with exact stick."""
+"""The belts of `scenarios/hard`, with both backends that stick exactly."""
 
 import itertools
 from collections.abc import Callable
@@ -19,7 +19,7 @@ Channel = NDArray[np.float64]
 
 
 def outcome(name: str, backend: str, *overrides: str) -> RunResult:
-    """Run a hard scenario, which has to pass its audit and hold nothing that is not finite."""
+    """Run a hard scenario, which must pass its audit and have finite channels only."""
     done = run(load(HARD / f"{name}.toml", list(overrides), backend), lambda t: None)
     assert (done.status, done.reason) == ("done", "")
     assert {key: check for key, check in done.checks.items() if not check.ok} == {}
@@ -46,15 +46,15 @@ def spans(of: RunResult, which: Mask) -> tuple[float, float]:
     return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
-def sliding_share(of: RunResult, pulley: int) -> Channel:
-    """Return the share of the bodies on a pulley that slide on it, sample by sample."""
+def sliding_fraction(of: RunResult, pulley: int) -> Channel:
+    """Return the fraction of the bodies on a pulley that slide on it, for each sample."""
     on = of.channels["pulley_index"] == pulley
-    share: Channel = (on & (of.channels["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
-    return share
+    fraction: Channel = (on & (of.channels["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
+    return fraction
 
 
 def mean_slip(of: RunResult, pulley: int) -> Channel:
-    """Return the mean speed of a rim against the bodies on it, m/s, sample by sample."""
+    """Return the mean slip velocity of the bodies on a pulley, m/s, for each sample."""
     on = of.channels["pulley_index"] == pulley
     slip: Channel = (of.channels["slip_velocity"] * on).sum(axis=1) / on.sum(axis=1)
     return slip
@@ -67,9 +67,9 @@ def test_every_hard_belt_has_a_test() -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_stiff_damping_leaves_the_step_to_the_waves(backend: str) -> None:
+def test_stiff_damping_does_not_limit_the_step(backend: str) -> None:
     done = outcome("belt_stiff_damping", backend)
-    # The two methods are 2e-4 apart here; the slip is that of the weaker damping to 1 %.
+    # The methods differ by 2e-4; the slip equals that of the weaker damping to 1 %.
     assert quantity(done, "tension_tight") == pytest.approx(634.1, rel=5e-4)
     if backend == "moreau":
         assert done.statistics.steps < 35_000
@@ -87,7 +87,7 @@ def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_an_overloaded_belt_has_the_ratio_of_a_capstan_that_bends(backend: str) -> None:
+def test_an_overloaded_belt_obeys_the_capstan_equation_with_bending(backend: str) -> None:
     ratios = []
     for bodies in (150, 300):
         done = outcome("belt_overload", backend, f"mechanism.belt.bodies={bodies}")
@@ -98,8 +98,8 @@ def test_an_overloaded_belt_has_the_ratio_of_a_capstan_that_bends(backend: str) 
         upper, lower = spans(done, slips)
         ratios.append(lower / upper)
         expected = bending_capstan(upper + lower)
-        assert expected == pytest.approx(2.491, abs=1e-3)  # what the scenario promises
-    # Off by 1.26 and 0.33 %: of second order in the length of a body. Without bending it is 2.566.
+        assert expected == pytest.approx(2.491, abs=1e-3)  # as the scenario states
+    # Errors of 1.26 and 0.33 %: second order in the length of a body. Without bending: 2.566.
     assert ratios == pytest.approx([expected, expected], rel=0.015)
     assert ratios[1] == pytest.approx(expected, rel=0.004)
     assert ratios[1] + (ratios[1] - ratios[0]) / 3.0 == pytest.approx(expected, rel=1e-3)
@@ -135,24 +135,24 @@ def bisected(function: Callable[[float], float], low: float, high: float) -> flo
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_slack_belt_is_warned_of(backend: str) -> None:
+def test_warns_of_a_slack_belt(backend: str) -> None:
     done = outcome("belt_slack", backend)
     assert "goes slack at t = " in done.warnings[0]
     assert "chaotic" in done.warnings[0]
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> None:
+def test_the_belt_slips_over_a_stopped_pulley_until_it_sticks(backend: str) -> None:
     done = outcome("belt_sudden_stop", backend)
     stopped = done.time > 0.10015
     assert (done.channels["pulley_speed"][stopped, 1] == 0.0).all()
-    driver, driven = sliding_share(done, 0), sliding_share(done, 1)
+    driver, driven = sliding_fraction(done, 0), sliding_fraction(done, 1)
     assert driver[stopped].max() == 1.0
-    # Before the stop only the exit of an arc slides, where the tension changes: creep.
+    # Before the stop only the exit side of each arc slides, by creep.
     steady = (done.time > 0.09) & (done.time < 0.0999)
     assert max(driver[steady].mean(), driven[steady].mean()) < 0.5
     # As one body, driver and belt lose 100 rad/s by the friction of the slipping arc less the
-    # torque, which goes on. The waves, 0.5 ms from pulley to pulley and back, are what is left.
+    # torque, which continues. Waves, 0.5 ms from pulley to pulley and back, cause the rest.
     radius, impedance = 0.027, sqrt(1.52e5 * 0.096)  # N s/m, of a wave along a span
     ratio, both = bending_capstan(1110.0), 1110.0
     surplus = both * (ratio - 1.0) / (ratio + 1.0) - 5.0 / radius
@@ -160,29 +160,29 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_holds(backend: str) -> No
     whole = done.time[(driven == 1.0) & (done.time > 0.0999)]
     assert np.ptp(whole) == pytest.approx(100.0 * radius * mass / surplus, rel=0.1)
     assert (driven[done.time > whole[-1] + 1e-3] < 0.5).all()
-    # What the friction has more than before the stop starts a wave into each of the two spans.
+    # The additional friction after the stop starts a wave in each of the two spans.
     first = (done.time > 0.1002) & (done.time < 0.1006)
     slip = mean_slip(done, 1)
     assert slip[first].mean() == pytest.approx(100.0 * radius - 0.5 * surplus / impedance, rel=0.08)
-    # The two backends are 2e-3 apart.
+    # The backends differ by 2e-3.
     after = done.time > 0.0999
     assert np.trapezoid(slip[after], done.time[after]) == pytest.approx(4.2e-3, rel=0.01)
     assert (done.channels["pulley_index"].max(axis=1) == 1.0).all()
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
+def test_the_driver_slips_in_a_loose_belt(backend: str) -> None:
     done = outcome("belt_loose", backend)
     assert quantity(done, "pretension") == pytest.approx(0.5, rel=1e-6)
-    c, share = done.channels, sliding_share(done, 0)
-    assert not share[done.time < 0.025].any()
+    c, fraction = done.channels, sliding_fraction(done, 0)
+    assert not fraction[done.time < 0.025].any()
     late = done.time > 0.033
-    assert (share[late] == 1.0).all()
+    assert (fraction[late] == 1.0).all()
     on = c["pulley_index"] == 0.0
     friction = (c["friction_force"] * on).sum(axis=1)
     pressed = (c["normal_force"] * on).sum(axis=1)
     assert np.abs(friction[late]) == pytest.approx(0.15 * pressed[late], rel=1e-9)
-    # What the torque, 0.2 N m/s, has in excess of that friction is what the driver gains.
+    # The torque, 0.2 N m/s, minus that friction accelerates the driver.
     t = done.time[late]
     impulse = -0.1 * (t[-1] ** 2 - t[0] ** 2) + 0.027 * 0.15 * np.trapezoid(pressed[late], t)
     gained = np.ptp(c["pulley_speed"][late, 0])
@@ -191,7 +191,7 @@ def test_the_driver_turns_in_a_loose_belt(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_twelve_bodies_close_their_energy(backend: str) -> None:
+def test_a_coarse_belt_of_twelve_bodies_conserves_energy(backend: str) -> None:
     done = outcome("belt_coarse", backend)
     assert len(done.axes["body"]) == 12
     assert quantity(done, "driven_speed") == pytest.approx(
@@ -200,10 +200,10 @@ def test_twelve_bodies_close_their_energy(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_six_hundred_bodies_have_no_corners_and_150_have(backend: str) -> None:
+def test_a_fine_mesh_removes_the_polygon_effect(backend: str) -> None:
     fine = Steady(outcome("belt_fine", backend))
     coarse = Steady(outcome("belt_fine", "moreau", "mechanism.belt.bodies=150"))
-    # The torque over the radius; what is left is the length of the bodies squared.
+    # The torque over the radius, to an error of second order in the length of the bodies.
     assert fine.tight - fine.slack == pytest.approx(15.0 / 0.027, rel=1e-3)
     # The spans of the drive of belt_drive.toml, which turns at a quarter of the speed: 856.6 and
     # 301.4 N over the second half of 3 s.
@@ -217,7 +217,7 @@ def test_six_hundred_bodies_have_no_corners_and_150_have(backend: str) -> None:
 
 
 class Steady:
-    """What the end of `belt_fine` has, from its channels: two spans, the driver's arc, the slip."""
+    """Tensions of the spans and of the driver's arc, and slip, at the end of `belt_fine`."""
 
     def __init__(self, done: RunResult) -> None:
         channels, late = done.channels, done.time >= 0.06
@@ -241,11 +241,11 @@ def test_a_stiff_contact_has_the_tensions_of_the_soft_one(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
+def test_the_whole_arc_alternates_between_stick_and_slip(backend: str) -> None:
     done = outcome("belt_squeal", backend)
-    c, share = done.channels, sliding_share(done, 0)
+    c, fraction = done.channels, sliding_fraction(done, 0)
     # A cycle begins where all of the arc slides and has ended where at most a fifth does.
-    state = np.where(share == 1.0, 1, np.where(share <= 0.2, -1, 0))
+    state = np.where(fraction == 1.0, 1, np.where(fraction <= 0.2, -1, 0))
     (at,) = np.nonzero(state)
     (turns,) = np.nonzero(np.diff(state[at]))
     starts = at[turns + 1][state[at[turns + 1]] == 1]
@@ -253,20 +253,20 @@ def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
     starts, ends = starts[: len(ends)], ends[: len(starts)]
     assert (starts < ends).all()
     assert 13 <= len(starts) <= 19
-    # Held by the other pulley at both ends the belt swings back in half a period of its first mode;
-    # 0.1 ms are from sample to sample.
+    # Held at both ends by the other pulley, the belt springs back in half its first period;
+    # the sampling interval is 0.1 ms.
     half_period = (1.2 - pi * 0.027) / sqrt(1.52e5 / 0.096)
     slips = done.time[ends] - done.time[starts]
     assert np.median(slips) == pytest.approx(half_period, abs=1.5e-4)
-    # In stick the rim draws the spans out and in, each of them and half of either arc; less where a
-    # part of the arc slides before all of it does.
+    # While sticking, the rim stretches one span and slackens the other, with half of each arc;
+    # less if a part of the arc slides before all of it does.
     friction = -(c["friction_force"] * (c["pulley_index"] == 0.0)).sum(axis=1)
     gained = friction[starts[1:] - 5] - friction[ends[:-1] + 5]
     lasted = done.time[starts[1:] - 5] - done.time[ends[:-1] + 5]
     stiffness = 2.0 * 1.52e5 / (0.515 + 0.5 * pi * 0.027)
     drawn = gained.sum() / lasted.sum() / (stiffness * 2.0 * 0.027)
     assert 0.75 < drawn < 1.0
-    # It lets go between what sliding and what sticking friction could hold as a whole.
+    # The breakaway force lies between the kinetic and the static limit of the whole arc.
     kinetic, static = (1110.0 * np.tanh(0.5 * pi * mu) for mu in (0.3, 0.6))
     largest = np.array([friction[a:b].max() for a, b in itertools.pairwise(ends)])
     assert ((kinetic < largest) & (largest < static)).all()
@@ -275,7 +275,7 @@ def test_the_whole_arc_sticks_and_slips_by_turns(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_roller_is_let_go_and_caught(backend: str) -> None:
+def test_the_belt_lifts_off_a_roller_and_touches_it_again(backend: str) -> None:
     done = outcome("belt_lift_off", backend)
     roller = done.axes["pulley"].index("tensioner")
     touching = (done.channels["pulley_index"] == roller).any(axis=1)
@@ -284,7 +284,7 @@ def test_a_roller_is_let_go_and_caught(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_oil_that_passes_makes_the_belt_slip_and_lets_it_grip_again(backend: str) -> None:
+def test_an_oil_patch_makes_the_belt_slip_temporarily(backend: str) -> None:
     done = outcome("belt_oil_passes", backend)
     rim = np.abs(done.channels["pulley_speed"])
     slip = 1.0 - rim[:, 1] / rim[:, 0].clip(1e-3)
@@ -294,6 +294,6 @@ def test_oil_that_passes_makes_the_belt_slip_and_lets_it_grip_again(backend: str
 
 
 @pytest.mark.long
-def test_the_energy_of_a_long_run_closes() -> None:
+def test_the_energy_balance_of_a_long_run_holds() -> None:
     done = outcome("belt_long", "moreau")
     assert done.checks["energy_balance"].value < 1e-4

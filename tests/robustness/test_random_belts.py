@@ -1,4 +1,4 @@
-"""What must hold of any legal belt drive, however odd its numbers."""
+"""Properties of random belt drives: friction law, resuming, symmetry."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ DURATION = 0.01
 
 @st.composite
 def belts(draw: st.DrawFn) -> Scenario:
-    """Belts on two pulleys with every effect of `pair`, so that one kernel serves them all."""
+    """Belts on two pulleys with every effect of `pair`, so that one kernel is compiled."""
     mu_k = draw(of_size(0.05, 2.0))
     radius = draw(st.floats(0.05, 0.12))
     apart = draw(st.floats(0.26, 0.6))
@@ -49,7 +49,7 @@ def belts(draw: st.DrawFn) -> Scenario:
 def simulated(
     data: Scenario, backend: str, on_step: Any = lambda t: None, **kept: Any
 ) -> RunResult | None:
-    """Run a belt; None if its numbers turn out not to make one."""
+    """Run a belt; None if its parameters are invalid."""
     try:
         scenario = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
     except ValidationFailure:
@@ -60,13 +60,15 @@ def simulated(
 @pytest.mark.parametrize("backend", BACKENDS)
 @some(12)
 @given(data=belts())
-def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> None:
+def test_random_belts_obey_the_friction_law_and_pass_the_audit(
+    backend: str, data: Scenario
+) -> None:
     done = simulated(data, backend)
     if done is None or done.failure == "budget_exceeded":
         return
     assert (done.status, done.failure) in {("done", ""), ("failed", "belt_off_pulleys")}
     assert all(np.isfinite(channel).all() for channel in done.channels.values())
-    if done.status == "done" and not done.warnings:  # a slack belt claps; its checks may fail
+    if done.status == "done" and not done.warnings:  # the checks of a slack belt may fail
         assert {name for name, check in done.checks.items() if not check.ok} == set()
     size, normal = np.abs(done.channels["friction_force"]), done.channels["normal_force"]
     mu = data["effects"]["belt_friction"]["mu_s"]
@@ -76,14 +78,16 @@ def test_friction_takes_energy_within_its_law(backend: str, data: Scenario) -> N
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @some(5)
-@given(data=belts(), share=st.floats(0.0, 1.0))
-def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: float) -> None:
+@given(data=belts(), fraction=st.floats(0.0, 1.0))
+def test_interrupting_random_belts_changes_nothing(
+    backend: str, data: Scenario, fraction: float
+) -> None:
     whole = simulated(data, backend)
     if whole is None or whole.status != "done":
         return
 
     def stop(t: float) -> None:
-        if t >= share * DURATION:
+        if t >= fraction * DURATION:
             raise BudgetExceeded("enough")
 
     part = simulated(data, backend, stop)
@@ -96,7 +100,7 @@ def test_a_split_run_ends_like_a_whole_one(backend: str, data: Scenario, share: 
 
 
 def _is_its_own_image(done: RunResult) -> bool:
-    """Return whether the belt lies at rest as its mirror image does: not if it is off a corner."""
+    """Return whether the equilibrium is symmetric about the x axis; bodies may shift it."""
     x, y = done.channels["x"][0], done.channels["y"][0]
     apart = np.hypot(x[:, None] - x, y[:, None] + y)
     return bool((apart.min(axis=0) < 1e-9).all())
@@ -106,7 +110,7 @@ def _is_its_own_image(done: RunResult) -> bool:
 @some(8)
 @given(data=belts())
 def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
-    """With both pulleys on a line most belts are their own mirror images but for the numbering."""
+    """With both pulleys on the x axis, most belts are symmetric except for the numbering."""
     for pulley in data["mechanism"]["pulleys"]:
         pulley["center"][1] = 0.0
     one = simulated(data, backend)
@@ -119,6 +123,6 @@ def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> N
     if not _is_its_own_image(one):
         return
     speeds, mirror = one.channels["pulley_speed"], other.channels["pulley_speed"]
-    # The layout of the bodies is symmetric to the rounding of the rest position; contacts that
-    # open and close make much of it.
+    # The equilibrium is symmetric to rounding; contacts that
+    # open and close amplify the difference.
     assert mirror == pytest.approx(-speeds, abs=1e-3 * max(1e-3, np.max(np.abs(speeds))))

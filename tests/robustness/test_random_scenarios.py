@@ -1,4 +1,4 @@
-"""What must hold of any legal scenario of the shaft mechanisms, however odd its numbers."""
+"""Properties of random scenarios of the shaft mechanisms: audit, resuming, symmetry."""
 
 import tempfile
 from pathlib import Path
@@ -20,26 +20,28 @@ from tests.support.scenarios import Scenario, simulate
 
 
 @pytest.fixture(scope="module")
-def room() -> Any:
+def folder() -> Any:
     with tempfile.TemporaryDirectory() as name:
         yield Path(name)
 
 
 @some(80)
 @given(scenarios())
-def test_a_file_that_is_done_is_sound(room: Path, data: Scenario) -> None:
-    assert_sound(data, room)
+def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
+    assert_sound(data, folder)
 
 
 @some(40)
 @given(scenarios(), st.floats(0.0, 1.0))
-def test_splitting_a_run_changes_nothing(room: Path, data: Scenario, share: float) -> None:
-    assert_splitting_changes_nothing(data, share, room)
+def test_interrupting_random_runs_changes_nothing(
+    folder: Path, data: Scenario, fraction: float
+) -> None:
+    assert_splitting_changes_nothing(data, fraction, folder)
 
 
 @some(20)
 @given(marble_machines(), st.sampled_from(["events", "rkf45"]))
-def test_a_machine_without_weight_mirrors(data: Scenario, backend: str) -> None:
+def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) -> None:
     """Without gravity nothing but the torque has a direction."""
     data = data | {"drive": {"torque": 0.01}, "solver": {"backend": backend, "duration": 1.0}}
     data["effects"].pop("gravity", None)
@@ -49,11 +51,11 @@ def test_a_machine_without_weight_mirrors(data: Scenario, backend: str) -> None:
 
 
 @pytest.mark.long
-def test_thousands_of_scenarios_are_sound(room: Path, tally: dict[str, int]) -> None:
+def test_thousands_of_random_scenarios_are_sound(folder: Path, tally: dict[str, int]) -> None:
     @some(3000)
     @given(scenarios())
     def all_of_them(data: Scenario) -> None:
-        ended = assert_sound(data, room)
+        ended = assert_sound(data, folder)
         for name in ("random scenarios", f"random scenarios: {ended}"):
             tally[name] = tally.get(name, 0) + 1
 
@@ -61,11 +63,13 @@ def test_thousands_of_scenarios_are_sound(room: Path, tally: dict[str, int]) -> 
 
 
 @pytest.mark.long
-def test_hundreds_of_split_runs_change_nothing(room: Path, tally: dict[str, int]) -> None:
+def test_interrupting_hundreds_of_random_runs_changes_nothing(
+    folder: Path, tally: dict[str, int]
+) -> None:
     @some(1000)
     @given(scenarios(), st.floats(0.0, 1.0))
-    def all_of_them(data: Scenario, share: float) -> None:
-        assert_splitting_changes_nothing(data, share, room)
+    def all_of_them(data: Scenario, fraction: float) -> None:
+        assert_splitting_changes_nothing(data, fraction, folder)
         tally["split runs"] = tally.get("split runs", 0) + 1
 
     all_of_them()

@@ -1,4 +1,4 @@
-"""Events are samples, and both of their sides are recorded."""
+"""Samples at events, and the channels immediately before and after each event."""
 
 from pathlib import Path
 from typing import Any
@@ -40,13 +40,13 @@ SETTINGS = [
 def solved(name: str, law: str, backend: str, **changes: Any) -> RunResult:
     data = with_method(changed(CASES[name], **changes), law, backend)
     if law == "published":
-        # Where it chatters it would fail in adaptive steps.
+        # With adaptive steps it would fail by chattering.
         data = changed(data, solver={"backend": backend, "step": 1e-3, "duration": 3.0})
     return simulate(data)
 
 
 @pytest.mark.parametrize(("name", "law", "backend"), SETTINGS)
-def test_the_time_axis_has_the_regular_samples_and_the_events(
+def test_the_time_axis_is_the_union_of_regular_samples_and_events(
     name: str, law: str, backend: str
 ) -> None:
     found = solved(name, law, backend)
@@ -55,7 +55,7 @@ def test_the_time_axis_has_the_regular_samples_and_the_events(
     events = {e.time for e in found.transitions}
     assert np.all(np.diff(found.time) > 0.0)
     assert set(found.time) == events | set(regular.time)
-    # Neither which samples are taken nor how many changes the run, to the bit.
+    # The choice of samples does not change the run: it stays bit-identical.
     elsewhere = np.isin(found.time, regular.time) & ~np.isin(found.time, list(events))
     kept = ~np.isin(regular.time, list(events))
     for channel, values in regular.channels.items():
@@ -69,7 +69,7 @@ def test_the_time_axis_has_the_regular_samples_and_the_events(
 
 
 @pytest.mark.parametrize(("name", "law", "backend"), SETTINGS)
-def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
+def test_a_sample_at_an_event_is_the_sticking_side_or_the_side_after(
     name: str, law: str, backend: str
 ) -> None:
     found = solved(name, law, backend)
@@ -80,7 +80,7 @@ def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
     for i, event in enumerate(found.transitions):
         if times.count(event.time) > 1:
             continue
-        # eq 30 leaves its rest somewhere in the step that ends there: it has moved on.
+        # eq 30 breaks away within the step that ends at the event and has moved since.
         sticks_before = event.mode_from == 0 and law != "published" and event.time > 0.0
         side = "before" if sticks_before else "after"
         at = np.searchsorted(found.time, event.time)
@@ -92,7 +92,7 @@ def test_a_sample_at_an_event_is_the_side_that_sticks_else_that_after_it(
         assert found.channels["angle"][at] == event.position
 
 
-def test_the_peak_of_the_friction_is_in_a_sample_and_its_jump_in_the_events() -> None:
+def test_breakaway_records_peak_and_jump_of_the_friction() -> None:
     found = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
     lift = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
     peak = R_S * (lift + LOAD)  # the static limit, 24.57 N m
@@ -101,15 +101,15 @@ def test_the_peak_of_the_friction_is_in_a_sample_and_its_jump_in_the_events() ->
     assert found.channels["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
     assert found.sides["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
     assert found.sides["friction_torque_after"][0] == pytest.approx(-R_K * (lift + LOAD), rel=1e-12)
-    # The acceleration jumps by their difference over the inertia.
+    # The acceleration jumps by the difference of the friction torques over the inertia.
     assert found.sides["angular_acceleration_before"][0] == 0.0
     jump = (R_S - R_K) * (lift + LOAD) / 1.355
     assert found.sides["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_a_jump_of_the_drive_is_between_the_sides(backend: str) -> None:
-    """Before it the contact holds the force of before it, within its limit."""
+def test_a_jump_of_the_drive_separates_the_sides(backend: str) -> None:
+    """Before the jump, the friction torque is within the limit for the force before it."""
     found = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
     assert found.sides["drive_force_before"][0] < 2000.0 < found.sides["drive_force_after"][0]
     limit = R_S * found.sides["shaft_reaction_before"]
@@ -117,8 +117,8 @@ def test_a_jump_of_the_drive_is_between_the_sides(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_one_sample_stands_where_an_event_falls_on_a_regular_one(backend: str) -> None:
-    """Beyond its limit from the start, it slides from the start: there is no stick before."""
+def test_an_event_at_a_regular_sample_adds_no_sample(backend: str) -> None:
+    """Beyond its limit at the start, the contact slides at once: there is no sticking side."""
     found = simulate(pulley(drive__force=3113.75, solver__backend=backend))
     (event,) = found.transitions
     assert event.time == 0.0
@@ -133,7 +133,7 @@ def test_one_sample_stands_where_an_event_falls_on_a_regular_one(backend: str) -
         assert found.sides[f"friction_torque_{side}"][0] == found.channels["friction_torque"][0]
 
 
-def test_only_recorded_channels_have_sides_with_their_units(tmp_path: Path) -> None:
+def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None:
     found = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
     path = tmp_path / "a.h5"
     hdf5_writer.write(found, path)
@@ -154,7 +154,7 @@ def test_every_pair_records_both_sides_of_a_breakaway(law: str, backend: str) ->
     event = next(e for e in found.transitions if e.mode_from == 0)
     assert event.time == pytest.approx(BREAKAWAY, abs=0.02)
     torques = [found.sides[f"friction_torque_{side}"][0] for side in ("before", "after")]
-    # eq 30 has no friction at all where it is about to leave its rest.
+    # eq 30 has no friction at breakaway.
     assert torques[1] < 0.0
     assert torques[0] < 0.0 or law == "published"
     assert event.time in found.time

@@ -1,4 +1,4 @@
-"""Each way in which a run can fail has a name, in the file and in JSON, and keeps its samples."""
+"""Failed runs: the name of the failure in file and JSON, the message, the samples kept."""
 
 import json
 from pathlib import Path
@@ -56,7 +56,7 @@ FAILURES: dict[str, tuple[Scenario, str, str]] = {
 
 
 @pytest.mark.parametrize("name", FAILURES)
-def test_a_failure_is_told_by_its_name(
+def test_failures_are_named_in_file_json_and_message(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario, where, advice = FAILURES[name]
@@ -66,14 +66,14 @@ def test_a_failure_is_told_by_its_name(
     assert (
         run_command_line(["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]) == code
     )
-    said = capsys.readouterr()
-    summary = json.loads(said.out)
+    captured = capsys.readouterr()
+    summary = json.loads(captured.out)
     assert (summary["status"], summary["failure"]) == ("failed", name)
     reason = summary["reason"]
     assert where in reason
     assert advice in reason
     assert "'shaft'" in reason
-    assert f"run failed: {reason}" in said.err
+    assert f"run failed: {reason}" in captured.err
     kept = hdf5_reader.read(target)
     found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
     assert found == {"status": "failed", "failure": name, "reason": reason}
@@ -81,8 +81,8 @@ def test_a_failure_is_told_by_its_name(
 
 
 @pytest.mark.parametrize("at_events", [True, False])
-def test_no_figure_of_a_failed_run_is_of_a_time_after_its_end(at_events: bool) -> None:
-    """It breaks away at 0.05 s, storms at 0.5 s, and is sampled at 0 s and then each 0.7 s."""
+def test_quantities_of_a_failed_run_end_at_its_last_sample(at_events: bool) -> None:
+    """It breaks away at 0.05 s, chatters at 0.5 s, and is sampled every 0.7 s."""
     run = simulate(
         pulley(
             drive__force={"time": [0.0, 0.1, 0.2, 0.3], "value": [2224.1, 3113.75, 2700.0, 2224.1]},
@@ -101,7 +101,7 @@ def test_no_figure_of_a_failed_run_is_of_a_time_after_its_end(at_events: bool) -
         assert found == {"breakaway_time": None, "final_time": 0.0}
 
 
-def test_every_failure_has_a_name_of_its_own() -> None:
+def test_failure_names_are_unique() -> None:
     def kinds(of: Any) -> list[Any]:
         return [k for kind in of.__subclasses__() for k in (kind, *kinds(kind))]
 
@@ -109,7 +109,7 @@ def test_every_failure_has_a_name_of_its_own() -> None:
     assert sorted(names) == sorted({*FAILURES, "belt_off_pulleys"})
 
 
-def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
+def test_a_motion_without_dry_friction_can_diverge(tmp_path: Path) -> None:
     scenario = {**UNSTABLE, "effects": {"viscous_damping": {"coefficient": 1355.0}}}
     (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
     target = tmp_path / "a.h5"
@@ -119,8 +119,8 @@ def test_a_motion_without_dry_friction_blows_up_too(tmp_path: Path) -> None:
     assert "J were put in: the motion blows up" in attributes["reason"]
 
 
-def test_the_smallest_speeds_that_there_are_turn_as_any(tmp_path: Path) -> None:
-    """The product of two of them is zero, which a search for the turn must not multiply."""
+def test_a_reversal_of_subnormal_speeds_is_found(tmp_path: Path) -> None:
+    """The product of two subnormal speeds is zero, so a sign test must not multiply them."""
     speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, -5e-324, 5e-324]}
     scenario = {
         "kind": "epicyclic",

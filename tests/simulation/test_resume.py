@@ -1,4 +1,4 @@
-"""Checkpoints: a run that is interrupted, kept and resumed ends with the bits of a whole one."""
+"""Checkpoints and resuming: a resumed run is bit-identical to an uninterrupted one."""
 
 import itertools
 import json
@@ -31,7 +31,7 @@ CHATTER = {
 
 
 def stopping(after: int) -> Callable[[float], None]:
-    """Return a poll that stops the run at one of its calls."""
+    """Return an `on_step` that stops the run after so many calls."""
     calls = iter(range(after))
 
     def on_step(t: float) -> None:
@@ -42,20 +42,20 @@ def stopping(after: int) -> Callable[[float], None]:
 
 
 def calls_of(data: Scenario) -> int:
-    """Return how often a run polls."""
+    """Return how often a run calls `on_step`."""
     times: list[float] = []
     run(validate(data, SCENARIOS), times.append)
     return len(times)
 
 
 def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> RunResult:
-    """Go on with the run of a file."""
+    """Resume the run of a file."""
     scenario, state = hdf5_reader.read_checkpoint(path)
     return run(scenario_from_result(path, scenario), on_step, checkpoint=state)
 
 
 def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]) -> None:
-    """Stop a run after so many polls each time; its last file must be that of the whole run."""
+    """Stop a run after each number of calls; its last file must equal that of a whole run."""
     whole, part = folder / "whole.h5", folder / "part.h5"
     hdf5_writer.write(simulate(data), whole)
     result = run(validate(data, SCENARIOS), stopping(places[0]))
@@ -98,9 +98,7 @@ CASES = {
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("name", CASES)
-def test_an_interrupted_run_ends_with_the_same_bytes(
-    name: str, backend: str, tmp_path: Path
-) -> None:
+def test_resumed_runs_give_identical_bytes(name: str, backend: str, tmp_path: Path) -> None:
     data = CASES[name]
     if "step" not in data["solver"]:
         data = changed(data, solver__backend=backend)
@@ -112,8 +110,8 @@ def test_an_interrupted_run_ends_with_the_same_bytes(
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_every_place_to_interrupt_gives_the_same_bytes(backend: str, tmp_path: Path) -> None:
-    """Also those between a step and its samples, and right at the changes of mode."""
+def test_interruption_at_any_step_gives_identical_bytes(backend: str, tmp_path: Path) -> None:
+    """Including steps between a step and its samples, and at the changes of mode."""
     data = pulley(
         drive__force=SINE,
         solver={"backend": backend, "duration": 1.5, "rtol": 1e-4, "atol": 1e-6},
@@ -123,7 +121,7 @@ def test_every_place_to_interrupt_gives_the_same_bytes(backend: str, tmp_path: P
         assert_same_when_interrupted(data, tmp_path, [place])
 
 
-def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
+def test_resume_grants_the_step_limit_again(tmp_path: Path) -> None:
     data = pulley(drive__force=SINE)
     hdf5_writer.write(simulate(data), tmp_path / "whole.h5")
     path = tmp_path / "a.h5"
@@ -142,24 +140,22 @@ def test_a_budget_of_steps_is_granted_anew(tmp_path: Path) -> None:
         np.testing.assert_array_equal(channel, whole.channels[name], err_msg=name)
 
 
-def test_the_seconds_are_those_of_all_parts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of solving and of compilation, apart; what it takes to write a checkpoint is neither."""
+def test_run_time_is_summed_over_all_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The times of solving and of compiling are summed separately."""
     ticks = itertools.count()
     monkeypatch.setattr("frictionsim.simulation.simulate.perf_counter", lambda: float(next(ticks)))
     monkeypatch.setattr(SingleDofSimulation, "prepare", lambda self, on_step: 2.5)
     path = tmp_path / "a.h5"
     result = run(validate(pulley(), SCENARIOS), stopping(5))
     for part in range(1, 4):
-        # Each part looks at the clock twice, as it begins and ends.
+        # Each part reads the clock twice, at its start and end.
         seconds = result.statistics.wall_seconds, result.statistics.compile_seconds
         assert seconds == (1.0 * part, 2.5 * part)
         hdf5_writer.write(result, path)
         result = resumed(path, stopping(5))
 
 
-def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_time_excludes_writing_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = 0.0
 
     def on_step(t: float) -> None:
@@ -181,8 +177,8 @@ def test_to_write_a_checkpoint_is_not_to_solve(monkeypatch: pytest.MonkeyPatch) 
     assert kept == [10.0 * number for number in range(1, calls // 10 + 1)]
 
 
-def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
-    """Each is a whole file, from which the run can go on to the same bytes."""
+def test_runs_resume_from_periodic_checkpoints(tmp_path: Path) -> None:
+    """Each checkpoint is a valid file, and resuming from it gives identical bytes."""
     data = pulley(drive__force=SINE, output__checkpoint=1e-3, output__interval=0.01)
     scenario = validate(data, SCENARIOS)
     kept: list[Path] = []
@@ -202,17 +198,20 @@ def test_checkpoints_are_written_while_a_run_goes_on(tmp_path: Path) -> None:
     assert (tmp_path / "again.h5").read_bytes() == whole.read_bytes()
 
 
-def test_the_command_goes_on_in_place(
+def test_resume_replaces_the_result_in_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     pulley_toml = str(SCENARIOS / "pulley.toml")
     assert run_command_line(["solve", pulley_toml, "-q", "-o", "whole.h5"]) == 0
-    # As every look at the clock finds the time spent, the resumed run needs another budget.
+    # The limit is reached at the first step, so the resumed run needs another limit.
     assert run_command_line(["solve", pulley_toml, "-q", "-o", "a.h5", "--max-wall", "1e-9"]) == 5
-    said = capsys.readouterr().err
-    assert "run failed: 1e-09 s of --max-wall are spent at t = 0 s of 3 s; resume the run" in said
-    assert "'frictionsim resume a.h5' goes on from there" in said
+    captured = capsys.readouterr().err
+    assert (
+        "run failed: wall-time limit --max-wall 1e-09 s reached at t = 0 s of 3 s; resume the run"
+        in captured
+    )
+    assert "'frictionsim resume a.h5' continues the run" in captured
     assert hdf5_reader.read(Path("a.h5")).attributes["failure"] == "budget_exceeded"
     assert run_command_line(["resume", "a.h5", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
@@ -220,7 +219,7 @@ def test_the_command_goes_on_in_place(
     assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
 
 
-def test_max_steps_is_a_budget_that_the_file_names(
+def test_max_steps_is_stored_and_applies_to_resume(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = str(tmp_path / "a.h5")
@@ -264,15 +263,15 @@ def with_another_version(file: Any) -> None:
     ("damage", "message"),
     [
         (set_attribute("status", "done"), "cannot resume this run: it is done"),
-        (set_attribute("frictionsim_version", "0.0.1"), "it is of version 0.0.1, this is"),
+        (set_attribute("frictionsim_version", "0.0.1"), "it was written by version 0.0.1, this is"),
         (set_attribute("scenario", 'kind = "pulley"'), "its checkpoint is damaged"),
         (without_checkpoint, "it has no checkpoint (failed: stopped at t = "),
         (without_array, "its checkpoint is damaged"),
         (with_a_bit_changed, "its checkpoint is damaged"),
-        (with_another_version, "format version 7 of a result, this program reads 1"),
+        (with_another_version, "its format version is 7, this program reads version 1"),
     ],
 )
-def test_what_cannot_go_on_is_refused_with_a_sentence(
+def test_resume_refuses_a_result_without_valid_checkpoint(
     damage: Callable[[Any], None],
     message: str,
     stopped: Path,
@@ -286,9 +285,7 @@ def test_what_cannot_go_on_is_refused_with_a_sentence(
     assert stopped.read_bytes() == before
 
 
-def test_a_scenario_that_is_no_longer_valid_is_refused(
-    stopped: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_resume_refuses_an_invalid_scenario(stopped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     checkpoint = hdf5_reader.read_checkpoint(stopped)
     text = checkpoint.scenario.replace("inertia", "inertial")
     monkeypatch.setattr(
@@ -298,14 +295,14 @@ def test_a_scenario_that_is_no_longer_valid_is_refused(
         resumed(stopped)
 
 
-def test_the_state_of_another_scenario_is_refused(stopped: Path) -> None:
+def test_resume_refuses_the_state_of_another_scenario(stopped: Path) -> None:
     state = hdf5_reader.read_checkpoint(stopped).state
     for other in (pulley(solver__backend="rkf45"), pulley(effects__viscous_damping=None)):
-        with pytest.raises(InputError, match="its checkpoint is not of this scenario: "):
+        with pytest.raises(InputError, match="its checkpoint does not belong to this scenario: "):
             run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
 
 
-def test_an_old_scenario_file_is_not_needed(tmp_path: Path) -> None:
+def test_resume_needs_neither_scenario_nor_csv_file(tmp_path: Path) -> None:
     """Signals from CSV are in the result file."""
     (tmp_path / "force.csv").write_text("0, 1832.6\n0.8, 3113.75\n")
     scenario = tmp_path / "s.toml"

@@ -1,6 +1,6 @@
-"""Warnings of results that look like success, over drawn scenarios: there exactly when due.
+"""Warnings of runs whose results may mislead, over random scenarios.
 
-Each rule is worked out here from the scenario and the recorded channels alone.
+Each rule is evaluated here from the scenario and the recorded channels alone.
 """
 
 import random
@@ -23,7 +23,7 @@ SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
 
 
-def said(found: RunResult | list[str], words: str) -> list[str]:
+def warnings_with(found: RunResult | list[str], words: str) -> list[str]:
     warnings = found if isinstance(found, list) else found.warnings
     return [warning for warning in warnings if words in warning]
 
@@ -36,7 +36,7 @@ def number_after(warning: str, words: str) -> float:
 
 
 def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
-    """Return a signal over 4 s and its period, None where it has none."""
+    """Return a random signal over 4 s and its period, None if it has none."""
     if rng.random() < 0.4:
         hz = 10.0 ** rng.uniform(-1.0, 1.5)
         return {"sine": {"mean": 2300.0, "amplitude": 300.0, "frequency_hz": hz}}, 1.0 / hz
@@ -51,45 +51,49 @@ def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_an_interval_too_long_for_the_signal_is_said(seed: int) -> None:
+def test_warns_of_an_interval_too_long_for_the_signal(seed: int) -> None:
     rng = random.Random(seed)
     force, period = drawn_signal(rng)
     interval = 10.0 ** rng.uniform(-3.5, -0.5)
     data = pulley(drive__force=force, solver__duration=4.0, output__interval=interval)
-    warnings = said(validate(data, SCENARIOS).warnings(), SHORTER)
+    warnings = warnings_with(validate(data, SCENARIOS).warnings(), SHORTER)
     assert bool(warnings) is bool(period is not None and interval > 0.1 * period)
     if warnings:
         assert number_after(warnings[0], "drive.force, ") == pytest.approx(period, rel=1e-5)
         better = number_after(warnings[0], "; give ")
         assert 0.09 * (period or 0.0) < better <= 0.1 * (period or 0.0) * (1.0 + 1e-9)
-        assert not said(
+        assert not warnings_with(
             validate(changed(data, output__interval=better), SCENARIOS).warnings(), SHORTER
         )
 
 
-def test_a_plateau_is_one_turn_and_turns_after_the_run_do_not_count() -> None:
-    # It turns at 1.25 s and 2.1 s, in the middle of half a second above and 0.2 s below.
+def test_period_of_a_table_with_plateaus() -> None:
+    # Extrema at 1.25 s and 2.1 s, the middles of a plateau of 0.5 s and one of 0.2 s.
     times = (0.5, 1.0, 1.5, 2.0, 2.2, 2.7)
     table = PiecewiseLinearTable(time=times, value=(0.0, 1.0, 1.0, 0.0, 0.0, 1.0))
-    # From 1.5 to 2.7 s it falls and rises again, which is shorter than twice the 0.85 s.
+    # It falls and rises from 1.5 to 2.7 s, which is shorter than twice the 0.85 s between them.
     assert period_of(table, 10.0) == pytest.approx(1.2, rel=1e-12)
     assert period_of(table, 2.0) == pytest.approx(1.5, rel=1e-12)
     assert period_of(table, 1.2) is None
     assert period_of(5.0, 10.0) is None
 
 
-def test_signals_of_a_belt_are_looked_at_too() -> None:
+def test_warns_of_an_interval_too_long_for_signals_of_a_belt() -> None:
     torque = {"sine": {"mean": -2.0, "amplitude": 1.0, "frequency_hz": 50.0}}
     shipped = tomllib.loads((SCENARIOS / "belt_drive.toml").read_text())
     data = changed(shipped, drive__driver__torque=torque)
-    warnings = said(validate(changed(data, output__interval=0.01), SCENARIOS).warnings(), SHORTER)
+    warnings = warnings_with(
+        validate(changed(data, output__interval=0.01), SCENARIOS).warnings(), SHORTER
+    )
     assert [number_after(w, "drive.driver.torque, ") for w in warnings] == [0.02]
-    assert not said(validate(changed(data, output__interval=0.002), SCENARIOS).warnings(), SHORTER)
+    assert not warnings_with(
+        validate(changed(data, output__interval=0.002), SCENARIOS).warnings(), SHORTER
+    )
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("seed", range(15))
-def test_an_interval_too_long_for_stick_slip_is_said(seed: int, backend: str) -> None:
+def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -> None:
     rng = random.Random(seed)
     hz = 10.0 ** rng.uniform(-0.3, 1.0)
     force = {"sine": {"mean": LOAD, "amplitude": rng.uniform(300.0, 900.0), "frequency_hz": hz}}
@@ -103,23 +107,23 @@ def test_an_interval_too_long_for_stick_slip_is_said(seed: int, backend: str) ->
     gaps = np.diff(times)
     gaps = gaps[gaps > 1e-14]
     due = bool(gaps.size > 0 and data["output"]["interval"] > 0.1 * gaps.min())
-    warnings = said(found, STICK_SLIP)
+    warnings = warnings_with(found, STICK_SLIP)
     assert bool(warnings) is due
     if warnings:
         assert number_after(warnings[0], "slip, ") == pytest.approx(gaps.min(), rel=1e-5)
         if "give" in warnings[0]:
             better = number_after(warnings[0], "; give ")
-            assert not said(simulate(changed(data, output__interval=better)), STICK_SLIP)
+            assert not warnings_with(simulate(changed(data, output__interval=better)), STICK_SLIP)
 
 
-def test_smoothed_friction_is_not_said_to_stick_and_slip() -> None:
+def test_regularised_friction_gets_no_stick_slip_warning() -> None:
     data = pulley(
         drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
         solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
     )
     found = simulate(data)
     assert len(found.transitions) > 4
-    assert not said(found, STICK_SLIP)
+    assert not warnings_with(found, STICK_SLIP)
 
 
 # --- nothing moves ------------------------------------------------------------------------------
@@ -129,11 +133,11 @@ def test_smoothed_friction_is_not_said_to_stick_and_slip() -> None:
     ("law", "backend"), [("set-valued", "events"), ("set-valued", "rkf45"), ("published", "rkf45")]
 )
 @pytest.mark.parametrize("seed", range(12))
-def test_a_run_in_which_nothing_moves_says_how_near_it_came(
+def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
     seed: int, law: str, backend: str
 ) -> None:
     rng = random.Random(seed)
-    # Peaks about the force to lift, 2707.7 N, at times that are samples.
+    # Peaks near the force to lift, 2707.7 N, at sample times.
     times = [0.0, 0.1, 0.2, 0.3]
     force = {"time": times, "value": [rng.uniform(1700.0, 2760.0) for _ in times]}
     found = simulate(
@@ -149,34 +153,34 @@ def test_a_run_in_which_nothing_moves_says_how_near_it_came(
         return
     channels = found.channels
     rests = np.ptp(channels["angle"]) == 0.0 and not np.any(channels["angular_velocity"])
-    warnings = said(found, "nothing moves")
+    warnings = warnings_with(found, "nothing moves")
     assert bool(warnings) is bool(rests)
     if rests:
-        moment = (channels["drive_force"] - LOAD) * CORD_RADIUS
-        share = 100.0 * np.max(np.abs(moment) / (R_S * channels["shaft_reaction"]))
-        assert number_after(warnings[0], "moment is ") == pytest.approx(share, rel=1e-9)
+        torque = (channels["drive_force"] - LOAD) * CORD_RADIUS
+        ratio = 100.0 * np.max(np.abs(torque) / (R_S * channels["shaft_reaction"]))
+        assert number_after(warnings[0], "torque is ") == pytest.approx(ratio, rel=1e-9)
 
 
-def test_a_peak_between_two_samples_is_seen() -> None:
+def test_the_ratio_to_the_static_limit_includes_peaks_between_samples() -> None:
     force = {"sine": {"mean": 2450.0, "amplitude": 257.7, "frequency_hz": 1.0}}
     found = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
-    (warning,) = said(found, "nothing moves")
-    share = 100.0 * (2450.0 + 257.7 - LOAD) * CORD_RADIUS / (R_S * (2450.0 + 257.7 + LOAD))
-    assert number_after(warning, "moment is ") == pytest.approx(share, rel=1e-9)
+    (warning,) = warnings_with(found, "nothing moves")
+    ratio = 100.0 * (2450.0 + 257.7 - LOAD) * CORD_RADIUS / (R_S * (2450.0 + 257.7 + LOAD))
+    assert number_after(warning, "torque is ") == pytest.approx(ratio, rel=1e-9)
 
 
-def test_a_run_without_any_moment_says_so() -> None:
+def test_warns_if_no_torque_is_applied() -> None:
     found = simulate(pulley(drive__force=LOAD))
-    assert said(found, "nothing moves") == ["nothing moves: no moment is applied"]
+    assert warnings_with(found, "nothing moves") == ["nothing moves: no torque is applied"]
     stopped = simulate(pulley(drive__force=LOAD, solver={"backend": "rkf45", "max_steps": 1}))
     assert stopped.failure == "budget_exceeded"
-    assert not said(stopped, "nothing moves")
+    assert not warnings_with(stopped, "nothing moves")
 
 
 @pytest.mark.parametrize("least", [-1.0, 0.0])
-def test_a_cord_that_pushes_is_said(least: float) -> None:
+def test_warns_of_a_pushing_cord(least: float) -> None:
     data = pulley(drive__force={"time": [0.0, 1.0], "value": [2000.0, least]})
-    assert bool(said(validate(data, SCENARIOS).warnings(), "cannot push")) is (least < 0.0)
+    assert bool(warnings_with(validate(data, SCENARIOS).warnings(), "cannot push")) is (least < 0.0)
 
 
 # --- the marble machine -------------------------------------------------------------------------
@@ -185,7 +189,7 @@ MACHINE = next(c["scenario"] for c in cases("marble_machine") if c["name"] == "c
 
 
 def needed(data: Scenario) -> float:
-    """Return the torque that lifts wherever the gear is, by bisection, N m."""
+    """Return the torque that lifts in every position of the gear, by bisection, N m."""
     m = data["mechanism"]
     friction = data["effects"].get("shaft_friction", {"shaft_radius": 0.0, "mu_s": 0.0})
     mu = friction["mu_s"]
@@ -195,7 +199,7 @@ def needed(data: Scenario) -> float:
     along = radians(m["mesh_azimuth_deg"] + 90.0 + m["pressure_angle_deg"])
     force = 1.0 / (m["pinion_radius"] * cos(radians(m["pressure_angle_deg"])))
     found = 0.0
-    for marbles, moment in (
+    for marbles, load in (
         (0.5 * m["slots"] + 1, lift * cos(half) / sin(half)),
         (0.5 * m["slots"], lift / sin(half)),
     ):
@@ -204,16 +208,16 @@ def needed(data: Scenario) -> float:
         for _ in range(200):
             torque = 0.5 * (low + high)
             reaction = np.hypot(force * cos(along) * torque, weight - force * sin(along) * torque)
-            lifts = m["gear_ratio"] * torque - moment > radius * reaction
+            lifts = m["gear_ratio"] * torque - load > radius * reaction
             low, high = (low, torque) if lifts else (torque, high)
         found = max(found, high)
     return found
 
 
 def drawn_machine(seed: int) -> tuple[Scenario, float]:
-    """Return a machine with a drive that is strong or weak, and the least torque that lifts."""
+    """Return a machine with a strong or weak drive, and the smallest torque that lifts."""
     rng = random.Random(seed)
-    stalls = seed % 5 == 0  # from its speed, where friction can hold it
+    stalls = seed % 5 == 0  # while it moves, held by friction
     mu = rng.uniform(0.5, 0.6) if stalls else rng.uniform(0.05, 0.6)
     data = changed(
         MACHINE,
@@ -227,8 +231,8 @@ def drawn_machine(seed: int) -> tuple[Scenario, float]:
     if not stalls and rng.random() < 0.2:
         data = changed(data, effects__shaft_friction=None)
     least = needed(data)
-    share = 0.85 if stalls else rng.choice([0.3, 0.7, 0.9, 0.999, 1.001, 1.3, 2.0])
-    strength = share * least
+    ratio = 0.85 if stalls else rng.choice([0.3, 0.7, 0.9, 0.999, 1.001, 1.3, 2.0])
+    strength = ratio * least
     way = rng.choice(["motor", "constant", "constant", "rising", "falling", "sine"])
     drives: dict[str, Any] = {
         "motor": {"motor": {"stall_torque": strength, "no_load_speed": 40.0}},
@@ -242,7 +246,7 @@ def drawn_machine(seed: int) -> tuple[Scenario, float]:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
+def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
     found = simulate(data)
     assert found.status == "done"
@@ -250,29 +254,29 @@ def test_a_machine_that_stalls_or_runs_back_says_so(seed: int) -> None:
     motor = data["drive"].get("motor")
     torque = channels["motor_torque"]
     high = motor["stall_torque"] if motor else max(torque)
-    weak = said(found, "not above")
+    weak = warnings_with(found, "not above")
     assert bool(weak) is bool(high <= least)
     if weak:
         assert number_after(weak[0], "is ") == pytest.approx(high, rel=1e-4)
         assert number_after(weak[0], "above the ") == pytest.approx(least, rel=1e-5)
-    back = said(found, "ran back")
+    back = warnings_with(found, "ran back")
     angle = channels["angle"]
     pitch = 2.0 * pi / data["mechanism"]["slots"]
     carried = np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
     work = np.diff(found.time) @ (0.5 * (torque[1:] + torque[:-1]))
     assert bool(back) is bool(work > 0.0 and angle[-1] < angle[0])
     if back:
-        assert number_after(back[0], "mean: ") == carried
+        assert number_after(back[0], "N m: ") == carried
     rests = [e.time for e in found.transitions if e.mode_to == 0 and e.mode_from != 0]
     stalled = "mode" in channels and bool(rests) and channels["mode"][-1] == 0 and torque[-1] > 0.0
-    still = said(found, "stands still")
+    still = warnings_with(found, "stands still")
     assert bool(still) is bool(stalled)
     if still:
         assert number_after(still[0], "still from ") == pytest.approx(rests[-1], rel=1e-5)
 
 
-def test_a_machine_in_which_nothing_moves_says_how_near_it_came() -> None:
-    """Half a pitch from a transfer, where the load is largest, at 99.9 % of what lifts there."""
+def test_warns_if_a_machine_does_not_move() -> None:
+    """Half a pitch from a transfer, where the load is largest, at 99.9 % of the torque to lift."""
     data = changed(
         drawn_machine(0)[0],
         effects__shaft_friction={"shaft_radius": 0.003, "mu_s": 0.5, "mu_k": 0.4},
@@ -281,15 +285,15 @@ def test_a_machine_in_which_nothing_moves_says_how_near_it_came() -> None:
     )
     data["drive"] = {"torque": 0.999 * needed(data)}
     found = simulate(data)
-    (warning,) = said(found, "nothing moves")
+    (warning,) = warnings_with(found, "nothing moves")
     radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
     held = np.abs(found.channels["friction_torque"]) / (radius * found.channels["shaft_reaction"])
-    assert number_after(warning, "moment is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
-    assert not said(found, "stands still")
+    assert number_after(warning, "torque is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
+    assert not warnings_with(found, "stands still")
 
 
-@pytest.mark.parametrize(("last", "said_so"), [(0.0, False), (0.0025, True)])
-def test_a_machine_that_is_switched_off_does_not_stall(last: float, said_so: bool) -> None:
+@pytest.mark.parametrize(("last", "expected"), [(0.0, False), (0.0025, True)])
+def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) -> None:
     """On a rough shaft, where the marbles cannot turn it back."""
     data = changed(
         MACHINE,
@@ -301,23 +305,23 @@ def test_a_machine_that_is_switched_off_does_not_stall(last: float, said_so: boo
     found = simulate(data)
     assert found.channels["angle"][-1] > found.channels["angle"][0]
     assert found.channels["mode"][-1] == 0
-    assert bool(said(found, "stands still")) is said_so
+    assert bool(warnings_with(found, "stands still")) is expected
 
 
-def test_the_drawn_machines_do_all_of_this_and_nothing() -> None:
+def test_the_drawn_machines_cover_all_warnings() -> None:
     runs = [simulate(drawn_machine(seed)[0]) for seed in range(60)]
     for words in ("not above", "ran back", "stands still"):
-        assert 5 < sum(bool(said(run, words)) for run in runs) < 55, words
+        assert 5 < sum(bool(warnings_with(run, words)) for run in runs) < 55, words
     assert sum(not run.warnings for run in runs) > 5
 
 
-def test_extremes_are_those_of_the_run() -> None:
+def test_extremes_of_signals_within_the_run() -> None:
     for seed in range(40):
         force, _ = drawn_signal(random.Random(seed))
         scenario = validate(pulley(drive__force=force, solver__duration=2.5), SCENARIOS)
         signal = scenario.drive.force.signal()
         values = [signal(t) for t in np.linspace(0.0, 2.5, 20_001)]
-        # The grid misses a turn by half its step at most.
+        # The grid misses an extremum by at most half its step.
         found = extremes(scenario.drive.force, 2.5)
         assert found == pytest.approx((min(values), max(values)), abs=5.0)
         assert found[0] <= min(values) <= max(values) <= found[1]
@@ -325,7 +329,7 @@ def test_extremes_are_those_of_the_run() -> None:
 
 @pytest.mark.parametrize("torque", [-4.0, -1.5, 1.5, 4.0])
 @pytest.mark.parametrize("start", [-90.0, 0.0, 60.0, 180.0])
-def test_a_crank_that_runs_against_its_torque_says_so(torque: float, start: float) -> None:
+def test_warns_of_a_crank_that_runs_against_its_torque(torque: float, start: float) -> None:
     data = tomllib.loads((SCENARIOS / "epicyclic.toml").read_text())
     data = changed(
         data,
@@ -336,15 +340,15 @@ def test_a_crank_that_runs_against_its_torque_says_so(torque: float, start: floa
     )
     found = simulate(data)
     angle = found.channels["angle"]
-    back = said(found, "the crank ran back")
+    back = warnings_with(found, "the crank ran back")
     assert bool(back) is bool(torque * (angle[-1] - angle[0]) < 0.0)
     if back:
         way = number_after(back[0], "back by ")
         assert way == pytest.approx(abs(angle[-1] - angle[0]), rel=1e-5)
 
 
-def test_a_crank_that_runs_back_is_among_them() -> None:
-    """At 0 degrees the weight of the shipped gear takes 2.8 N m."""
+def test_warns_of_the_shipped_gear_with_too_little_torque() -> None:
+    """At 0 degrees the shipped gear needs 2.8 N m against its weight."""
     data = tomllib.loads((SCENARIOS / "epicyclic.toml").read_text())
     data = changed(
         data,
@@ -352,4 +356,4 @@ def test_a_crank_that_runs_back_is_among_them() -> None:
         mechanism__initial_angle_deg=0.0,
         mechanism__initial_angular_velocity=None,
     )
-    assert said(simulate(data), "the crank ran back")
+    assert warnings_with(simulate(data), "the crank ran back")

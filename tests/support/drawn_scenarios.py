@@ -1,4 +1,4 @@
-"""Legal scenarios drawn at random, however odd their numbers."""
+"""Hypothesis strategies for valid random scenarios, and the properties they must have."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ PUBLISHED = "published"
 
 
 def some(count: int) -> settings:
-    """Return how many examples there are of a property; always the same ones."""
+    """Return the Hypothesis settings for so many examples; always the same ones."""
     return settings(
         max_examples=count,
         deadline=None,
@@ -29,9 +29,9 @@ def some(count: int) -> settings:
     )
 
 
-def of_size(least: float, most: float) -> Any:
+def of_size(minimum: float, maximum: float) -> Any:
     """Return numbers over several orders of magnitude."""
-    return st.floats(np.log10(least), np.log10(most)).map(lambda x: float(10.0**x))
+    return st.floats(np.log10(minimum), np.log10(maximum)).map(lambda x: float(10.0**x))
 
 
 def signals(size: float) -> Any:
@@ -78,7 +78,7 @@ def shafts(draw: st.DrawFn, thickest: float) -> dict[str, float]:
 
 
 def switched(draw: st.DrawFn, effects: dict[str, Any]) -> dict[str, Any]:
-    """Return some of the effects, each drawn."""
+    """Return a random subset of the effects."""
     return {name: draw(table) for name, table in effects.items() if draw(st.booleans())}
 
 
@@ -185,7 +185,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 
 
 def assert_sound(data: Scenario, folder: Path) -> str:
-    """See that the file of a scenario says no more than is true; return how the run ended."""
+    """Check the result file of a scenario; return how the run ended."""
     done = simulate(data)
     hdf5_writer.write(done, folder / "a.h5")
     kept = hdf5_reader.read(folder / "a.h5")
@@ -202,9 +202,9 @@ def assert_sound(data: Scenario, folder: Path) -> str:
 
 def assert_lawful(done: RunResult) -> None:
     checks = dict(done.checks)
-    # The local errors of all steps may add up, and that of an angle is relative to its size while
-    # a weight feels it as it is: over many turns that is more than the audit's limit of a hundred
-    # rtol, and the run is told to have failed it.
+    # The local errors of all steps may add up. That of an angle is relative to its magnitude, but
+    # the potential energy depends on the absolute error: after many turns it may exceed the limit
+    # of the audit, 100 rtol.
     energy = checks.pop("energy_balance")
     turns = max(1.0, float(np.max(np.abs(done.channels["angle"]))))
     assert energy.value <= max(
@@ -220,14 +220,14 @@ def assert_lawful(done: RunResult) -> None:
     assert not np.any(velocity[done.channels["mode"] == 0.0])
 
 
-def assert_splitting_changes_nothing(data: Scenario, share: float, folder: Path) -> None:
+def assert_splitting_changes_nothing(data: Scenario, fraction: float, folder: Path) -> None:
     def on_step(t: float) -> None:
-        if t >= share * DURATION:
+        if t >= fraction * DURATION:
             raise BudgetExceeded("split here")
 
     whole, part = folder / "whole.h5", folder / "part.h5"
     done = simulate(data)
-    if done.status != "done":  # its checkpoint has the seconds that it took, in which no two agree
+    if done.status != "done":  # its checkpoint holds run times, which differ between runs
         return
     hdf5_writer.write(done, whole)
     first = run(validate(data, SCENARIOS), on_step)

@@ -2,9 +2,9 @@
 
     python -m tests.support.fuzzing WHAT SEED COUNT
 
-makes COUNT cases of WHAT - toml, csv, bytes, hdf5 - from a seed and prints what they came to as
-JSON: how often each exit code. A case that ends in a traceback, in an exit code that is none of
-the documented ones for bad input, or without a sentence ends the process.
+makes COUNT cases of WHAT (toml, csv, bytes, hdf5) from a seed and prints the count of each exit
+code as JSON. A case that ends in a traceback, in an undocumented exit code,
+or without a message ends the process.
 """
 
 import contextlib
@@ -62,7 +62,7 @@ def edited(rng: random.Random, text: str, tokens: list[str]) -> str:
 def toml_case(rng: random.Random, folder: Path) -> Case:
     path = folder / "s.toml"
     source = rng.choice(sorted(SCENARIOS.glob("*.toml"))).read_text()
-    if rng.random() < 0.3:  # a number or a word for another
+    if rng.random() < 0.3:  # replace a word
         words = source.split(" ")
         words[rng.randrange(len(words))] = rng.choice(TOKENS)
         text = " ".join(words)
@@ -93,7 +93,7 @@ def csv_case(rng: random.Random, folder: Path) -> Case:
 
 
 def sources(folder: Path) -> list[bytes]:
-    """Return result files: one that is done, and one that can go on."""
+    """Return two result files: a complete one, and one that can be resumed."""
 
     def on_step(t: float) -> None:
         if t > 0.6:
@@ -138,11 +138,11 @@ def hdf5_case(rng: random.Random, folder: Path, originals: list[bytes]) -> Case:
     """Change attributes and datasets of a file that stays HDF5."""
     path = folder / "changed.h5"
     path.write_bytes(rng.choice(originals))
-    said = []
+    captured = []
     with h5py.File(path, "r+") as file:
         for _ in range(rng.randint(1, 3)):
-            said.append(change(rng, file))
-    return with_command(rng, folder, path.read_bytes()), "; ".join(said)
+            captured.append(change(rng, file))
+    return with_command(rng, folder, path.read_bytes()), "; ".join(captured)
 
 
 def change(rng: random.Random, file: Any) -> str:
@@ -189,20 +189,20 @@ def with_command(rng: random.Random, folder: Path, raw: bytes) -> list[str]:
 
 
 def outcome(arguments: list[str]) -> tuple[int, str]:
-    """Run the command line here; return its exit code and what it said on stderr."""
+    """Run the command line in this process; return its exit code and stderr."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = run_command_line(arguments)
     return code, err.getvalue()
 
 
-def see(case: Case) -> int:
+def run_case(case: Case) -> int:
     arguments, description = case
-    code, said = outcome(arguments)
-    legal = code in LEGAL[arguments[0]] and "Traceback" not in said
-    if legal and (code == 0 or said.startswith("frictionsim: ") or arguments[0] == "compare"):
+    code, captured = outcome(arguments)
+    legal = code in LEGAL[arguments[0]] and "Traceback" not in captured
+    if legal and (code == 0 or captured.startswith("frictionsim: ") or arguments[0] == "compare"):
         return code
-    print(f"{arguments}: exit {code}, {said!r}\n{description}", file=sys.stderr)
+    print(f"{arguments}: exit {code}, {captured!r}\n{description}", file=sys.stderr)
     raise SystemExit(1)
 
 
@@ -221,8 +221,8 @@ def main(what: str, seed: int, count: int) -> None:
         }
         for number in range(count):
             case_seed = f"{what} {seed} {number}"
-            print(case_seed, file=sys.stderr)  # the last one is the one that ended the process
-            codes[see(makers[what](random.Random(case_seed)))] += 1
+            print(case_seed, file=sys.stderr)  # the last one printed ended the process
+            codes[run_case(makers[what](random.Random(case_seed)))] += 1
     print(json.dumps({str(code): n for code, n in sorted(codes.items())}))
 
 

@@ -1,4 +1,4 @@
-"""Reference problems with their exact solutions: what every backend that claims them must solve.
+"""Reference problems with exact solutions.
 
 The pulley of "Analysis of friction systems on shafts", Int. J. Applied Engineering Research
 13(11), 2018, 8871-8881, as in `scenarios/pulley.toml`; the numbers were computed in closed form
@@ -36,7 +36,7 @@ RAMP_ENERGIES = {  # J, at 10 s
     "energy_damping": 5839.236617279,
 }
 
-# The force goes up and back into the band in which rest is possible and sliding is not halted:
+# The force rises and returns to the band between kinetic and static limit:
 # kinetic limit 10.25 < |M| = 19.89 < static limit 20.21 N m.
 RETURN_FORCE = {
     "time": [0.0, 0.8, 4.0, 4.8, 12.0],

@@ -55,17 +55,17 @@ def with_method(data: Scenario, law: str, backend: str) -> Scenario:
 
 
 def simulate(data: Scenario) -> RunResult:
-    """Run scenario data, nobody watching."""
+    """Run scenario data."""
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
 def mechanism_of(done: RunResult) -> Mechanism:
-    """Return the equations of a run of one coordinate."""
+    """Return the mechanism of a run of one coordinate."""
     return mechanism_module(done.scenario.kind).build(done.scenario)
 
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":
-    """Run the command line as a process of its own."""
+    """Run the command line in a new process."""
     return subprocess.run(
         [sys.executable, "-m", "frictionsim", *map(str, arguments)],
         cwd=cwd,

@@ -1,9 +1,9 @@
-"""An independent reader of results: each quantity of a summary in a second way.
+"""Independent evaluation of result files: each quantity of a summary, computed a second way.
 
-It knows a result by its file alone, the recorded channels and the scenario, and shares no quantity,
+It uses only the recorded channels and the scenario of a file, and shares no quantity,
 function or constant with the package. Balances are solved by bisection where the package has
-closed forms; work and heat are integrals of power over the samples where the package integrates
-them along. What is read in this way has an uncertainty, which follows from the samples.
+closed forms; work and dissipation are integrals over the samples where the package integrates
+them with the motion. Each value has an uncertainty, which follows from the samples.
 """
 
 import tomllib
@@ -19,20 +19,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Table = dict[str, Any]
 
-# Local errors of a hundred steps at rtol = 1e-9 and atol = 1e-12, the defaults.
-STEPS, LEAST = 1e-7, 1e-10
-# A quantity in closed form and one from a bisection down to neighbouring floats: a few roundings.
+# Relative and absolute: local errors of a hundred steps at the defaults rtol = 1e-9, atol = 1e-12.
+INTEGRATION_ERROR, MIN_ERROR = 1e-7, 1e-10
+# A closed form and a bisection to adjacent floats differ by a few roundings.
 ROUNDING = 1e-12
 
 
 class Seen(NamedTuple):
-    """A quantity that was read in a second way; None where there is none."""
+    """A quantity computed a second way; None if it is undefined."""
 
     value: float | None
     uncertainty: float = 0.0
 
     def agrees(self, found: float | None) -> bool:
-        """Return whether a quantity of the summary is this one."""
+        """Return whether a quantity of the summary agrees within the uncertainty."""
         if self.value is None or found is None:
             return self.value is found
         return abs(found - self.value) <= self.uncertainty
@@ -74,7 +74,7 @@ def read(path: Path) -> Record:
 
 
 def closed(value: float | None) -> Seen:
-    """Return a quantity that is known to a few roundings."""
+    """Return a quantity that is exact to a few roundings."""
     return Seen(value, 0.0 if value is None else ROUNDING * abs(value))
 
 
@@ -88,23 +88,25 @@ def integral(time: Array, values: Array) -> Seen:
     """
     h = np.diff(time)
     turn = np.abs(np.diff(np.diff(values) / h))
-    # Beyond the first cell and the last one, as much again.
+    # The variation outside the first and the last cell is assumed equal to that inside.
     variation = np.append(turn, turn[-1]) + np.insert(turn, 0, turn[0])
     cells = 0.5 * h * (values[1:] + values[:-1])
     error = float(np.sum(h * h * variation)) / 6.0
-    return Seen(float(np.sum(cells)), error + STEPS * float(np.sum(np.abs(cells))) + LEAST)
+    return Seen(
+        float(np.sum(cells)), error + INTEGRATION_ERROR * float(np.sum(np.abs(cells))) + MIN_ERROR
+    )
 
 
 def plus(start: float, gained: Seen) -> Seen:
-    """Return what a start has become."""
+    """Return the sum of an initial value and an integral."""
     assert gained.value is not None
     return Seen(start + gained.value, gained.uncertainty + ROUNDING * abs(start))
 
 
 def root(function: Callable[[float], float], low: float, size: float) -> float | None:
-    """Return where an increasing function passes zero, at low or above; None if it does not.
+    """Return the root of an increasing function at or above `low`; None if there is none.
 
-    To a rounding of numbers of the given size, a few of which are as far as it looks at first.
+    The root is exact to the roundoff of numbers of the given size.
     """
     if function(low) >= 0.0:
         return low
@@ -120,7 +122,7 @@ def root(function: Callable[[float], float], low: float, size: float) -> float |
 
 
 def least(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the least value of a function with one valley, by ternary search."""
+    """Return the minimum of a unimodal function by ternary search."""
     for _ in range(60):
         third = (high - low) / 3.0
         if function(low + third) < function(high - third):
@@ -146,15 +148,15 @@ def signal(table: Any, time: Array) -> Array:
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:
-    """Return the radius of the circle that the reaction touches: it is inclined by atan mu."""
+    """Return the friction radius: the reaction is inclined by atan mu."""
     return shaft_radius * sin(np.arctan(mu))
 
 
-# --- what all mechanisms of one coordinate have ---------------------------------------------------
+# --- all mechanisms of one coordinate -------------------------------------------------------------
 
 
 def of_any_motion(record: Record) -> dict[str, Seen]:
-    """Return the last values, which the last sample has; what led there is in `motion`."""
+    """Return the final values from the last sample; `motion` integrates them."""
     return {
         "final_time": Seen(record.scenario["solver"]["duration"]),
         "final_angle": Seen(float(record.channels["angle"][-1])),
@@ -178,9 +180,9 @@ def motion(record: Record) -> dict[str, Seen]:
 
 
 def of_stick_and_slip(record: Record) -> dict[str, Seen]:
-    """Return when the contact first broke away and last came to rest, of the events.
+    """Return the times of the first breakaway and of the last stop, from the events.
 
-    That the events tell the truth is seen from the samples between them, see `misfits`.
+    `misfits` checks the events against the samples between them.
     """
     changes = _changes(record)
     slips = [e.time for e in changes if e.mode_from == 0]
@@ -192,7 +194,7 @@ def of_stick_and_slip(record: Record) -> dict[str, Seen]:
 
 
 def misfits(record: Record) -> list[float]:
-    """Return the times of samples whose mode or velocity is not what the events before them say.
+    """Return the times of samples whose mode or velocity contradicts the events before them.
 
     A sample at the very time of an event may show either side of it.
     """
@@ -212,5 +214,5 @@ def _changes(record: Record) -> list[Event]:
 
 
 def energy(value: float) -> Seen:
-    """Return a stored energy, which the last state decides."""
+    """Return a stored energy of the final state."""
     return closed(value)

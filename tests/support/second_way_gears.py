@@ -1,4 +1,4 @@
-"""An independent reader of the epicyclic gear, see `second_way`."""
+"""Independent evaluation of the epicyclic gear, see `second_way`."""
 
 from math import cos, pi, radians
 
@@ -17,14 +17,14 @@ from tests.support.second_way import (
     signal,
 )
 
-# The load of the mesh has a kink where it changes its sign: trapezoids over a turn in so many
-# parts are off by some (2 pi/parts)^2/8 of it.
+# The load of the mesh has a kink where it changes sign: the error of trapezoids over a turn in
+# PARTS parts is about (2 pi/PARTS)^2/8 of it.
 PARTS = 100_000
 KINKS = 1e-8
 
 
 class Gear:
-    """Crank and planet of a scenario, member by member."""
+    """Crank and planet of a scenario."""
 
     def __init__(self, scenario: Table, formulation: str = "") -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
@@ -37,26 +37,26 @@ class Gear:
         self.static, self.kinetic = hinge["torque_static"], hinge["torque_kinetic"]
         rolling = effects.get("rolling_friction", {"arm": 0.0, "normal_load": "weight"})
         self.arm, self.radial = rolling["arm"], rolling["normal_load"] == "radial"
-        # The planet turns so much against the ground, and so much less against the crank.
+        # Rotations of the planet per turn of the crank: absolute, and relative to the crank.
         self.turns = self.length / self.planet
         self.relative = self.turns - 1.0
-        # A rod about its end; a disc on the crank that turns as it rolls.
+        # A rod about its end, and a rolling disc on the crank.
         rod = self.crank_mass * self.length**2 / 3.0
         disc = self.planet_mass * (self.length**2 + 0.5 * (self.planet * self.turns) ** 2)
         self.inertia = rod + disc
 
     def gravity_moment(self) -> float:
-        """Return the moment of the weights about the sun's axis on a level crank, N m."""
+        """Return the torque of the weights about the sun's axis for a horizontal crank, N m."""
         crank = self.crank_mass * self.g * 0.5 * self.length
         return crank + self.planet_mass * self.g * self.length
 
     def weights(self) -> float:
-        """Return that of the equation: eq 26 as published has the planet's twice."""
+        """Return the torque in the equation; eq 26 as published counts the planet twice."""
         again = self.planet_mass * self.g * self.length if self.published else 0.0
         return self.gravity_moment() + again
 
     def load(self, angle: Array, speed: Array | float) -> Array:
-        """Return the load of the rolling friction, N; as published its sign is the sine's."""
+        """Return the load of the rolling friction, N; as published it has the sign of the sine."""
         weight = self.planet_mass * self.g * np.sin(angle)
         if self.published:
             return weight
@@ -64,26 +64,26 @@ class Gear:
         return np.abs(weight - centripetal)
 
     def resistance(self, angle: Array, speed: Array | float) -> Array:
-        """Return what friction takes of the crank's torque as it turns forward, N m."""
+        """Return the friction torque on the crank in forward motion, N m."""
         couple = self.kinetic * (self.turns if self.published else self.relative)
         return couple + self.arm * self.load(angle, speed) * self.turns
 
     def uniform_mean(self, speed: float) -> Seen:
-        """Return the mean torque of uniform turning forward over a turn, numerically, N m."""
+        """Return the mean torque of uniform forward rotation over a turn, numerically, N m."""
         angle = np.linspace(0.0, 2.0 * pi, PARTS, endpoint=False)
         torque = self.weights() * np.cos(angle) + self.resistance(angle, speed)
         size = self.weights() + float(np.mean(np.abs(torque)))
         return Seen(float(np.mean(torque)), KINKS * size)
 
-    def place(self, angle: Array, point: Table) -> tuple[Array, Array]:
-        """Return where a point of the planet is: on the crank's end, turned as it rolls, m."""
+    def position(self, angle: Array, point: Table) -> tuple[Array, Array]:
+        """Return the position of a point of the planet, m."""
         own = radians(point["angle_deg"]) + self.turns * angle
         x = self.length * np.cos(angle) + point["radius"] * np.cos(own)
         return x, self.length * np.sin(angle) + point["radius"] * np.sin(own)
 
 
 def gear_statics(scenario: Table) -> dict[str, Seen]:
-    """Return what is known of the gear at rest, of the scenario alone."""
+    """Return the static quantities of the gear from the scenario."""
     gear, angle = Gear(scenario), radians(scenario["mechanism"]["initial_angle_deg"])
     balance = gear.weights() * cos(angle)
     at = np.array([angle])
@@ -121,7 +121,7 @@ def epicyclic(record: Record) -> dict[str, Seen]:
     seen["energy_kinetic"] = energy(0.5 * gear.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
         seen["energy_potential"] = energy(gear.weights() * float(np.sin(angle[-1])))
-    # A mesh without a load does not rub: a scenario of it alone has no friction to tell of.
+    # Without a load the mesh has no friction.
     has_friction = "rolling_friction" in effects and (
         gear.radial or gear.planet_mass * gear.g > 0.0
     )
@@ -139,17 +139,17 @@ def epicyclic(record: Record) -> dict[str, Seen]:
 
 
 def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
-    """Count where a point of the rim touches the sun between the ends of the crank's way."""
+    """Count the contacts of a rim point with the sun over the range of the crank angle."""
     if point["radius"] != gear.planet:
         return Seen(None)
     low, high = float(np.min(angle)), float(np.max(angle))
-    # Between two neighbours lies more than a thousand of these places.
+    # There are more than a thousand of these positions between two cusps.
     fine = np.linspace(low, high, 1000 + int(3000 * (high - low) * gear.relative))
-    distance = np.hypot(*gear.place(fine, point))
+    distance = np.hypot(*gear.position(fine, point))
     padded = np.concatenate([[np.inf], distance, [np.inf]])
     lowest = (distance <= padded[:-2]) & (distance < padded[2:])
-    # From touching, the distance grows by L rho/r1 (1 - cos) of the angle that the point has
-    # turned: two of those steps, or at the ends of the way a rounding.
+    # From a contact, the distance grows by L rho/r1 (1 - cos) of the angle that the point has
+    # turned: two of those steps, or a rounding at the ends of the range.
     step = gear.relative * float(fine[1] - fine[0]) if high > low else 0.0
     near = gear.sun + gear.length * gear.planet / gear.sun * (step * step + 1e-17)
     touches = lowest & (distance <= near)
@@ -159,7 +159,7 @@ def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
 
 
 def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
-    """Look for the longest stay about the slowest places, from sample to sample.
+    """Return the longest dwell near the slowest positions, from the samples.
 
     Speeds are those of the planet's point, so that a place is a sample, off the slowest by half
     an interval; the ends of a stay lie between samples, each an interval off at most.
@@ -175,7 +175,7 @@ def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
     speed = np.abs(record.channels["angular_velocity"]) * lever
     padded = np.concatenate([[np.inf], speed, [np.inf]])
     slow = np.flatnonzero((speed <= padded[:-2]) & (speed <= padded[2:]))
-    x, y = gear.place(angle, point)
+    x, y = gear.position(angle, point)
     longest = 0.0
     for i in slow:
         outside = np.hypot(x - x[i], y - y[i]) > point["dwell_distance"]

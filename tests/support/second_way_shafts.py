@@ -1,4 +1,4 @@
-"""An independent reader of the pulley and of the marble machine, see `second_way`."""
+"""Independent evaluation of the pulley and of the marble machine, see `second_way`."""
 
 from math import cos, hypot, pi, radians, sin, tan
 
@@ -22,7 +22,7 @@ from tests.support.second_way import (
 )
 
 GRAM_FORCE = 9.80665e-3  # N: a gram times the standard gravity
-STORED = 1e-10  # of the energy of all marbles: a sum of some roundings
+STORED = 1e-10  # relative to the energy of all marbles: accumulated roundoff
 
 
 def shaft_of(scenario: Table) -> tuple[float, float]:
@@ -38,7 +38,7 @@ def shaft_of(scenario: Table) -> tuple[float, float]:
 
 
 def forces(scenario: Table, radius: float, direction: str) -> tuple[Seen, Seen]:
-    """Return the least force that lifts and that holds, from |(P - W) r_e| = r R by bisection."""
+    """Return the smallest forces to lift and to hold, from |(P - W) r_e| = r R by bisection."""
     arm, load = scenario["mechanism"]["cord_radius"], scenario["mechanism"]["load"]
 
     def reaction(force: float) -> float:
@@ -53,13 +53,13 @@ def forces(scenario: Table, radius: float, direction: str) -> tuple[Seen, Seen]:
     size = max(load, 1.0)
     lift = root(surplus_to_lift, load, size)
     hold = 0.0 if surplus_to_hold(0.0) >= 0.0 else root(surplus_to_hold, 0.0, load)
-    # The root is off by the rounding of two products over the slope at which they differ.
+    # The error of the root is the rounding of two products over the slope of their difference.
     rounding = ROUNDING * (arm + radius) / abs(arm - radius)
     return Seen(lift, rounding * max(size, lift or 0.0)), Seen(hold, rounding * size)
 
 
 def pulley_statics(scenario: Table) -> dict[str, Seen]:
-    """Return what is known of the pulley at rest, of the scenario alone."""
+    """Return the static quantities of the pulley from the scenario."""
     r_s, r_k = shaft_of(scenario)
     own = scenario["drive"]["direction"]
     seen = {"friction_radius_static": closed(r_s), "friction_radius_kinetic": closed(r_k)}
@@ -96,7 +96,7 @@ def pulley(record: Record) -> dict[str, Seen]:
 
 
 def first_breakaway(record: Record) -> Seen:
-    """Return when the force on a pulley that starts at rest first exceeds what friction holds.
+    """Return the time of the first breakaway of a pulley that starts at rest.
 
     Of the scenario alone: looked for in ten thousand parts of the run, then by bisection.
     """
@@ -125,7 +125,7 @@ def first_breakaway(record: Record) -> Seen:
 
 
 class Machine:
-    """What stands on the gear of a marble machine, marble by marble."""
+    """The gear of a marble machine, with the torque and weight of each marble."""
 
     def __init__(self, scenario: Table) -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
@@ -135,7 +135,7 @@ class Machine:
         self.gear_mass = geometry["gear_mass"]
         self.g = effects.get("gravity", {"g": 0.0})["g"]
         self.motor_inertia = effects.get("motor_inertia", {"inertia": 0.0})["inertia"]
-        # On the gear the teeth push along its tangent and, inclined, towards its centre.
+        # The tooth force on the gear has a tangential part and a radial part to its centre.
         azimuth, angle = radians(geometry["mesh_azimuth_deg"]), geometry["pressure_angle_deg"]
         tangential = 1.0 / geometry["pinion_radius"]
         radial = tangential * tan(radians(angle))
@@ -147,21 +147,21 @@ class Machine:
             + self.ratio**2 * self.motor_inertia
         )
 
-    def places(self, delta: float) -> list[float]:
-        """Return where marbles are, from the bottom, rad; one more where one comes as one goes."""
+    def positions(self, delta: float) -> list[float]:
+        """Return the angles of the marbles from the bottom, rad; both of a transfer."""
         count = self.on_rise + (delta in (0.0, self.pitch))
         first = delta if delta < self.pitch else 0.0
         return [first + j * self.pitch for j in range(count)]
 
-    def moment(self, delta: float) -> float:
-        arms = (self.circle * sin(place) for place in self.places(delta))
+    def load_torque(self, delta: float) -> float:
+        arms = (self.circle * sin(position) for position in self.positions(delta))
         return sum(self.mass * self.g * arm for arm in arms)
 
     def weight(self, delta: float) -> float:
-        return (self.gear_mass + self.mass * len(self.places(delta))) * self.g
+        return (self.gear_mass + self.mass * len(self.positions(delta))) * self.g
 
     def height(self, delta: float) -> float:
-        """Return how high the marbles of the rise are in sum, m."""
+        """Return the sum of the heights of the rising marbles, m."""
         rise = range(self.on_rise)
         return sum(self.circle * (1.0 - cos(delta + j * self.pitch)) for j in rise)
 
@@ -169,26 +169,26 @@ class Machine:
         return np.hypot(self.sideways * torque, weight - self.up * torque)
 
     def torques(self, radius: float, delta: float) -> tuple[float | None, float]:
-        """Return the pinion torques to lift and to hold at a place, by bisection, N m."""
-        k, moment, weight = self.ratio, self.moment(delta), self.weight(delta)
-        size = (moment + radius * weight) / k or 1.0
+        """Return the pinion torques to lift and to hold in a position, by bisection, N m."""
+        k, torque, weight = self.ratio, self.load_torque(delta), self.weight(delta)
+        size = (torque + radius * weight) / k or 1.0
 
         def friction(torque: float) -> float:
             return radius * hypot(self.sideways * torque, weight - self.up * torque)
 
-        lift = root(lambda t: k * t - moment - friction(t), moment / k, size)
-        # The smallest torque that holds is at or below that without friction, maybe below zero.
-        hold = root(lambda t: moment + k * t - friction(-t), -moment / k, size)
+        lift = root(lambda t: k * t - torque - friction(t), torque / k, size)
+        # The smallest holding torque does not exceed that without friction; it may be negative.
+        hold = root(lambda t: torque + k * t - friction(-t), -torque / k, size)
         return lift, 0.0 if hold is None else -hold
 
     def rounding(self, radius: float) -> float:
-        """Return the relative rounding of a root: products over the slope at which they differ."""
+        """Return the relative rounding of a root: of products, over the slope of the difference."""
         teeth = radius * hypot(self.sideways, self.up)
         return ROUNDING * (self.ratio + teeth) / (self.ratio - teeth)
 
 
 def machine_at_rest(scenario: Table) -> dict[str, Seen]:
-    """Return the quantities of the summary that the scenario alone decides."""
+    """Return the quantities of the summary that depend on the scenario only."""
     machine, (r_s, _) = Machine(scenario), shaft_of(scenario)
     inside = 1e-9 * machine.pitch
     lift, hold = machine.torques(r_s, 0.0)
@@ -207,13 +207,13 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         return Seen(value, rounding)
 
     deltas = np.linspace(inside, machine.pitch - inside, 2001)
-    surplus = [machine.moment(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
+    surplus = [machine.load_torque(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
     quantities = {
         "torque_to_lift": seen(lift),
         "torque_to_hold": seen(hold),
         "torque_to_lift_worst": seen(worst_lift),
         "torque_to_hold_worst": seen(worst_hold),
-        # Without a torque, nowhere does the load exceed what friction at rest can hold.
+        # Without a torque, the load nowhere exceeds the static limit.
         "self_locking": Seen(float(max(surplus) <= 0.0)),
         "torque_to_lift_in_gf_cm": Seen(
             lift / (GRAM_FORCE * 0.01) if lift is not None else None,
@@ -221,7 +221,7 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         ),
     }
     motor = scenario["drive"].get("motor")
-    # One marble alone has no moment at a transfer; what is left of it is rounding.
+    # A single marble has no torque at a transfer, except for rounding.
     if motor is not None and lift is not None and lift > rounding:
         quantities["motor_margin"] = _ratio(motor["stall_torque"], quantities["torque_to_lift"])
     if motor is not None and worst_lift > 0.0:
@@ -236,12 +236,12 @@ def _ratio(over: float, under: Seen) -> Seen:
 
 
 def machine_statics(scenario: Table) -> dict[str, Seen]:
-    """Return what is known of the machine at rest."""
+    """Return the static quantities of the machine."""
     machine = Machine(scenario)
     inside, half = 1e-9 * machine.pitch, 0.5 * machine.pitch
-    worst = -least(lambda delta: -machine.moment(delta), inside, machine.pitch - inside)
+    worst = -least(lambda delta: -machine.load_torque(delta), inside, machine.pitch - inside)
     return machine_at_rest(scenario) | {
-        "load_torque_at_transfer": Seen(machine.moment(0.0), ROUNDING * worst),
+        "load_torque_at_transfer": Seen(machine.load_torque(0.0), ROUNDING * worst),
         "load_torque_worst": closed(worst),
         "angle_of_the_worst": closed(half),
         "friction_radius_static": closed(shaft_of(scenario)[0]),
@@ -290,19 +290,19 @@ def marble_machine(record: Record) -> dict[str, Seen]:
 
 
 def _delivered(record: Record, pitch: float) -> float:
-    """Count the marbles that left at the top: the places of transfers above the start."""
+    """Count the marbles delivered: the positions of transfers above the start."""
     furthest = float(np.max(record.channels["angle"]))
     furthest = max([furthest, *(e.angle for e in record.events if e.contact == "transfer")])
     count, angle = 0, float(record.channels["angle"][0])
-    place = pitch * np.floor(angle / pitch)
+    position = pitch * np.floor(angle / pitch)
     # A transfer is located to rounding of the angle.
-    while (place := place + pitch) <= furthest + 1e-12 * max(1.0, abs(furthest)):
+    while (position := position + pitch) <= furthest + 1e-12 * max(1.0, abs(furthest)):
         count += 1
     return float(count)
 
 
 def _lifted(record: Record, machine: Machine) -> Seen:
-    """Return the energy of all marbles, those that were delivered two radii up, from angle zero."""
+    """Return the potential energy of all marbles; delivered ones are two radii up."""
     angle = float(record.channels["angle"][-1])
     gone = float(np.floor(angle / machine.pitch))
     heights = 2.0 * machine.circle * gone + machine.height(angle - gone * machine.pitch)

@@ -240,7 +240,7 @@ def test_a_run_that_takes_too_long_is_reported() -> None:
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
     found = benchmark.row(slow, reference, ignore)
     assert found.status == "failed"
-    assert found.reason.startswith("0.001 s of --max-wall are spent at t = ")
+    assert found.reason.startswith("wall-time limit --max-wall 0.001 s reached at t = ")
 
 
 def test_no_reference_is_an_error() -> None:
@@ -294,7 +294,7 @@ def test_what_was_measured_before_a_signal_is_shown(
     table = tmp_path / "table.csv"
     assert run_command_line(["cost", PULLEY, "--csv", str(table)]) == 130
     said = capsys.readouterr()
-    assert "what accuracy costs (interrupted)" in said.out
+    assert "error against run time (interrupted)" in said.out
     assert said.out.count("events   ") >= min(rows, 1)
     assert said.err.startswith("frictionsim: study interrupted by SIGINT at t = ")
     assert len(table.read_text().splitlines()) >= 1 + rows
@@ -310,7 +310,10 @@ def test_what_was_measured_before_a_signal_is_shown(
         (["--max-wall", "0"], "--max-wall: expected seconds above 0, got 0"),
         (["--max-wall", "nan"], "--max-wall: expected seconds above 0, got nan"),
         (["--repeats", "0"], "Invalid value for '--repeats'"),
-        (["--plot", "a.bmp"], "a.bmp: pictures are written as .png, .pdf, .svg; name one"),
+        (
+            ["--plot", "a.bmp"],
+            "a.bmp: expected a picture name that ends in .png, .pdf or .svg; name one",
+        ),
     ],
 )
 def test_bad_options_are_told_in_a_sentence(

@@ -48,11 +48,17 @@ CHANNELS = {
 class BeltTable(Params):
     """`[mechanism.belt]`: give either the pretension or the unstretched length."""
 
-    bodies: int = unit_field("1", ge=MIN_BODIES, le=100_000)
-    mass_per_length: float = unit_field("kg/m", gt=0)
-    axial_rigidity: float = unit_field("N", gt=0)
-    pretension: float | None = unit_field("N", None, gt=0)
-    length: float | None = unit_field("m", None, gt=0)
+    bodies: int = unit_field("1", "Number of bodies of the belt.", ge=MIN_BODIES, le=100_000)
+    mass_per_length: float = unit_field("kg/m", "Mass of the belt per unstretched length.", gt=0)
+    axial_rigidity: float = unit_field(
+        "N", "Axial rigidity EA of the section: force over strain.", gt=0
+    )
+    pretension: float | None = unit_field(
+        "N", "Mean tension at the start; give this or length.", None, gt=0
+    )
+    length: float | None = unit_field(
+        "m", "Unstretched length of the belt; give this or pretension.", None, gt=0
+    )
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -67,11 +73,17 @@ class BeltTable(Params):
 class PulleyTable(Params):
     """One of `[[mechanism.pulleys]]`, in the order in which the belt passes them."""
 
-    name: str = Field(min_length=1, pattern=r"^[\w-]+$")
-    center: tuple[float, float] = unit_field("m", strict=False)
-    radius: float = unit_field("m", gt=0)
-    inertia: float = unit_field("kg m^2", gt=0)
-    side: Literal["inside", "outside"] = "inside"
+    name: str = Field(
+        min_length=1,
+        pattern=r"^[\w-]+$",
+        description="Name, for the drive, friction and quantities of this pulley.",
+    )
+    center: tuple[float, float] = unit_field("m", "Position of the axis, x and y.", strict=False)
+    radius: float = unit_field("m", "Radius of the rim.", gt=0)
+    inertia: float = unit_field("kg m^2", "Moment of inertia.", gt=0)
+    side: Literal["inside", "outside"] = Field(
+        "inside", description="Whether it is inside the loop or on the back of the belt."
+    )
 
 
 class Geometry(Params):
@@ -158,8 +170,12 @@ class Geometry(Params):
 class PulleyDrive(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
-    torque: SpeedOrTimeSignal | None = unit_field("N m", None)
-    speed: TimeSignal | None = unit_field("rad/s", None)
+    torque: SpeedOrTimeSignal | None = unit_field(
+        "N m", "Torque, positive counter-clockwise, over time or own speed; or give speed.", None
+    )
+    speed: TimeSignal | None = unit_field(
+        "rad/s", "Given angular velocity, positive counter-clockwise; or give torque.", None
+    )
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -192,12 +208,22 @@ class BeltSolverSettings(SolverSettings):
     either would swing, m/s, over the length of a body and over the smallest radius, rad/s.
     """
 
-    backend: str = "rkf45"
-    duration: float = unit_field("s", 1.0, gt=0)
+    backend: str = Field("rkf45", description="Integration method.")
+    duration: float = unit_field("s", "Simulated time.", 1.0, gt=0)
     # Looser, the adaptive steps put energy into waves that no damper takes.
-    rtol: float = unit_field("1", 1e-5, ge=1e-12, lt=1)
-    atol: None = None  # type: ignore[assignment]
-    max_steps: int = unit_field("1", 1_000_000_000, gt=0)
+    rtol: float = unit_field(
+        "1",
+        "Tolerance, relative to the size that the pretension gives each state.",
+        1e-5,
+        ge=1e-12,
+        lt=1,
+    )
+    atol: None = Field(  # type: ignore[assignment]
+        None, description="Not of belts: their states have scales of their own."
+    )
+    max_steps: int = unit_field(
+        "1", "Budget of steps; a resumed run has as many again.", 1_000_000_000, gt=0
+    )
 
     @field_validator("atol", mode="before")
     @classmethod

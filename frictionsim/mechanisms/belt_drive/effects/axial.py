@@ -21,6 +21,7 @@ from math import pi
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
@@ -74,8 +75,13 @@ C10, C12, C14, C16 = 1 / 3628800, -1 / 479001600, 1 / 87178291200, -1 / 20922789
 class AxialDampingTable(Params):
     """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
 
-    coefficient: float = unit_field("N s/m or N s", gt=0)
-    basis: Literal["joint", "section"] = "joint"
+    coefficient: float = unit_field(
+        "N s/m or N s", "Damping along the belt: of a joint, N s/m, or of the section, N s.", gt=0
+    )
+    basis: Literal["joint", "section"] = Field(
+        "joint",
+        description="What the coefficient belongs to; of the section a joint has coefficient/l.",
+    )
 
 
 class AxialParameters(NamedTuple):

@@ -58,6 +58,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     TORQUE,
 )
+from frictionsim.scenario.friction_law import check_kinetic
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve
 
@@ -79,15 +80,12 @@ MAX_RELAXATION_TIME = 1e-5
 class CoefficientsTable(Params):
     """Friction of one pulley, or of a part of the belt."""
 
-    mu_s: float = unit_field("1", ge=0)
-    mu_k: float = unit_field("1", ge=0)
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
 
     @model_validator(mode="after")
-    def _static_is_not_below_kinetic(self) -> Self:
-        if self.mu_s < self.mu_k:
-            raise inconsistent(
-                ("mu_s",), f"{self.mu_s} is below mu_k = {self.mu_k}; expected mu_s >= mu_k"
-            )
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
         return self
 
 
@@ -96,9 +94,15 @@ class BeltFrictionTable(CoefficientsTable):
 
     LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
 
-    law: Literal["set-valued", "regularised", "creep"] = "set-valued"
-    transition_speed: float | None = unit_field("m/s", None, gt=0)
-    maximum_creep: float | None = unit_field("m", None, gt=0)
+    law: Literal["set-valued", "regularised", "creep"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "m/s", "Speed over which a regularised law rises to its full friction.", None, gt=0
+    )
+    maximum_creep: float | None = unit_field(
+        "m", "Creep at which a contact without slip has its full friction, eq 13.", None, gt=0
+    )
     pulleys: dict[str, CoefficientsTable] = Field(default_factory=dict)
 
     @model_validator(mode="after")

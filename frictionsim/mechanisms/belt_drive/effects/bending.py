@@ -34,8 +34,12 @@ if TYPE_CHECKING:
 class BendingTable(Params):
     """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
 
-    rigidity: float = unit_field("N m^2", gt=0)
-    damping: float = unit_field("N m^2 s", 0.0, ge=0)
+    rigidity: float = unit_field(
+        "N m^2", "Bending rigidity EI of the section; a joint has EI/l.", gt=0
+    )
+    damping: float = unit_field(
+        "N m^2 s", "Bending damping of the section; a joint has it over l.", 0.0, ge=0
+    )
 
 
 class BendingParameters(NamedTuple):

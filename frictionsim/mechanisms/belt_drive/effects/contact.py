@@ -55,11 +55,15 @@ class ContactTable(Params):
     mesh has its part by length, so that the mesh can be refined.
     """
 
-    c1: float = unit_field("N/m^2", 0.0, ge=0)
-    c2: float = unit_field("N/m", gt=0)
-    damping: float = unit_field("N s/m", 0.0, ge=0)
-    p_max: float = unit_field("m", 1e-3, gt=0)
-    reference_bodies: int | None = unit_field("1", None, gt=0)
+    c1: float = unit_field("N/m^2", "Quadratic stiffness of the contact of a body.", 0.0, ge=0)
+    c2: float = unit_field("N/m", "Linear stiffness of the contact of a body.", gt=0)
+    damping: float = unit_field("N s/m", "Damping of the contact of a body.", 0.0, ge=0)
+    p_max: float = unit_field(
+        "m", "Penetration from which on the damping acts in full.", 1e-3, gt=0
+    )
+    reference_bodies: int | None = unit_field(
+        "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
+    )
 
 
 class ContactDamping(NamedTuple):

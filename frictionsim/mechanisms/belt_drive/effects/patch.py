@@ -21,8 +21,15 @@ class PatchTable(CoefficientsTable):
     Measured from where the belt leaves the first pulley at the start, in its direction.
     """
 
-    start: float = unit_field("m", alias="from", ge=0)
-    end: float = unit_field("m", alias="to", gt=0)
+    start: float = unit_field(
+        "m",
+        "Start of the patch, from where the belt leaves the first pulley at the start.",
+        alias="from",
+        ge=0,
+    )
+    end: float = unit_field(
+        "m", "End of the patch, in the direction of the belt.", alias="to", gt=0
+    )
 
     @model_validator(mode="after")
     def _end_after_start(self) -> Self:

@@ -1,0 +1,193 @@
+"""The reference of scenarios, from the models that validate them."""
+
+from collections.abc import Iterator
+from inspect import cleandoc
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from markdown import table
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.schema import Params
+
+BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
+# Described last: how a scenario is solved comes after what it is.
+LAST = ("solver", "output")
+# What there is to choose from has a page of its own.
+METHODS = "[How to choose](../methods.md)."
+CHOICES = {"backend": METHODS, "law": METHODS}
+# The key that stands for a name which the scenario is free to choose.
+FREE_NAME = "NAME"
+
+
+class Table(NamedTuple):
+    """A table of a scenario.
+
+    Attributes
+    ----------
+    header : str
+        `[effects.gravity]`; empty for the keys above the first table.
+    model : type
+    optional : bool
+        It may be left out.
+    """
+
+    header: str
+    model: type[BaseModel]
+    optional: bool
+
+
+class Key(NamedTuple):
+    """A key of a table, as words."""
+
+    name: str
+    form: str
+    unit: str
+    default: str
+    range: str
+    meaning: str
+
+
+def keys(kind: str) -> str:
+    """Return a section for each table of a kind, with a row for each key."""
+    parts = []
+    for found in tables(model_of(kind)):
+        rows = [tuple(key) for key in keys_of(found.model)]
+        if not rows:
+            continue
+        parts += [f"## `{found.header}`" if found.header else "## Top level", _about(found)]
+        parts.append(table(("key", "form", "unit", "default", "range", "meaning"), rows))
+    return "\n\n".join(part for part in parts if part)
+
+
+def model_of(kind: str) -> type[BaseModel]:
+    """Return the model of the scenarios of a kind."""
+    found: type[BaseModel] = mechanism_module(kind).SCENARIO
+    return found
+
+
+def tables(model: type[BaseModel], path: str = "", optional: bool = False) -> Iterator[Table]:
+    """Yield the tables of a scenario, those within others after them."""
+    listed = path.startswith("[")
+    yield Table(f"[{path}]" if path else "", model, optional)
+    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] in LAST):
+        inner = table_model(field.annotation)
+        if inner is None:
+            continue
+        key = f"{path.strip('[]')}.{field.alias or name}".strip(".")
+        if _holds(field.annotation, dict):
+            key = f"{key}.{FREE_NAME}"
+        elif _holds(field.annotation, tuple):
+            key = f"[{key}]"
+        yield from tables(inner, key, optional or listed or not field.is_required())
+
+
+def keys_of(model: type[BaseModel]) -> Iterator[Key]:
+    """Yield the keys of a table that are no tables themselves."""
+    for name, field in model.model_fields.items():
+        if table_model(field.annotation) is None and name != "kind":
+            yield Key(
+                name=f"`{field.alias or name}`",
+                form=_form(field.annotation),
+                unit=unit_of(field),
+                default=_default(field),
+                range=_range(field),
+                meaning=" ".join(filter(None, (field.description, CHOICES.get(name)))),
+            )
+
+
+def unit_of(field: FieldInfo) -> str:
+    """Return the unit of a key; empty for pure numbers and text."""
+    extra = field.json_schema_extra
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    return "" if unit == "1" else unit
+
+
+def table_model(annotation: Any) -> type[BaseModel] | None:
+    """Return the model of the table that a key holds; None where it holds a value or signal."""
+    models = list(_models(annotation))
+    return models[0] if len(models) == 1 else None  # a signal has several forms
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, Params):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)
+
+
+def _holds(annotation: Any, container: type) -> bool:
+    return get_origin(annotation) is container or any(
+        _holds(argument, container) for argument in get_args(annotation)
+    )
+
+
+def _about(found: Table) -> str:
+    """Return the first paragraph of the model's docstring, without what names the table."""
+    text = cleandoc(found.model.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+    if not found.header:
+        text = ""
+    elif text.startswith("`["):
+        text = text.partition("`: ")[2]
+    optional = "May be left out." if found.optional else ""
+    return " ".join(filter(None, (text[:1].upper() + text[1:], optional)))
+
+
+def _form(annotation: Any) -> str:
+    choices = [a for a in _leaves(annotation) if isinstance(a, str)]
+    if choices:
+        return ", ".join(f"`{choice!r}`".replace("'", '"') for choice in choices)
+    if len(list(_models(annotation))) > 1:
+        return "[signal](../scenarios.md#signals)"
+    names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+    types = [names[a] for a in _leaves(annotation) if a in names]
+    word = types[0] if types else "value"
+    if not _holds(annotation, tuple):
+        return word
+    if word == "text":
+        return "list of texts"
+    return f"list of {len(types)} numbers" if len(types) > 1 else "list of numbers"
+
+
+def _leaves(annotation: Any) -> Iterator[Any]:
+    """Yield the types and literal values of an annotation."""
+    if get_origin(annotation) is Literal:
+        yield from get_args(annotation)
+        return
+    arguments = [a for a in get_args(annotation) if a is not type(None)]
+    if not arguments:
+        yield annotation
+    for argument in arguments:
+        yield from _leaves(argument)
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    default = field.default
+    if default is None or default == "":
+        return "none"
+    if isinstance(default, bool):
+        return "true" if default else "false"
+    if isinstance(default, str):
+        return f'`"{default}"`'
+    return f"{default:,}".replace(",", " ") if isinstance(default, int) else _number(default)
+
+
+def _range(field: FieldInfo) -> str:
+    if get_origin(field.annotation) is Union or not field.metadata:
+        return ""
+    found = []
+    for bound in field.metadata:
+        for name, sign in BOUNDS.items():
+            limit = getattr(bound, name, None)
+            if limit is not None:
+                found.append(f"{sign}{_number(limit)}")
+    return ", ".join(found)
+
+
+def _number(value: float) -> str:
+    """Return a number as it is written by hand: 1e-5, 0.001, 9.81."""
+    digits, exponent, power = f"{value:g}".partition("e")
+    return f"{digits}e{int(power)}" if exponent else digits

@@ -1,0 +1,137 @@
+"""Every code block of the README and of the pages runs, and prints what the page says.
+
+Blocks of one page run one after another in a folder of their own that has a copy of the scenarios.
+A comment right above a block says what is particular about it:
+
+    <!-- not run: REASON -->          it is not run
+    <!-- exit code 5 -->              `sh`: the last command ends with this code
+    <!-- output --> <!-- stderr -->   `text`: what the block before it prints
+    <!-- part of: FILE -->            `toml`: keys that go over those of a shipped scenario
+"""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from frictionsim.scenario.loading import validate
+from tests.docs.pages import PAGES, Block, blocks
+from tests.support.scenarios import ROOT, SCENARIOS
+
+RUNNABLE = [page for page in PAGES if any(not b.skipped for b in blocks(page))]
+WALL_TIME = re.compile(r"(?<=solved in )\S+(?= s)")
+# Roundings are those of a processor.
+RELATIVE, ABSOLUTE = 1e-6, 1e-9
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Go to a folder with the scenarios, where the commands are those of this Python."""
+    shutil.copytree(SCENARIOS, tmp_path / "scenarios")
+    commands = tmp_path / ".commands"
+    commands.mkdir()
+    for name, arguments in (("frictionsim", "-m frictionsim"), ("python", "")):
+        command = commands / name
+        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
+        command.chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", RUNNABLE)
+def test_the_blocks_of_a_page_run(page: str, folder: Path) -> None:
+    last: subprocess.CompletedProcess[str] | None = None
+    for block in blocks(page):
+        if block.skipped:
+            continue
+        if block.language == "sh":
+            last = run_commands(block)
+        elif block.language == "text":
+            assert last is not None, f"{block.place}: no commands before this output"
+            printed = {"output": last.stdout, "stderr": last.stderr}[block.mark]
+            assert_printed(block, printed)
+        elif block.language == "toml":
+            validate(scenario_of(block), SCENARIOS)
+        elif block.language == "python":
+            exec(compile(block.text, block.place, "exec"), {})
+        else:
+            pytest.fail(f"{block.place}: nothing tests a block of '{block.language}'")
+
+
+def run_commands(block: Block) -> "subprocess.CompletedProcess[str]":
+    """Run the commands of a block; each but the last ends with 0."""
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", block.text],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    code = re.fullmatch(r"exit code (\d+)", block.mark)
+    wanted = int(code[1]) if code else 0
+    assert done.returncode == wanted, f"{block.place}: {done.returncode}\n{done.stderr}"
+    return done
+
+
+def assert_printed(block: Block, printed: str) -> None:
+    """Compare what a page shows with what was printed; `...` stands for any lines."""
+    shown, found = words(block.text), words(printed)
+    if ["..."] in shown:
+        cut = shown.index(["..."])
+        tail = len(shown) - cut - 1
+        shown = shown[:cut] + shown[cut + 1 :]
+        found = found[:cut] + found[len(found) - tail :]
+    assert len(shown) == len(found), f"{block.place}: this is printed now:\n{printed}"
+    for expected, got in zip(shown, found, strict=True):
+        agree = len(expected) == len(got) and all(map(same, expected, got))
+        assert agree, f"{block.place}: {' '.join(expected)}\nis printed as\n{' '.join(got)}"
+
+
+def words(text: str) -> list[list[str]]:
+    return [WALL_TIME.sub("*", line).split() for line in text.strip().splitlines()]
+
+
+def same(expected: str, got: str) -> bool:
+    """Tell whether two words agree, numbers but for their roundings."""
+    try:
+        a, b = float(expected), float(got)
+    except ValueError:
+        return expected == got
+    return math.isclose(a, b, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+
+
+def scenario_of(block: Block) -> dict[str, Any]:
+    """Return the scenario of a block, or the shipped one with the keys of the block over it."""
+    data = tomllib.loads(block.text)
+    if "kind" in data:
+        return data
+    found = re.fullmatch(r"part of: (\S+)", block.mark)
+    assert found, f"{block.place}: no scenario; say above it what it is a part of"
+    return merged(tomllib.loads((ROOT / found[1]).read_text(encoding="utf-8")), data)
+
+
+def merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    both = dict(under)
+    for key, value in over.items():
+        inner = both.get(key)
+        joined = (
+            merged(inner, value) if isinstance(inner, dict) and isinstance(value, dict) else value
+        )
+        both[key] = joined
+    return both
+
+
+def test_a_skipped_block_says_why() -> None:
+    for page in PAGES:
+        for block in blocks(page):
+            if block.mark.startswith("not run"):
+                assert len(block.mark) > len("not run: ") + 5, block.place

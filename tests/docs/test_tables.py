@@ -1,0 +1,215 @@
+"""The tables of the pages are those of the code: files, exit codes, failures, audits, views."""
+
+import ast
+import json
+import re
+import sys
+from functools import cache
+from pathlib import Path
+
+import h5py
+import pytest
+
+import frictionsim
+from frictionsim import errors
+from frictionsim.cli.json_output import run_json
+from frictionsim.io.hdf5_writer import write
+from frictionsim.plots import VIEWS
+from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import RunResult, run
+from tests.docs.pages import DOCS, PAGES, names, table
+from tests.support.scenarios import ROOT, SCENARIOS
+
+sys.path.insert(0, str(DOCS / "_ext"))
+from method_table import pairs
+
+PACKAGE = Path(frictionsim.__file__).parent
+FILES, FAILURES = "docs/result-files.md", "docs/failures.md"
+QUANTITIES, METHODS = "docs/quantities.md", "docs/methods.md"
+KILLED, STOPPED = ("interrupted", "done", "old", "absent"), ("interrupted", "done", "absent")
+SHORT = {
+    "pulley": ("pulley_return", []),
+    "marble_machine": ("marble_machine", ["solver.duration=0.5"]),
+    "epicyclic": ("epicyclic", ["solver.duration=0.5"]),
+}
+
+
+@cache
+def short_run(kind: str) -> RunResult:
+    """Return a run of a shipped scenario."""
+    name, overrides = SHORT[kind]
+    return run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
+
+
+@cache
+def texts() -> list[str]:
+    """Return all texts in the code of the package, with {} where values are put in."""
+    found = []
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                found.append(node.value)
+            elif isinstance(node, ast.JoinedStr):
+                parts = (v.value if isinstance(v, ast.Constant) else "{}" for v in node.values)
+                found.append("".join(map(str, parts)))
+    return found
+
+
+def first_names(page: str, name: str, column: int = 0) -> list[str]:
+    return [word for row in table(page, name) for word in names(row[column])]
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_the_attributes_of_a_file_are_those_of_its_page(kind: str, tmp_path: Path) -> None:
+    write(short_run(kind), tmp_path / "result.h5")
+    with h5py.File(tmp_path / "result.h5") as file:
+        assert set(file.attrs) == set(first_names(FILES, "attributes"))
+
+
+def channel_units() -> dict[str, set[str]]:
+    """Return the channels of the page with their units."""
+    found: dict[str, set[str]] = {}
+    for row in table(FILES, "channels"):
+        units = row[1].split(", ")
+        assert len(units) == len(names(row[0])), row
+        for name, unit in zip(names(row[0]), units, strict=True):
+            found.setdefault(name, set()).add(unit)
+    return found
+
+
+def test_the_channels_of_all_kinds_are_those_of_the_page() -> None:
+    channels: dict[str, set[str]] = {"time": {"s"}}
+    for kind in KINDS:
+        for name, channel in mechanism_module(kind).SCENARIO.CHANNELS.items():
+            channels.setdefault(name, set()).add(channel.unit)
+    assert channel_units() == channels
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_the_channels_of_a_file_have_the_units_of_the_page(kind: str, tmp_path: Path) -> None:
+    write(short_run(kind), tmp_path / "result.h5")
+    shown = channel_units()
+    with h5py.File(tmp_path / "result.h5") as file:
+        for name, item in file.items():
+            if isinstance(item, h5py.Dataset):
+                assert item.attrs["units"] in shown[name]
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_the_events_of_a_file_are_those_of_the_page(kind: str, tmp_path: Path) -> None:
+    write(short_run(kind), tmp_path / "result.h5")
+    shown = first_names(FILES, "events")
+    with h5py.File(tmp_path / "result.h5") as file:
+        recorded = {
+            f"{name}_{side}"
+            for name in file
+            if name not in ("time", "angle", "mode", "events") and "energy" not in name
+            for side in ("before", "after")
+        }
+        named = {name for name in shown if "<" not in name}
+        assert set(file["events"]) == named | recorded
+
+
+def quantity_units(*tables: str) -> dict[str, str]:
+    """Return the quantities of tables of their page with their units."""
+    rows = [row for name in tables for row in table(QUANTITIES, f"quantities of {name}")]
+    return {name: row[1] for row in rows for name in names(row[0])}
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
+    done = short_run(kind)
+    found = {**done.quantities, **mechanism_module(kind).statics(done.scenario)}
+    shown = quantity_units("all runs", "one coordinate", kind)
+    assert {name: q.unit for name, q in found.items()}.items() <= shown.items()
+    own = quantity_units(kind).keys() - found.keys()
+    assert own <= {"uniform_torque_mean_at_final_speed"}  # takes another normal_load
+
+
+def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
+    found = mechanism_module("belt_drive").statics(load(SCENARIOS / "belt_drive.toml"))
+    shown = {**quantity_units("a belt at rest")}
+    both = {**shown, **{n.replace("driver", "driven"): u for n, u in shown.items()}}
+    assert {name: q.unit for name, q in found.items()} == both
+
+
+def test_the_quantities_of_a_belt_run_exist() -> None:
+    for name in quantity_units("belt_drive"):
+        assert re.sub("(?<=_)(driver|driven)", "{}", name) in texts(), name
+
+
+def test_the_keys_of_json_are_those_of_the_page() -> None:
+    printed = run_json(short_run("pulley"), "pulley.toml", "pulley.h5")
+    shown = {names(row[0])[0]: row for row in table("docs/cli.md", "json")}
+    keys = [key for row in shown.values() for key in names(row[0])]
+    assert sorted(keys) == sorted(printed)
+    assert names(shown["solver"][1]) == list(printed["solver"])
+    assert names(shown["events"][1]) == list(printed["events"][0])
+    assert all(names(shown["audit"][1]) == list(check) for check in printed["audit"].values())
+
+
+def test_the_long_test_is_the_one_of_the_page() -> None:
+    counts = json.loads((ROOT / "results" / "hard.json").read_text(encoding="utf-8"))
+    random = [number for name, number in sorted(counts.items()) if name.startswith("random ")]
+    refused = sum(n for name, n in counts.items() if name.endswith(", refused"))
+    wanted = [
+        [counts["damaged inputs"], 2, refused],  # in 2 GiB
+        [counts["kills"], *(counts[f"kills that left the file {how}"] for how in KILLED)],
+        [counts["signals"], *(counts[f"signals that left the file {how}"] for how in STOPPED)],
+        [counts["split runs"]],
+        [random[0], random[2], random[1]],  # all, done, out of budget
+    ]
+    shown = [
+        [int(number.replace(" ", "")) for number in re.findall(r"\d+(?: \d{3})*", " | ".join(row))]
+        for row in table(FAILURES, "long test")
+    ]
+    assert [row[: len(numbers)] for row, numbers in zip(shown, wanted, strict=True)] == wanted
+
+
+def test_the_exit_codes_are_those_of_the_page() -> None:
+    codes = {getattr(errors, name) for name in dir(errors) if name.startswith("EXIT_")}
+    codes.remove(errors.EXIT_SIGNAL)
+    shown = [int(code) for row in table(FAILURES, "exit codes") for code in row[0].split(", ")]
+    assert shown[-2:] == [errors.EXIT_SIGNAL + number for number in (2, 15)]
+    assert set(shown[:-2]) == codes
+
+
+def test_the_failures_are_those_of_the_page() -> None:
+    kinds = {c.failure for c in errors.SolverError.__subclasses__() if c.failure}
+    assert set(first_names(FAILURES, "failures")) == kinds
+
+
+def test_the_audits_are_those_of_the_page() -> None:
+    assert set(first_names("docs/accuracy.md", "audits")) == set(short_run("pulley").checks)
+
+
+def test_the_views_are_those_of_the_page() -> None:
+    shown: dict[str, list[str]] = {}
+    for kind, view, _ in table("docs/pictures.md", "views"):
+        shown.setdefault(names(kind)[0] if names(kind) else list(shown)[-1], []).extend(names(view))
+    assert shown == {kind: list(views) for kind, views in VIEWS.items()}
+
+
+def test_the_laws_and_methods_are_those_of_the_page() -> None:
+    accepted = [pairs(kind) for kind in KINDS]
+    assert set(first_names(METHODS, "laws")) == {law for found in accepted for law in found}
+    able = {name for found in accepted for cell in found.values() for name in names(cell)}
+    assert set(first_names(METHODS, "methods")) == able
+
+
+def shown_warnings() -> list[str]:
+    """Return the warnings that the page quotes."""
+    first = [
+        row.split("|")[1]
+        for row in PAGES["docs/warnings.md"].read_text().splitlines()
+        if row.startswith("| `")
+    ]
+    return [text for cell in first for text in names(cell) if " " in text]
+
+
+@pytest.mark.parametrize("warning", shown_warnings())
+def test_a_quoted_warning_is_one_of_the_code(warning: str) -> None:
+    for part in re.split(r"\.\.\.|-?\d[\d.e-]*", warning):
+        if len(part.strip()) > 3:
+            assert any(part.strip() in text for text in texts()), part
