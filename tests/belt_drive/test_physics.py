@@ -9,7 +9,8 @@ import pytest
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.equations import kinematics_of, rhs
+from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
+from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import (
@@ -159,7 +160,7 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     assert rejected <= 0.01 * steps
     assert isinstance(end.stepper, rkf45.BeltStepper)
     tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
-    assert end.stepper._max_step == pytest.approx(3.5 / (1.0 / tau))
+    assert end.stepper._control.max_step == pytest.approx(3.5 / (1.0 / tau))
 
 
 # --- the published friction ----------------------------------------------------------------------
