@@ -27,14 +27,30 @@ References
 """
 
 from collections.abc import Mapping
-from math import asin, pi, radians, sqrt
 from sys import float_info
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
-from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.epicyclic_equation import (
+    Terms,
+    contact_of,
+    equation,
+    published_equation,
+    published_resistance,
+    switching_surfaces,
+    uniform_torque_mean,
+)
+from frictionsim.mechanisms.scalar_math import sin
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.mechanisms.single_dof import (
+    SingleDofScenario,
+    base_channels,
+    kinetic_energy,
+    set_up,
+    simulation_of,
+)
 from frictionsim.mechanisms.tracer_point import (
     TracerPoint,
     count_cusps,
@@ -42,35 +58,26 @@ from frictionsim.mechanisms.tracer_point import (
     pace,
     tracer_position,
 )
-from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
+from frictionsim.results import Channel, Quantities, Quantity
 from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
-from frictionsim.scenario.methods import REGULARISED, SET_VALUED, SINGLE_DOF, Pairs
+from frictionsim.scenario.methods import REGULARISED, SET_VALUED
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import (
-    DryFriction,
     Mechanism,
-    SwitchingSurface,
     Trajectory,
     Value,
 )
 
-if TYPE_CHECKING:
-    from frictionsim.simulation.base import Simulation
-
 # The moment is a difference of torques, each a few roundings off.
 ROUNDING = 16 * float_info.epsilon
 
-CHANNELS = {
+CHANNELS = base_channels("crank") | {
     "angle": Channel("rad", "angle of the crank from the horizontal"),
-    "angular_velocity": Channel("rad/s", "angular velocity of the crank"),
-    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the crank"),
     "drive_torque": Channel("N m", "torque on the crank"),
     "uniform_torque": Channel("N m", "torque that would turn the crank uniformly forward here"),
     "normal_load": Channel("N", "load of the rolling friction at the mesh"),
     "friction_torque": Channel("N m", "friction of hinge and mesh, on the crank"),
-    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
     "tracer_x": Channel("m", "horizontal place of the tracer point"),
     "tracer_y": Channel("m", "vertical place of the tracer point"),
     "energy_input": Channel("J", "work of the torque on the crank"),
@@ -79,9 +86,6 @@ CHANNELS = {
     "energy_friction": Channel("J", "heat of hinge and mesh"),
 }
 PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity", "angle")
-
-# What the cost of accuracy is judged by.
-METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class EpicyclicParameters(Params):
@@ -186,10 +190,9 @@ class EpicyclicEffects(Params):
     tracer_point: TracerPoint | None = None
 
 
-class EpicyclicScenario(Scenario):
+class EpicyclicScenario(SingleDofScenario):
     """A scenario of kind `epicyclic`."""
 
-    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["epicyclic"]
@@ -259,69 +262,27 @@ class EpicyclicScenario(Scenario):
         return self
 
 
-class _Terms:
-    """The constants of the equation, and the terms that the effects of a scenario have in it."""
-
-    def __init__(self, scenario: EpicyclicScenario) -> None:
-        geometry, effects = scenario.mechanism, scenario.effects
-        self.length, self.planet_speed_ratio = geometry.length, geometry.planet_speed_ratio
-        self.sun_planet_ratio = geometry.sun_radius / geometry.planet_radius
-        g = effects.gravity.g if effects.gravity else 0.0
-        self.planet_mass, self.planet_weight = geometry.planet_mass, geometry.planet_mass * g
-        self.gravity_moment = (0.5 * geometry.crank_mass * g + self.planet_weight) * self.length
-        self.hinge, self.rolling = effects.hinge_friction, effects.rolling_friction
-        self.static_couple = self.hinge.torque_static if self.hinge else 0.0
-        self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
-        self.arm = self.rolling.arm if self.rolling else 0.0
-        self.radial = self.rolling is not None and self.rolling.normal_load == "radial"
-        # Without weight, and without the radial load of the motion, the mesh is not loaded.
-        self.rolls = self.rolling is not None and (self.radial or self.planet_weight > 0.0)
-
-    def mesh_load(self, angle: Value, velocity: Value) -> Value:
-        """Return N, in N."""
-        if self.radial:
-            return abs(self.radial_balance(angle, velocity))
-        return abs(self.planet_weight * sin(angle))
-
-    def radial_balance(self, angle: Value, velocity: Value) -> Value:
-        """Return G_2 sin phi - m_2 L phi'^2, N."""
-        centripetal = self.planet_mass * self.length * velocity * velocity
-        return self.planet_weight * sin(angle) - centripetal
-
-
 SCENARIO = EpicyclicScenario
-
-
-def simulation(scenario: EpicyclicScenario) -> "Simulation":
-    """Return what simulates a scenario."""
-    from frictionsim.simulation.single_dof import (
-        SingleDofSimulation,  # numpy, which `check` does without
-    )
-
-    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Compose the equation of the crank from the effects that the scenario names."""
-    terms, geometry = _Terms(scenario), scenario.mechanism
+    terms, geometry = Terms(scenario), scenario.mechanism
     published = geometry.formulation == "published"
     applied_torque, stored = (
-        _published_equation(terms, scenario) if published else _equation(terms, scenario)
+        published_equation(terms, scenario) if published else equation(terms, scenario)
     )
-    contact = None if published else _contact(terms, scenario.law_of_contact.law_of_contact())
+    contact = None if published else contact_of(terms, scenario.law_of_contact.law_of_contact())
     power_flows: dict[str, Any] = {
         "energy_input": lambda torque, angle, velocity: torque * velocity
     }
     has_friction = terms.hinge is not None or terms.rolls
     if published and has_friction:
-        resistance = _published_resistance(terms)
+        resistance = published_resistance(terms)
         power_flows["energy_friction"] = lambda torque, angle, velocity: (
             resistance(angle) * velocity
         )
-    inertia = geometry.inertia
-    stored_energies = {
-        "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity
-    }
+    stored_energies = {"energy_kinetic": kinetic_energy(geometry.inertia)}
     if scenario.effects.gravity is not None:
         stored_energies["energy_potential"] = lambda angle, velocity: stored * sin(angle)
     prescribed = scenario.drive.speed is not None
@@ -334,17 +295,12 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     def channels(trajectory: Trajectory) -> dict[str, Value]:
         angle, velocity = trajectory.position, trajectory.velocity
         found = {
-            "angle": angle,
-            "angular_velocity": velocity,
-            "angular_acceleration": trajectory.acceleration,
             "drive_torque": trajectory.drive,
             "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
             found["normal_load"] = terms.mesh_load(angle, velocity)
-        if contact is not None:
-            found["friction_torque"], found["mode"] = trajectory.friction, trajectory.mode
-        elif has_friction:
+        if published and has_friction:
             found["friction_torque"] = -resistance(angle)
         if scenario.effects.tracer_point is not None:
             found["tracer_x"], found["tracer_y"] = tracer_position(
@@ -394,131 +350,26 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
 
     return Mechanism(
         drive=drive,
-        inertia=inertia,
+        inertia=geometry.inertia,
         applied_torque=applied_torque,
         contact=contact,
         power_flows=power_flows,
         stored_energies=stored_energies,
         channels=channels,
-        channel_info=CHANNELS,
         quantities=quantities,
         run_warnings=run_warnings,
-        effects=scenario.effect_names,
-        position=radians(geometry.initial_angle_deg),
-        velocity=drive(0.0) if prescribed else geometry.initial_angular_velocity,
-        switching_surfaces=() if published else _kinks(terms),
+        switching_surfaces=() if published else switching_surfaces(terms),
         prescribed=prescribed,
+        **set_up(scenario) | ({"velocity": drive(0.0)} if prescribed else {}),
     )
 
 
-def _equation(terms: _Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
-    """Return the moment of the consistent form, and the factor of sin phi in its potential."""
-    k = terms.gravity_moment
-    if scenario.effects.gravity is None:
-        return (lambda torque, angle, velocity: torque), 0.0
-    return (lambda torque, angle, velocity: torque - k * cos(angle)), k
-
-
-def _published_equation(terms: _Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
-    """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
-    resistance = _published_resistance(terms)
-    weight = terms.gravity_moment + terms.planet_weight * terms.length
-    if scenario.effects.gravity is None:
-        return (lambda torque, angle, velocity: torque - resistance(angle)), 0.0
-    return (
-        lambda torque, angle, velocity: torque - weight * cos(angle) - resistance(angle)
-    ), weight
-
-
-def _published_resistance(terms: _Terms) -> Any:
-    """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
-    couple = terms.kinetic_couple * terms.planet_speed_ratio
-    rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
-    if not terms.rolls:
-        return lambda angle: couple
-    if terms.hinge is None:
-        return lambda angle: rolling * sin(angle)
-    return lambda angle: couple + rolling * sin(angle)
-
-
-def _contact(terms: _Terms, law: dict[str, Any]) -> DryFriction | None:
-    """Return the friction of hinge and mesh, of those that the scenario names."""
-    static_hinge = terms.static_couple * terms.sun_planet_ratio
-    kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
-    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
-    scale = terms.gravity_moment + static_hinge + lever * weight
-
-    def roundoff(torque: Value, angle: Value) -> Value:
-        return ROUNDING * (abs(torque) + scale)
-
-    if not terms.rolls:
-        if terms.hinge is None:
-            return None
-        return DryFriction(
-            "hinge",
-            static_limit=lambda torque, angle: static_hinge,
-            kinetic_limit=lambda torque, angle, velocity, direction: kinetic_hinge,
-            roundoff=roundoff,
-            **law,
-        )
-    if terms.hinge is None:
-        return DryFriction(
-            "mesh",
-            static_limit=lambda torque, angle: lever * abs(weight * sin(angle)),
-            kinetic_limit=lambda torque, angle, velocity, direction: (
-                lever * terms.mesh_load(angle, velocity)
-            ),
-            roundoff=roundoff,
-            **law,
-        )
-    return DryFriction(
-        "hinge+mesh",
-        static_limit=lambda torque, angle: static_hinge + lever * abs(weight * sin(angle)),
-        kinetic_limit=lambda torque, angle, velocity, direction: (
-            kinetic_hinge + lever * terms.mesh_load(angle, velocity)
-        ),
-        roundoff=roundoff,
-        **law,
-    )
-
-
-def _kinks(terms: _Terms) -> tuple[SwitchingSurface, ...]:
-    """Return where the load of the rolling friction changes its sign under its absolute value."""
-    if not terms.rolls:
-        return ()
-    if terms.radial:
-        return (SwitchingSurface(terms.radial_balance),)
-    return (SwitchingSurface(every=pi),)
-
-
-def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
-    """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
-
-    At rest, speed = 0, it is that of a slow turn; with `radial` it depends on the speed.
-    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
-    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
-    b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
-
-    Parameters
-    ----------
-    scenario : Scene
-    speed : float, rad/s
-    """
-    terms = _Terms(scenario)
-    if scenario.mechanism.formulation == "published":
-        return terms.kinetic_couple * terms.planet_speed_ratio
-    a, b = terms.planet_weight, 0.0
-    if terms.radial:
-        b = terms.planet_mass * terms.length * speed * speed
-    load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    return (
-        terms.kinetic_couple * terms.sun_planet_ratio + terms.arm * load * terms.planet_speed_ratio
-    )
+simulation = simulation_of(build)
 
 
 def statics(scenario: EpicyclicScenario) -> Quantities:
     """Return the torques that just start the crank where it is, and those of uniform turning."""
-    terms, mechanism = _Terms(scenario), build(scenario)
+    terms, mechanism = Terms(scenario), build(scenario)
     angle = mechanism.position
     balance = -mechanism.applied_torque(0.0, angle, 0.0)
     limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0

@@ -24,21 +24,33 @@ References
 """
 
 from collections.abc import Mapping
-from math import cos as cosine
-from math import pi, radians, sqrt
+from math import pi
 from math import sin as sine
-from sys import float_info
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.marble_machine_statics import (
+    ROUNDING,
+    Mesh,
+    impending_motion_torques,
+    mesh_of,
+)
+from frictionsim.mechanisms.marble_machine_statics import statics as statics
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.results import SINGLE_DOF_METRICS, STICK, Channel, Metric, Quantities, Quantity
-from frictionsim.scenario.methods import SINGLE_DOF, Pairs
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.mechanisms.single_dof import (
+    SingleDofScenario,
+    base_channels,
+    kinetic_energy,
+    set_up,
+    simulation_of,
+    total,
+)
+from frictionsim.results import STICK, Channel, Quantities, Quantity
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.scenario.signals import Constant, Signal
@@ -50,33 +62,17 @@ from frictionsim.solvers.mechanism import (
     Value,
 )
 
-if TYPE_CHECKING:
-    from frictionsim.simulation.base import Simulation
-
-# The moment is a difference of products, and the limit a third: a few roundings of each.
-ROUNDING = 16 * float_info.epsilon
-GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
-
-CHANNELS = {
-    "angle": Channel("rad", "angle of the gear"),
-    "angular_velocity": Channel("rad/s", "angular velocity of the gear"),
-    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the gear"),
+CHANNELS = base_channels("gear") | {
     "motor_torque": Channel("N m", "torque on the pinion"),
     "load_torque": Channel("N m", "moment of the marbles on the gear"),
     "shaft_reaction": Channel("N", "reaction of the shaft of the gear"),
-    "friction_torque": Channel("N m", "torque of the dry friction on the gear"),
     "carried_marbles": Channel("1", "marbles on the gear"),
-    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
     "energy_input": Channel("J", "work of the torque on the pinion"),
     "energy_kinetic": Channel("J", "kinetic energy of gear, marbles and motor"),
     "energy_potential": Channel("J", "potential energy of the marbles, delivered ones included"),
-    "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
     "energy_damping": Channel("J", "heat of viscous damping"),
 }
 PANELS = ("motor_torque", "load_torque", "friction_torque", "angular_velocity", "angle")
-
-# What the cost of accuracy is judged by.
-METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class MarbleMachineParameters(Params):
@@ -165,10 +161,9 @@ class MarbleMachineEffects(Params):
     motor_inertia: MotorInertia | None = None
 
 
-class MarbleMachineScenario(Scenario):
+class MarbleMachineScenario(SingleDofScenario):
     """A scenario of kind `marble_machine`."""
 
-    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["marble_machine"]
@@ -204,36 +199,7 @@ class MarbleMachineScenario(Scenario):
         return found
 
 
-class _Mesh(NamedTuple):
-    """The tooth force on the gear per torque of the pinion, 1/m: sideways and down."""
-
-    c_z: float
-    c_y: float
-
-    def reaction(self, torque: Value, weight: float) -> Value:
-        """Return the reaction of the shaft, N."""
-        sideways, down = self.c_z * torque, weight + self.c_y * torque
-        return (sideways * sideways + down * down) ** 0.5
-
-
-def mesh_of(geometry: MarbleMachineParameters) -> _Mesh:
-    """Return the components of the tooth force per torque on the pinion."""
-    alpha = radians(geometry.pressure_angle_deg)
-    direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
-    force = 1.0 / (geometry.pinion_radius * cosine(alpha))
-    return _Mesh(force * cosine(direction), -force * sine(direction))
-
-
 SCENARIO = MarbleMachineScenario
-
-
-def simulation(scenario: MarbleMachineScenario) -> "Simulation":
-    """Return what simulates a scenario."""
-    from frictionsim.simulation.single_dof import (
-        SingleDofSimulation,  # numpy, which `check` does without
-    )
-
-    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: MarbleMachineScenario) -> Mechanism:
@@ -263,9 +229,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     power_flows = {
         "energy_input": lambda u, angle, velocity: k * pinion_torque(u, velocity) * velocity
     }
-    stored_energies = {
-        "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity
-    }
+    stored_energies = {"energy_kinetic": kinetic_energy(inertia)}
     if effects.gravity is not None:
         stored_energies["energy_potential"] = potential
     if effects.viscous_damping is not None:
@@ -295,17 +259,12 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         torque = pinion_torque(trajectory.drive, trajectory.velocity)
         through_mesh = torque - motor_inertia * k * trajectory.acceleration
         found = {
-            "angle": trajectory.position,
-            "angular_velocity": trajectory.velocity,
-            "angular_acceleration": trajectory.acceleration,
             "motor_torque": torque,
             "shaft_reaction": mesh.reaction(through_mesh, weight),
             "carried_marbles": n,
         }
         if effects.gravity is not None:
             found["load_torque"] = load(trajectory.position)
-        if contact is not None:
-            found["friction_torque"], found["mode"] = trajectory.friction, trajectory.mode
         return found
 
     def quantities(trajectory: Trajectory) -> Quantities:
@@ -334,14 +293,14 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         power_flows=power_flows,
         stored_energies=stored_energies,
         channels=channels,
-        channel_info=CHANNELS,
         quantities=quantities,
         run_warnings=run_warnings,
-        effects=scenario.effect_names,
-        position=radians(geometry.initial_angle_deg),
-        velocity=geometry.initial_angular_velocity,
         switching_surfaces=(SwitchingSurface(every=p, event="transfer"),),
+        **set_up(scenario),
     )
+
+
+simulation = simulation_of(build)
 
 
 def _run_warnings(
@@ -384,18 +343,16 @@ def _pinion_torque(scenario: MarbleMachineScenario) -> tuple[Signal, Any]:
 def _applied_torque(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
     """Return k T_p - M_L - b theta', of the terms that the scenario has."""
     k, effects = scenario.mechanism.gear_ratio, scenario.effects
-    if effects.viscous_damping is None:
-        if effects.gravity is None:
-            return lambda u, angle, velocity: k * pinion_torque(u, velocity)
-        return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle)
-    b = effects.viscous_damping.coefficient
-    if effects.gravity is None:
-        return lambda u, angle, velocity: k * pinion_torque(u, velocity) - b * velocity
-    return lambda u, angle, velocity: k * pinion_torque(u, velocity) - load(angle) - b * velocity
+    b = effects.viscous_damping.coefficient if effects.viscous_damping else 0.0
+    return total(
+        lambda u, angle, velocity: k * pinion_torque(u, velocity),
+        (lambda u, angle, velocity: -load(angle)) if effects.gravity else None,
+        (lambda u, angle, velocity: -b * velocity) if effects.viscous_damping else None,
+    )
 
 
 def _kinetic_limit(
-    r_k: float, mesh: _Mesh, weight: float, pinion_torque: Any, applied_torque: Any, share: float
+    r_k: float, mesh: Mesh, weight: float, pinion_torque: Any, applied_torque: Any, share: float
 ) -> Any:
     """Return the kinetic limit F = r_k R_shaft(T_m), a function of u, angle, velocity, direction.
 
@@ -421,104 +378,3 @@ def _kinetic_limit(
         return (b + (b * b + a * c) ** 0.5) / a
 
     return limit
-
-
-class Limits(NamedTuple):
-    """The pinion torques between which the gear rests, N m; None where no torque lifts."""
-
-    lift: float | None
-    hold: float
-
-
-def limit_torques(
-    k: float, radius: float, mesh: _Mesh, applied_torque: float, weight: float
-) -> Limits:
-    """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
-
-    (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
-
-    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which does not
-    cancel where the friction is small.
-
-    Parameters
-    ----------
-    k : float
-        Gear ratio.
-    radius : float, m
-        Friction radius.
-    mesh : _Mesh
-    moment : float, N m
-        M_L.
-    weight : float, N
-
-    Returns
-    -------
-    Limits
-        A `hold` below zero means that the shaft holds the load by itself.
-    """
-    c_2 = mesh.c_z**2 + mesh.c_y**2
-    a = k * k - radius**2 * c_2
-    if a <= 0.0:
-        return Limits(None, 0.0)
-    b = k * applied_torque + radius**2 * weight * mesh.c_y
-    inner = c_2 * applied_torque**2 + 2.0 * k * applied_torque * weight * mesh.c_y
-    inner += (k * weight) ** 2 - (radius * weight * mesh.c_z) ** 2
-    root = radius * sqrt(max(inner, 0.0))
-    return Limits((b + root) / a, (b - root) / a)
-
-
-def impending_motion_torques(scenario: MarbleMachineScenario) -> Quantities:
-    """Return the torques to lift and to hold: at a transfer, as in the paper, and at the worst.
-
-    At the transfer n + 1 marbles are on the gear, the first and the last without a moment. In
-    between there are n, and their moment is largest half a pitch further.
-    """
-    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
-    radius = journal.static_radius if journal else 0.0
-    g = scenario.effects.gravity.g if scenario.effects.gravity else 0.0
-    mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
-    lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    weights = [
-        (geometry.gear_mass + n * geometry.marble_mass) * g
-        for n in (geometry.carried + 1, geometry.carried)
-    ]
-    moments = [lift * cosine(half) / sine(half), lift / sine(half)]
-    at_transfer, between = (
-        limit_torques(geometry.gear_ratio, radius, mesh, applied_torque, weight)
-        for applied_torque, weight in zip(moments, weights, strict=True)
-    )
-    worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
-    held = max(at_transfer.hold, between.hold)
-    found = {
-        "torque_to_lift": Quantity(at_transfer.lift, "N m"),
-        "torque_to_hold": Quantity(at_transfer.hold, "N m"),
-        "torque_to_lift_worst": Quantity(worst.lift, "N m"),
-        "torque_to_hold_worst": Quantity(held, "N m"),
-        "self_locking": Quantity(float(held <= 0.0), "1"),
-    }
-    if at_transfer.lift is not None and worst.lift is not None:
-        grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
-        found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
-        motor = scenario.drive.motor
-        # A single marble has no moment at a transfer; what rounding leaves of it is no load.
-        if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
-            found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
-        if motor is not None and worst.lift > 0.0:
-            found["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
-    return found
-
-
-def statics(scenario: MarbleMachineScenario) -> Quantities:
-    """Solve eq 24 for the torque on the pinion, and show what it is made of."""
-    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
-    mesh, g = mesh_of(geometry), scenario.effects.gravity.g if scenario.effects.gravity else 0.0
-    half = 0.5 * geometry.pitch
-    lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    found = impending_motion_torques(scenario)
-    found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
-    found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
-    found["angle_of_the_worst"] = Quantity(half, "rad")
-    found["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
-    found["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
-    found["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
-    return found

@@ -14,51 +14,46 @@ References
 """
 
 from collections.abc import Mapping
-from math import radians, sqrt
+from math import sqrt
 from sys import float_info
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
-from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric, Quantities, Quantity
-from frictionsim.scenario.methods import SINGLE_DOF, Pairs
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.mechanisms.single_dof import (
+    SingleDofScenario,
+    base_channels,
+    kinetic_energy,
+    set_up,
+    simulation_of,
+)
+from frictionsim.results import Channel, Quantities, Quantity
 from frictionsim.scenario.schema import Params, unit_field
-from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_checks import extremes
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Value
-
-if TYPE_CHECKING:
-    from frictionsim.simulation.base import Simulation
 
 CONTACT_NAME = "shaft"
 
 # The moment is a difference of two products and the limit a third: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
 
-CHANNELS = {
+CHANNELS = base_channels("pulley") | {
     "angle": Channel("rad", "angle of the pulley, positive where the load rises"),
-    "angular_velocity": Channel("rad/s", "angular velocity of the pulley"),
-    "angular_acceleration": Channel("rad/s^2", "angular acceleration of the pulley"),
     "drive_force": Channel("N", "force on the cord"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
-    "friction_torque": Channel("N m", "torque of the dry friction on the pulley"),
-    "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
     "energy_input": Channel("J", "work of the force on the cord"),
     "energy_kinetic": Channel("J", "kinetic energy of the pulley"),
     "energy_potential": Channel("J", "potential energy of the load"),
-    "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
     "energy_damping": Channel("J", "heat of viscous damping"),
 }
 
 
 # What a plot shows, from top to bottom.
 PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
-
-# What the cost of accuracy is judged by.
-METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
 class PulleyParameters(Params):
@@ -89,10 +84,9 @@ class PulleyEffects(Params):
     viscous_damping: ViscousDamping | None = None
 
 
-class PulleyScenario(Scenario):
+class PulleyScenario(SingleDofScenario):
     """A scenario of kind `pulley`."""
 
-    PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["pulley"]
@@ -114,15 +108,6 @@ class PulleyScenario(Scenario):
 
 
 SCENARIO = PulleyScenario
-
-
-def simulation(scenario: PulleyScenario) -> "Simulation":
-    """Return what simulates a scenario."""
-    from frictionsim.simulation.single_dof import (
-        SingleDofSimulation,  # numpy, which `check` does without
-    )
-
-    return SingleDofSimulation(scenario, build(scenario))
 
 
 def build(scenario: PulleyScenario) -> Mechanism:
@@ -169,17 +154,8 @@ def build(scenario: PulleyScenario) -> Mechanism:
         )
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
-        found = {
-            "angle": trajectory.position,
-            "angular_velocity": trajectory.velocity,
-            "angular_acceleration": trajectory.acceleration,
-            "drive_force": trajectory.drive,
-            "shaft_reaction": reaction(trajectory.drive),
-        }
-        if contact is not None:
-            found["friction_torque"] = trajectory.friction
-            found["mode"] = trajectory.mode
-        return found
+        force = trajectory.drive
+        return {"drive_force": force, "shaft_reaction": reaction(force)}
 
     def quantities(trajectory: Trajectory) -> Quantities:
         return impending_motion_forces(scenario)
@@ -191,16 +167,16 @@ def build(scenario: PulleyScenario) -> Mechanism:
         contact=contact,
         power_flows=power_flows,
         stored_energies={
-            "energy_kinetic": lambda angle, velocity: 0.5 * inertia * velocity * velocity,
+            "energy_kinetic": kinetic_energy(inertia),
             "energy_potential": lambda angle, velocity: load * arm * angle,
         },
         channels=channels,
-        channel_info=CHANNELS,
         quantities=quantities,
-        effects=scenario.effect_names,
-        position=radians(scenario.mechanism.initial_angle_deg),
-        velocity=scenario.mechanism.initial_angular_velocity,
+        **set_up(scenario),
     )
+
+
+simulation = simulation_of(build)
 
 
 def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tuple[float, ...]:

@@ -72,7 +72,7 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
 
     Raises
     ------
-    ScenarioFaults
+    ValidationFailure
     """
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
@@ -136,15 +136,20 @@ def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
             yield path, value
 
 
-def resolved_toml(scenario: Scenario) -> str:
-    """Return the scenario as TOML with overrides, defaults and CSV signals filled in."""
-    import tomli_w
-
+def resolved_tables(scenario: Scenario) -> dict[str, Any]:
+    """Return the data of a scenario with overrides, defaults and CSV signals filled in."""
     tables = scenario.model_dump(by_alias=True, exclude_none=True)
     tables["output"] = {"interval": scenario.interval} | tables["output"]
     for section in ("solver", "output"):  # what is simulated comes before how
         tables[section] = tables.pop(section)
-    return tomli_w.dumps(tables)
+    return tables
+
+
+def resolved_toml(scenario: Scenario) -> str:
+    """Return the scenario as TOML with overrides, defaults and CSV signals filled in."""
+    import tomli_w
+
+    return tomli_w.dumps(resolved_tables(scenario))
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:

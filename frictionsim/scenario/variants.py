@@ -1,11 +1,10 @@
 """One scenario under other settings of its solver."""
 
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from frictionsim.scenario.loading import apply_override, resolved_toml, validate
+from frictionsim.scenario.loading import apply_override, resolved_tables, validate
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -57,7 +56,7 @@ class Setting(NamedTuple):
 
 def with_overrides(scenario: "Scenario", overrides: Iterable[str]) -> "Scenario":
     """Return a scenario with some of its keys set, `a.b=VALUE` each."""
-    data = tomllib.loads(resolved_toml(scenario))
+    data = resolved_tables(scenario)
     for override in overrides:
         apply_override(data, override)
     return validate(data, Path())  # signals of files are filled in already

@@ -167,10 +167,9 @@ class SingleDofSimulation:
     def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
         """Return the channels that may jump at events, on one side of each event."""
         trajectory = self._trajectory_of(rows, transitions)
-        channels = self._mechanism.channels(trajectory)
         return {
             name: np.broadcast_to(values, trajectory.time.shape)
-            for name, values in channels.items()
+            for name, values in _samples(self._mechanism, trajectory).items()
             if name not in OF_EVENTS
         }
 
@@ -184,10 +183,23 @@ def _size(mechanism: Mechanism, trajectory: Trajectory) -> float:
     return float(np.max(np.abs(applied_torque), initial=0.0)) + float(at_start)
 
 
+def _samples(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
+    """Return the channels that are not energies: those of any motion and the mechanism's own."""
+    found = {
+        "angle": trajectory.position,
+        "angular_velocity": trajectory.velocity,
+        "angular_acceleration": trajectory.acceleration,
+        **mechanism.channels(trajectory),
+    }
+    if mechanism.contact is not None:
+        found |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
+    return found
+
+
 def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
     """Return all channels by name."""
     channels = {
-        **mechanism.channels(trajectory),
+        **_samples(mechanism, trajectory),
         **trajectory.energy_integrals,
         **trajectory.stored_energies,
     }

@@ -16,7 +16,8 @@ from frictionsim.solvers.common import (
     row,
     subject_of,
 )
-from frictionsim.solvers.runge_kutta_fehlberg import State, Stepper
+from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.stepper import Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

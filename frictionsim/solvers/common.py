@@ -10,7 +10,8 @@ from frictionsim.errors import Chattering
 from frictionsim.results import Transition
 from frictionsim.scenario.methods import METHODS
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State, Stepper
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.stepper import Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -147,7 +147,8 @@ class Mechanism(NamedTuple):
     prescribed : bool
         The drive gives the velocity, and u is the torque that it takes: a summand of the moment.
     channels : callable
-        channels(series) returns the channels to record beside time and energies, by name.
+        channels(trajectory) returns the channels to record beside time, motion, dry friction and
+        energies, by name.
     channel_info : mapping of name to Channel
         For each of those names, and for the energies.
     quantities : callable

@@ -7,7 +7,6 @@ sums are in two loops: a compiler makes vectors of a loop over a few arrays, not
 
 from collections.abc import Callable, MutableSequence, Sequence
 from math import isfinite, ulp
-from typing import Protocol
 
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
 
@@ -154,32 +153,6 @@ def next_step_size(
     # A step that a limit cut short says little: keep the length that was planned.
     kept = planned if not rejected_here and h < planned else 0.0
     return min(max(length, kept), max_step)
-
-
-class Stepper(Protocol):
-    """What steps along smooth pieces: our own method, or one of SciPy's.
-
-    See `RungeKuttaFehlberg45` for what its methods and attributes are.
-    """
-
-    CHECKPOINT_FIELDS: tuple[str, ...]
-    t_old: float
-    t: float
-    y_old: State
-    y: State
-    steps: int
-    rejected: int
-    nfev: int
-
-    def start(self, rhs: Rhs, t: float, y: State) -> None: ...
-
-    def resume(self, rhs: Rhs) -> None: ...
-
-    def advance(self, limit: float, floor: float = 0.0) -> None: ...
-
-    def truncate(self, t: float) -> None: ...
-
-    def interpolate(self, t: float) -> State: ...
 
 
 class RungeKuttaFehlberg45:

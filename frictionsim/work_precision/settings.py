@@ -1,12 +1,11 @@
 """Settings to compare, and the ladders of them that mechanisms of one coordinate are given."""
 
-import tomllib
 from collections.abc import Iterable
 from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.scenario.loading import apply_override, resolved_toml, validate
+from frictionsim.scenario.loading import apply_override, resolved_tables, validate
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
 
@@ -43,7 +42,7 @@ class ScenarioVariants:
     """
 
     def __init__(self, scenario: "Scenario") -> None:
-        self._data: dict[str, Any] = tomllib.loads(resolved_toml(scenario))
+        self._data: dict[str, Any] = resolved_tables(scenario)
         for key in SET_BY_LADDERS:
             self._data["solver"].pop(key, None)
         for name, effect in scenario.friction_effects.items():

@@ -24,8 +24,8 @@ from frictionsim.scenario.schema import Params, unit_field
 class FoundationTable(Params):
     """`[effects.foundation]`: of each body, to the origin."""
 
-    stiffness: float = unit_field("N/m", "Of the spring.", gt=0)
-    damping: float = unit_field("N s/m", "Of the damper.", 0.0, ge=0)
+    stiffness: float = unit_field("N/m", "Stiffness of the foundation under each body.", gt=0)
+    damping: float = unit_field("N s/m", "Damping of the foundation under each body.", 0.0, ge=0)
 
 
 class Foundation(NamedTuple):

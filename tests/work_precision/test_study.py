@@ -259,9 +259,8 @@ def test_one_reference_of_two_is_enough_and_said(capsys: pytest.CaptureFixture[s
     from frictionsim.cli.study_table import print_study
 
     print_study(found)
-    assert "the second reference failed: how exact the first is, is not known" in (
-        capsys.readouterr().out
-    )
+    said = capsys.readouterr().out
+    assert "reference uncertainty: unknown, the second reference failed" in said
 
 
 def stop_after(calls: int) -> Callable[..., Any]:
@@ -304,15 +303,15 @@ def test_what_was_measured_before_a_signal_is_shown(
     ("options", "sentence"),
     [
         (["--backends", "event"], "--backends: unknown backend 'event' (did you mean 'events'?)"),
-        (["--tolerances", "1e-3,fast"], "--tolerances: expected numbers with commas between"),
+        (["--tolerances", "1e-3,fast"], "--tolerances: expected numbers separated by commas"),
         (["--tolerances", "1e-20"], "--tolerances: expected numbers from 1e-12 to 0.1, got"),
         (["--tolerances", "nan"], "--tolerances: expected numbers from 1e-12 to 0.1, got 'nan'"),
-        (["--max-wall", "0"], "--max-wall: expected seconds above 0, got 0"),
-        (["--max-wall", "nan"], "--max-wall: expected seconds above 0, got nan"),
+        (["--max-wall", "0"], "--max-wall: expected a number above 0 s, got 0"),
+        (["--max-wall", "nan"], "--max-wall: expected a number above 0 s, got nan"),
         (["--repeats", "0"], "Invalid value for '--repeats'"),
         (
             ["--plot", "a.bmp"],
-            "a.bmp: expected a picture name that ends in .png, .pdf or .svg; name one",
+            "a.bmp: expected a picture name that ends in .png, .pdf or .svg",
         ),
     ],
 )
@@ -347,7 +346,10 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
         *("solver.rtol=0.0001", "solver.atol=1e-07"),
     ]
     assert told["recommendations"][0]["backend"] == "events"
-    assert told["references"] == ["events, rtol 5e-10", "rkf45, rtol 1e-9"]
+    assert told["references"] == [
+        "events, set-valued, rtol 5e-10",
+        "rkf45, set-valued, rtol 1e-9",
+    ]
     errors = [s["error"] for s in told["settings"]]
     with (tmp_path / "a.csv").open() as file:
         lines = list(csv.DictReader(file))
@@ -360,7 +362,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
     assert (tmp_path / "a.png").stat().st_size < 200_000
     refused = cli("compare", "a.h5", "a.h5")
     assert refused.returncode == 2
-    assert "this is a table of `frictionsim cost`, not of a run" in refused.stderr
+    assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
 
 
 def test_the_table_has_a_line_for_each_setting_and_the_advice(

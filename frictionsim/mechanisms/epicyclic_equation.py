@@ -1,0 +1,137 @@
+"""The equation of an epicyclic gear, `consistent` or `published`, and the terms that it is of."""
+
+from math import asin, pi, sqrt
+from sys import float_info
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.single_dof import total
+from frictionsim.solvers.mechanism import DryFriction, SwitchingSurface, Value
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.epicyclic import EpicyclicScenario
+
+# The moment is a difference of torques, each a few roundings off.
+ROUNDING = 16 * float_info.epsilon
+
+
+class Terms:
+    """The constants of the equation, and the terms that the effects of a scenario have in it."""
+
+    def __init__(self, scenario: "EpicyclicScenario") -> None:
+        geometry, effects = scenario.mechanism, scenario.effects
+        self.length, self.planet_speed_ratio = geometry.length, geometry.planet_speed_ratio
+        self.sun_planet_ratio = geometry.sun_radius / geometry.planet_radius
+        g = effects.gravity.g if effects.gravity else 0.0
+        self.planet_mass, self.planet_weight = geometry.planet_mass, geometry.planet_mass * g
+        self.gravity_moment = (0.5 * geometry.crank_mass * g + self.planet_weight) * self.length
+        self.hinge, self.rolling = effects.hinge_friction, effects.rolling_friction
+        self.static_couple = self.hinge.torque_static if self.hinge else 0.0
+        self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
+        self.arm = self.rolling.arm if self.rolling else 0.0
+        self.radial = self.rolling is not None and self.rolling.normal_load == "radial"
+        # Without weight, and without the radial load of the motion, the mesh is not loaded.
+        self.rolls = self.rolling is not None and (self.radial or self.planet_weight > 0.0)
+
+    def mesh_load(self, angle: Value, velocity: Value) -> Value:
+        """Return N, in N."""
+        if self.radial:
+            return abs(self.radial_balance(angle, velocity))
+        return abs(self.planet_weight * sin(angle))
+
+    def radial_balance(self, angle: Value, velocity: Value) -> Value:
+        """Return G_2 sin phi - m_2 L phi'^2, N."""
+        centripetal = self.planet_mass * self.length * velocity * velocity
+        return self.planet_weight * sin(angle) - centripetal
+
+
+def equation(terms: Terms, scenario: "EpicyclicScenario") -> tuple[Any, float]:
+    """Return the moment of the consistent form, and the factor of sin phi in its potential."""
+    k = terms.gravity_moment if scenario.effects.gravity else 0.0
+    weight = (lambda torque, angle, velocity: -k * cos(angle)) if scenario.effects.gravity else None
+    return total(_drive_torque, weight), k
+
+
+def published_equation(terms: Terms, scenario: "EpicyclicScenario") -> tuple[Any, float]:
+    """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
+    resistance, gravity = published_resistance(terms), scenario.effects.gravity
+    k = terms.gravity_moment + terms.planet_weight * terms.length if gravity else 0.0
+    return total(
+        _drive_torque,
+        (lambda torque, angle, velocity: -k * cos(angle)) if gravity else None,
+        lambda torque, angle, velocity: -resistance(angle),
+    ), k
+
+
+def _drive_torque(torque: Value, angle: Value, velocity: Value) -> Value:
+    return torque
+
+
+def published_resistance(terms: Terms) -> Any:
+    """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
+    couple = terms.kinetic_couple * terms.planet_speed_ratio
+    rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
+    return total(
+        (lambda angle: couple) if terms.hinge or not terms.rolls else None,
+        (lambda angle: rolling * sin(angle)) if terms.rolls else None,
+    )
+
+
+def contact_of(terms: Terms, law: dict[str, Any]) -> DryFriction | None:
+    """Return the friction of hinge and mesh, of those that the scenario names."""
+    static_hinge = terms.static_couple * terms.sun_planet_ratio
+    kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
+    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
+    scale = terms.gravity_moment + static_hinge + lever * weight
+    parts = {"hinge": terms.hinge is not None, "mesh": terms.rolls}
+    if not any(parts.values()):
+        return None
+    return DryFriction(
+        "+".join(name for name, is_there in parts.items() if is_there),
+        static_limit=total(
+            (lambda torque, angle: static_hinge) if parts["hinge"] else None,
+            (lambda torque, angle: lever * abs(weight * sin(angle))) if parts["mesh"] else None,
+        ),
+        kinetic_limit=total(
+            (lambda torque, angle, velocity, direction: kinetic_hinge) if parts["hinge"] else None,
+            (lambda torque, angle, velocity, direction: lever * terms.mesh_load(angle, velocity))
+            if parts["mesh"]
+            else None,
+        ),
+        roundoff=lambda torque, angle: ROUNDING * (abs(torque) + scale),
+        **law,
+    )
+
+
+def switching_surfaces(terms: Terms) -> tuple[SwitchingSurface, ...]:
+    """Return where the load of the rolling friction changes its sign under its absolute value."""
+    if not terms.rolls:
+        return ()
+    if terms.radial:
+        return (SwitchingSurface(terms.radial_balance),)
+    return (SwitchingSurface(every=pi),)
+
+
+def uniform_torque_mean(scenario: "EpicyclicScenario", speed: float) -> float:
+    """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
+
+    At rest, speed = 0, it is that of a slow turn; with `radial` it depends on the speed.
+    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
+    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
+    b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
+
+    Parameters
+    ----------
+    scenario : Scene
+    speed : float, rad/s
+    """
+    terms = Terms(scenario)
+    if scenario.mechanism.formulation == "published":
+        return terms.kinetic_couple * terms.planet_speed_ratio
+    a, b = terms.planet_weight, 0.0
+    if terms.radial:
+        b = terms.planet_mass * terms.length * speed * speed
+    load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
+    return (
+        terms.kinetic_couple * terms.sun_planet_ratio + terms.arm * load * terms.planet_speed_ratio
+    )

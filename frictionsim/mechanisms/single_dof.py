@@ -1,0 +1,83 @@
+"""What the mechanisms of one coordinate share; each module adds its own parameters and physics."""
+
+from collections.abc import Callable
+from math import radians
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric
+from frictionsim.scenario.methods import SINGLE_DOF, Pairs
+from frictionsim.scenario.settings import Scenario
+from frictionsim.solvers.mechanism import Mechanism, Value
+
+if TYPE_CHECKING:
+    from frictionsim.simulation.base import Simulation
+
+# What the cost of accuracy is judged by.
+METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
+
+
+class SingleDofScenario(Scenario):
+    """A scenario of one coordinate; its `mechanism` has the initial angle and angular velocity."""
+
+    PAIRS: ClassVar[Pairs] = SINGLE_DOF
+
+
+def base_channels(body: str) -> dict[str, Channel]:
+    """Return the channels of any body that turns, and of its dry friction.
+
+    The simulation records them; a mechanism records its own, and says what it calls better.
+    """
+    return {
+        "angle": Channel("rad", f"angle of the {body}"),
+        "angular_velocity": Channel("rad/s", f"angular velocity of the {body}"),
+        "angular_acceleration": Channel("rad/s^2", f"angular acceleration of the {body}"),
+        "friction_torque": Channel("N m", f"torque of the dry friction on the {body}"),
+        "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
+        "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
+    }
+
+
+def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Simulation"]:
+    """Return the function `simulation` of a kind, from its `build`."""
+
+    def simulation(scenario: Scenario) -> "Simulation":
+        # numpy, which `check` does without
+        from frictionsim.simulation.single_dof import SingleDofSimulation
+
+        return SingleDofSimulation(scenario, build(scenario))
+
+    return simulation
+
+
+def set_up(scenario: Any) -> dict[str, Any]:
+    """Return what a `Mechanism` takes over from its scenario as it is: start, effects, channels."""
+    return {
+        "position": radians(scenario.mechanism.initial_angle_deg),
+        "velocity": scenario.mechanism.initial_angular_velocity,
+        "effects": scenario.effect_names,
+        "channel_info": scenario.CHANNELS,
+    }
+
+
+def kinetic_energy(inertia: float) -> Callable[[Value, Value], Value]:
+    """Return the kinetic energy of the coordinate, a function of angle and velocity, J."""
+    return lambda angle, velocity: 0.5 * inertia * velocity * velocity
+
+
+def total(*terms: Callable[..., Value] | None) -> Callable[..., Value]:
+    """Return the sum of functions of the same arguments, added from left to right.
+
+    The terms of effects that are off are None; the sum does not look at them again.
+    """
+    present = [term for term in terms if term is not None]
+    while len(present) > 1:  # three at a time: a sum of sums would be called twice as often
+        present = [_sum(*present[:3]), *present[3:]]
+    return present[0]
+
+
+def _sum(
+    one: Callable[..., Value], two: Callable[..., Value], three: Callable[..., Value] | None = None
+) -> Callable[..., Value]:
+    if three is None:
+        return lambda *arguments: one(*arguments) + two(*arguments)
+    return lambda *arguments: one(*arguments) + two(*arguments) + three(*arguments)
