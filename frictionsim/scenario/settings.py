@@ -153,7 +153,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction that are simulated, by name: those that have a law."""
         effects = getattr(self, "effects", ())
-        return {name: effect for name, effect in effects if hasattr(effect, "law")}
+        return {name: e for name, e in dict(effects).items() if hasattr(e, "law")}
 
     @property
     def law(self) -> str:
