@@ -112,5 +112,9 @@ def laws_of(pairs: Pairs) -> tuple[str, ...]:
 
 
 def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return what integrates a law by a method; without friction (law "") the first that does."""
-    return next(pair for (of, m), pair in pairs.items() if m == method and law in ("", of))
+    """Return what integrates a law by a method.
+
+    Without friction (law "") it is the first that does, with fixed steps if any has these.
+    """
+    found = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
+    return found[0]._replace(fixed_step=any(pair.fixed_step for pair in found))

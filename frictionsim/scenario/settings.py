@@ -184,7 +184,7 @@ class Scenario(Params):
             )
         if self.solver.step is not None and not self.pair.fixed_step:
             fixed = [
-                f"{method} with law '{of}'"
+                f"{method} with law '{of}'" if law else method
                 for (of, method), p in self.PAIRS.items()
                 if p.fixed_step
             ]

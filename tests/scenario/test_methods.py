@@ -161,3 +161,17 @@ def test_the_published_gear_has_no_law() -> None:
     with pytest.raises(ValidationFailure) as refused:
         validate(data, SCENARIOS)
     assert "has its friction in the equation; leave law out" in refused.value.faults[0][1]
+
+
+@pytest.mark.parametrize("backend", [m for m in METHODS if m != "moreau"])
+def test_without_friction_any_method_works(backend: str) -> None:
+    data = changed(pulley(solver__backend=backend), effects={}, solver__duration=0.5)
+    assert simulate(data).status == "done"
+
+
+def test_without_friction_steps_may_be_fixed() -> None:
+    data = changed(pulley(solver__backend="rkf45", solver__step=1e-3), effects={})
+    assert simulate(changed(data, solver__duration=0.5)).statistics.steps == 500
+    with pytest.raises(ValidationFailure) as refused:
+        validate(changed(data, solver__backend="events"), SCENARIOS)
+    assert refused.value.faults[0][1].endswith("take what has fixed steps: rkf45")
