@@ -5,7 +5,8 @@ A scenario names the law in its friction effect (`effects.<friction>.law`) and t
 Modules are given by name, so that only the one of the scenario is imported.
 
 A method for mechanisms of one coordinate is a module with make_solver(mechanism, settings,
-buffer), which returns a `Solver`; a method for belts is a module with a class `Stepping`.
+buffer), which returns a `Solver`; a method for belts is a module with a class
+`BeltStepper`.
 """
 
 from collections.abc import Mapping
@@ -83,7 +84,7 @@ _STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
 SINGLE_DOF: Pairs = {
     (SET_VALUED, "events"): Pair(_SOLVERS + "event_driven"),
     (SET_VALUED, "rkf45"): Pair(_SOLVERS + "set_valued"),
-    (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_pulley", fixed_step=True),
+    (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_law", fixed_step=True),
     (REGULARISED, "rkf45"): Pair(_SOLVERS + "regularised"),
     **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in SCIPY},
 }

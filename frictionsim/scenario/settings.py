@@ -26,6 +26,12 @@ class SolverSettings(Params):
         ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
     }
 
+    LAWS_ONCE_BACKENDS: ClassVar[Mapping[str, str]] = {
+        methods.PUBLISHED: methods.PUBLISHED,
+        methods.REGULARISED: methods.REGULARISED,
+    }
+    FRICTION_EFFECTS: ClassVar[str] = "shaft_friction, hinge_friction or rolling_friction"
+
     backend: str = Field("events", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
     # Below 1e-14, the error estimate consists of roundoff only.
@@ -48,11 +54,13 @@ class SolverSettings(Params):
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend in (methods.PUBLISHED, methods.REGULARISED):
+        if backend in cls.LAWS_ONCE_BACKENDS:
+            law = cls.LAWS_ONCE_BACKENDS[backend]
             raise inconsistent(
                 (),
-                f"'{backend}' is a friction law, not a method: give law = \"{backend}\" in the"
-                ' friction effect (effects.NAME.law), and backend = "rkf45"',
+                f"'{backend}' is a friction law, not a method: give law = \"{law}\" in the friction"
+                f' effect, and backend = "rkf45" (--set effects.NAME.law={law}'
+                f" --set solver.backend=rkf45, with NAME {cls.FRICTION_EFFECTS})",
             )
         if backend not in methods.METHODS:
             raise inconsistent((), unknown("backend", backend, list(methods.METHODS)))
@@ -159,23 +167,19 @@ class Scenario(Params):
     @model_validator(mode="after")
     def _law_and_method_go_together(self) -> Self:
         backend, law = self.solver.backend, self.law
-        able = methods.methods_of(self.PAIRS)
-        if backend not in able:
+        fit = methods.methods_of(self.PAIRS, law)
+        if backend not in methods.methods_of(self.PAIRS):
             article = "an" if self.kind[0] in "aeiou" else "a"
             raise inconsistent(
                 ("solver", "backend"),
                 f"'{backend}' does not support {article} {self.kind.replace('_', ' ')}; use one of:"
-                f" {', '.join(able)}",
+                f" {', '.join(fit)} (--set solver.backend={fit[0]})",
             )
-        fit = methods.methods_of(self.PAIRS, law)
         if backend not in fit:
-            laws = [of for of, method in self.PAIRS if method == backend]
-            name = next(iter(self.friction_effects))
             raise inconsistent(
                 ("solver", "backend"),
                 f"'{backend}' does not integrate the friction law '{law}'; use one of"
-                f" {', '.join(fit)} (--set solver.backend={fit[0]}), or law = '{laws[0]}'"
-                f" (--set effects.{name}.law={laws[0]})",
+                f" {', '.join(fit)} (--set solver.backend={fit[0]}){self._other_law(backend)}",
             )
         if self.solver.step is not None and not self.pair.fixed_step:
             fixed = [
@@ -189,6 +193,22 @@ class Scenario(Params):
                 f" use fixed steps: {', '.join(fixed)}",
             )
         return self
+
+    def _other_law(self, backend: str) -> str:
+        """Return the advice to change the law to one of the method; empty if impossible."""
+        law = next(of for of, method in self.PAIRS if method == backend)
+        effects = self.friction_effects
+        given = {
+            key
+            for effect in effects.values()
+            for key in effect.LAW_KEYS
+            if getattr(effect, key) is not None
+        }
+        if given - {"law"}:
+            return ""
+        named = [name for name, effect in effects.items() if effect.law] or [next(iter(effects))]
+        advice = " ".join(f"--set effects.{name}.law={law}" for name in named)
+        return f", or law = '{law}' ({advice})"
 
     @model_validator(mode="after")
     def _channels_exist(self) -> Self:

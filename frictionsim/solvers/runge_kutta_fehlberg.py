@@ -147,17 +147,7 @@ def clipped_step(h: float, left: float) -> float:
 def next_step_size(
     h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
 ) -> float:
-    """Return the length of the step after one of length h.
-
-    Parameters
-    ----------
-    h, planned, max_step : float, s
-        A limit may have cut the step that was planned.
-    error, error_old : float
-        Of this step and of the one before.
-    rejected_here : bool
-        This step was tried with another length first.
-    """
+    """Return the length of the step after one of length h, s, from its error and the one before."""
     growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
     length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
     # The error of a shortened step is not representative: keep the planned length.
@@ -319,7 +309,6 @@ class RungeKuttaFehlberg45:
         self.nfev += 5
 
     def _clip_step(self, left: float) -> float:
-        """Return the length of the next step, at most `left`, s."""
         if self._fixed_step:
             return left if self._h >= left * STEP_END_TOLERANCE else self._h
         return clipped_step(self._h, left)
@@ -336,9 +325,8 @@ class RungeKuttaFehlberg45:
     def _update_step_size(self, h: float, error: float, rejected_here: bool) -> None:
         """Set the length of the next step from the error of this one and of the one before."""
         error = max(error, MIN_ERROR_NORM)
-        self._h = next_step_size(
-            h, self._h, error, self._error_before, rejected_here, self._max_step
-        )
+        last, limit = self._error_before, self._max_step
+        self._h = next_step_size(h, self._h, error, last, rejected_here, limit)
         self._error_before = error
 
     def _select_initial_step(self) -> float:

@@ -80,9 +80,9 @@ def test_its_damper_brakes(adaptive: dict[str, Any]) -> None:
 def test_its_energy_is_in_the_channel(adaptive: dict[str, Any], fixed: dict[str, Any]) -> None:
     x, y = (np.array(adaptive["with"][key]) for key in "xy")
     own = 0.5 * STIFFNESS * np.sum(x**2 + y**2)
-    rest = adaptive["potential"] - own  # of springs and contacts, as without it but for the shift
-    assert 0.0 < rest < 5.0
-    assert own > 1.0
+    # What is left is of springs and contacts: T^2 L/(2 EA) = 2 J, and about as much in contacts.
+    assert 2.0 < adaptive["potential"] - own < 10.0
+    assert own > 100.0
     assert fixed["potential"] == pytest.approx(adaptive["potential"], rel=1e-12)
 
 

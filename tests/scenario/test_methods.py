@@ -1,5 +1,6 @@
 """Friction laws and methods: every pair runs or is refused, and old names are reported."""
 
+import re
 from itertools import product
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, load, validate
+from frictionsim.scenario.loading import ValidationFailure, apply_override, load, validate
 from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
@@ -58,6 +59,11 @@ def test_incompatible_law_and_method_are_refused_with_alternatives(
         assert "expected 'set-valued'" in told or "no such parameter" in told
     elif known:
         assert f"use one of {', '.join(able)} (--set solver.backend={able[0]})" in told
+        for advice in re.findall(r"\((--set [^)]+)\)", told):
+            fixed = changed(data)
+            for override in advice.removeprefix("--set ").split(" --set "):
+                apply_override(fixed, override)
+            validate(fixed, SCENARIOS)
     else:
         assert f"'{backend}' does not support" in told
 
