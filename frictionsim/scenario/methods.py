@@ -5,7 +5,8 @@ A scenario names the law in its friction effect (`effects.<friction>.law`) and t
 Modules are named, not imported: only the one that a scenario needs is loaded.
 
 A method for mechanisms of one coordinate is a module with make_solver(mechanism, settings,
-buffer), which returns a `Solver`; a method for belts is a module with a class `Stepping`.
+buffer), which returns a `Solver`; a method for belts is a module with a class
+`BeltStepper`.
 """
 
 from collections.abc import Mapping
@@ -83,7 +84,7 @@ _STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
 SINGLE_DOF: Pairs = {
     (SET_VALUED, "events"): Pair(_SOLVERS + "event_driven"),
     (SET_VALUED, "rkf45"): Pair(_SOLVERS + "set_valued"),
-    (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_pulley", fixed_step=True),
+    (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_law", fixed_step=True),
     (REGULARISED, "rkf45"): Pair(_SOLVERS + "regularised"),
     **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in SCIPY},
 }
@@ -111,5 +112,9 @@ def laws_of(pairs: Pairs) -> tuple[str, ...]:
 
 
 def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return what integrates a law by a method; without friction (law "") the first that does."""
-    return next(pair for (of, m), pair in pairs.items() if m == method and law in ("", of))
+    """Return what integrates a law by a method.
+
+    Without friction (law "") it is the first that does, with fixed steps if any has these.
+    """
+    found = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
+    return found[0]._replace(fixed_step=any(pair.fixed_step for pair in found))

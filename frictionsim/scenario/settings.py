@@ -1,4 +1,4 @@
-"""What every table of a scenario has in common: strict, frozen, finite, with units."""
+"""What every kind of scenario has: `[solver]`, `[output]`, its law and method, its checks."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
@@ -26,6 +26,12 @@ class SolverSettings(Params):
         ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
     }
 
+    LAWS_ONCE_BACKENDS: ClassVar[Mapping[str, str]] = {
+        methods.PUBLISHED: methods.PUBLISHED,
+        methods.REGULARISED: methods.REGULARISED,
+    }
+    FRICTION_EFFECTS: ClassVar[str] = "shaft_friction, hinge_friction or rolling_friction"
+
     backend: str = Field("events", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
     # Below 1e-14 the rounding of double precision is all that an error estimate sees.
@@ -48,11 +54,13 @@ class SolverSettings(Params):
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend in (methods.PUBLISHED, methods.REGULARISED):
+        if backend in cls.LAWS_ONCE_BACKENDS:
+            law = cls.LAWS_ONCE_BACKENDS[backend]
             raise inconsistent(
                 (),
-                f"'{backend}' is a friction law, not a method: give law = \"{backend}\" in the"
-                ' friction effect (effects.NAME.law), and backend = "rkf45"',
+                f"'{backend}' is a friction law, not a method: give law = \"{law}\" in the friction"
+                f' effect, and backend = "rkf45" (--set effects.NAME.law={law}'
+                f" --set solver.backend=rkf45, with NAME {cls.FRICTION_EFFECTS})",
             )
         if backend not in methods.METHODS:
             raise inconsistent((), unknown("backend", backend, list(methods.METHODS)))
@@ -145,7 +153,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction that are simulated, by name: those that have a law."""
         effects = getattr(self, "effects", ())
-        return {name: effect for name, effect in effects if hasattr(effect, "law")}
+        return {name: e for name, e in dict(effects).items() if hasattr(e, "law")}
 
     @property
     def law(self) -> str:
@@ -160,27 +168,23 @@ class Scenario(Params):
     @model_validator(mode="after")
     def _law_and_method_go_together(self) -> Self:
         backend, law = self.solver.backend, self.law
-        able = methods.methods_of(self.PAIRS)
-        if backend not in able:
+        fit = methods.methods_of(self.PAIRS, law)
+        if backend not in methods.methods_of(self.PAIRS):
             article = "an" if self.kind[0] in "aeiou" else "a"
             raise inconsistent(
                 ("solver", "backend"),
                 f"'{backend}' cannot do {article} {self.kind.replace('_', ' ')}; these can:"
-                f" {', '.join(able)}",
+                f" {', '.join(fit)} (--set solver.backend={fit[0]})",
             )
-        fit = methods.methods_of(self.PAIRS, law)
         if backend not in fit:
-            laws = [of for of, method in self.PAIRS if method == backend]
-            name = next(iter(self.friction_effects))
             raise inconsistent(
                 ("solver", "backend"),
                 f"'{backend}' does not integrate the friction law '{law}'; take one of"
-                f" {', '.join(fit)} (--set solver.backend={fit[0]}), or law = '{laws[0]}'"
-                f" (--set effects.{name}.law={laws[0]})",
+                f" {', '.join(fit)} (--set solver.backend={fit[0]}){self._other_law(backend)}",
             )
         if self.solver.step is not None and not self.pair.fixed_step:
             fixed = [
-                f"{method} with law '{of}'"
+                f"{method} with law '{of}'" if law else method
                 for (of, method), p in self.PAIRS.items()
                 if p.fixed_step
             ]
@@ -190,6 +194,22 @@ class Scenario(Params):
                 f" or take what has fixed steps: {', '.join(fixed)}",
             )
         return self
+
+    def _other_law(self, backend: str) -> str:
+        """Return the advice to take a law that a method integrates; none if it takes more keys."""
+        law = next(of for of, method in self.PAIRS if method == backend)
+        effects = self.friction_effects
+        given = {
+            key
+            for effect in effects.values()
+            for key in effect.LAW_KEYS
+            if getattr(effect, key) is not None
+        }
+        if given - {"law"}:
+            return ""
+        named = [name for name, effect in effects.items() if effect.law] or [next(iter(effects))]
+        advice = " ".join(f"--set effects.{name}.law={law}" for name in named)
+        return f", or law = '{law}' ({advice})"
 
     @model_validator(mode="after")
     def _channels_exist(self) -> Self:

@@ -196,8 +196,7 @@ def test_a_signal_ends_a_compilation_at_once(
         out, said = process.communicate()
     assert process.returncode == 128 + number
     assert said == (
-        f"frictionsim: interrupted by {number.name} while compiling kernels;"
-        " nothing was written\n"
+        f"frictionsim: interrupted by {number.name} while compiling kernels; nothing was written\n"
     )
     assert out == ""
     assert (tmp_path / "a.h5").read_bytes() == OLD

@@ -1,5 +1,6 @@
 """Friction laws and integration methods: every pair is run or refused, and old names are told."""
 
+import re
 from itertools import product
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, load, validate
+from frictionsim.scenario.loading import ValidationFailure, apply_override, load, validate
 from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
@@ -58,6 +59,11 @@ def test_a_law_and_a_method_go_together_or_the_error_lists_what_does(
         assert "expected 'set-valued'" in told or "no such parameter" in told
     elif known:
         assert f"take one of {', '.join(able)} (--set solver.backend={able[0]})" in told
+        for advice in re.findall(r"\((--set [^)]+)\)", told):
+            fixed = changed(data)
+            for override in advice.removeprefix("--set ").split(" --set "):
+                apply_override(fixed, override)
+            validate(fixed, SCENARIOS)
     else:
         assert f"'{backend}' cannot do" in told
 
@@ -155,3 +161,17 @@ def test_the_published_gear_has_no_law() -> None:
     with pytest.raises(ValidationFailure) as refused:
         validate(data, SCENARIOS)
     assert "has its friction in the equation; leave law out" in refused.value.faults[0][1]
+
+
+@pytest.mark.parametrize("backend", [m for m in METHODS if m != "moreau"])
+def test_without_friction_any_method_works(backend: str) -> None:
+    data = changed(pulley(solver__backend=backend), effects={}, solver__duration=0.5)
+    assert simulate(data).status == "done"
+
+
+def test_without_friction_steps_may_be_fixed() -> None:
+    data = changed(pulley(solver__backend="rkf45", solver__step=1e-3), effects={})
+    assert simulate(changed(data, solver__duration=0.5)).statistics.steps == 500
+    with pytest.raises(ValidationFailure) as refused:
+        validate(changed(data, solver__backend="events"), SCENARIOS)
+    assert refused.value.faults[0][1].endswith("take what has fixed steps: rkf45")

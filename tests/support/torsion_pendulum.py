@@ -34,18 +34,18 @@ PANELS = ("drive_torque", "spring_torque", "angle")
 
 
 class Parameters(Params):
-    inertia: float = unit_field("kg m^2", gt=0)
-    initial_angle_deg: float = unit_field("deg", 0.0)
-    initial_angular_velocity: float = unit_field("rad/s", 0.0)
+    inertia: float = unit_field("kg m^2", "Moment of inertia.", gt=0)
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
 
 class Drive(Params):
-    torque: TimeSignal = unit_field("N m")
+    torque: TimeSignal = unit_field("N m", "Torque on the body.")
 
 
 class HubFriction(FrictionLaw):
-    torque_static: float = unit_field("N m", ge=0)
-    torque_kinetic: float = unit_field("N m", ge=0)
+    torque_static: float = unit_field("N m", "Static limit.", ge=0)
+    torque_kinetic: float = unit_field("N m", "Kinetic limit.", ge=0)
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
@@ -54,7 +54,7 @@ class HubFriction(FrictionLaw):
 
 
 class Wire(Params):
-    stiffness: float = unit_field("N m/rad", gt=0)
+    stiffness: float = unit_field("N m/rad", "Torsional stiffness of the wire.", gt=0)
 
 
 class Effects(Params):

@@ -1,5 +1,6 @@
 """The scenario of a belt drive: what its tables hold, and what does not go together in them."""
 
+from collections.abc import Mapping
 from math import ceil, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -16,7 +17,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     belt_path,
 )
 from frictionsim.results import Channel
-from frictionsim.scenario.methods import BELT, Pairs
+from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
@@ -207,6 +208,9 @@ class BeltSolverSettings(SolverSettings):
     contact, m, whichever is less, and over the length of a body, rad; the velocity with which
     either would swing, m/s, over the length of a body and over the smallest radius, rad/s.
     """
+
+    LAWS_ONCE_BACKENDS: ClassVar[Mapping[str, str]] = {PUBLISHED: CREEP, REGULARISED: REGULARISED}
+    FRICTION_EFFECTS: ClassVar[str] = "belt_friction"
 
     backend: str = Field("rkf45", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 1.0, gt=0)

@@ -77,6 +77,9 @@ MAX_RELAXATION_TIME = 1e-5
 # --- the scenario ---------------------------------------------------------------------------------
 
 
+UNITS = {"transition_speed": "m/s", "maximum_creep": "m"}
+
+
 class CoefficientsTable(Params):
     """Friction of one pulley, or of a part of the belt."""
 
@@ -114,7 +117,11 @@ class BeltFrictionTable(CoefficientsTable):
         for key, needed in needs.items():
             given = getattr(self, key) is not None
             if needed and not given:
-                raise inconsistent((key,), f"missing; law = '{self.law}' needs it")
+                raise inconsistent(
+                    (key,),
+                    f"missing; law = '{self.law}' needs it, in {UNITS[key]}"
+                    f" (--set effects.belt_friction.{key}=VALUE)",
+                )
             if given and not needed:
                 raise inconsistent(
                     (key,), f"law = '{self.law}' has no such parameter; leave it out"

@@ -13,7 +13,7 @@ import pytest
 from frictionsim.mechanisms.pulley import build
 from frictionsim.scenario.loading import validate
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.published_pulley import make_solver, switch
+from frictionsim.solvers.published_law import make_solver, switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
 from tests.support.scenarios import SCENARIOS, pulley, with_method
 
