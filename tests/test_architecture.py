@@ -10,6 +10,8 @@ import pytest
 import frictionsim
 from tests.support.scenarios import ROOT
 
+pytestmark = pytest.mark.quick
+
 PACKAGE = ROOT / "frictionsim"
 FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}

@@ -9,6 +9,8 @@ import pytest
 
 from tests.support.scenarios import ROOT
 
+pytestmark = pytest.mark.quick
+
 # Retired identifiers, as regular expressions of whole names, and what to use instead.
 NAMES = {
     r"_?(MOST|LARGEST|LONGEST|DEEPEST)_\w+": "MAX_...",

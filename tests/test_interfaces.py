@@ -17,6 +17,8 @@ from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
+pytestmark = pytest.mark.quick
+
 DURATION = 3.0
 
 

@@ -20,6 +20,8 @@ from frictionsim.scenario.loading import load, resolved_toml
 from frictionsim.simulation.simulate import RunResult
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
+pytestmark = pytest.mark.quick
+
 CHANNELS = ["angle", "angular_velocity", "angular_acceleration", "drive_force"]
 CHANNELS += ["friction_torque", "shaft_reaction", "mode"]
 ENERGIES = ["input", "kinetic", "potential", "friction", "damping"]

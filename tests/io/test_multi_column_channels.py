@@ -21,6 +21,8 @@ from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import RunResult, SolverStatistics
 from tests.support.scenarios import SCENARIOS, pulley
 
+pytestmark = pytest.mark.quick
+
 SAMPLES, BODIES = 3000, 40
 CHANNELS = {
     "belt_speed": Channel("m/s", "speed of the belt"),

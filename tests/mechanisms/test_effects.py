@@ -5,6 +5,8 @@ import pytest
 
 from tests.support.scenarios import mechanism_of, pulley, simulate, with_method
 
+pytestmark = pytest.mark.quick
+
 BARE = {
     "angle",
     "angular_velocity",

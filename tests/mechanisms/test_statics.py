@@ -10,6 +10,8 @@ from frictionsim.scenario.loading import validate
 from tests.support.problems import CORD_RADIUS, LOAD, MU_S, SHAFT_RADIUS
 from tests.support.scenarios import SCENARIOS, pulley
 
+pytestmark = pytest.mark.quick
+
 # The closed form evaluated with 30 digits; double precision gives it to a few roundings.
 EXACT = {
     "friction_radius_static": 4.981349832509874e-3,

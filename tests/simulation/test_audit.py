@@ -16,6 +16,8 @@ from frictionsim.solvers.mechanism import DryFriction, Trajectory
 from tests.support.problems import RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
+pytestmark = pytest.mark.quick
+
 DATA = pulley(drive__force=RETURN_FORCE, solver__duration=12.0)
 SCENARIO = validate(DATA, SCENARIOS)
 

@@ -16,6 +16,8 @@ from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State, stages
 from tests.support.scenarios import SCENARIOS
 
+pytestmark = pytest.mark.quick
+
 
 def oscillator(t: float, y: State, dy: State) -> None:
     """x'' = -x: x = sin t, v = cos t from (0, 1)."""
