@@ -81,7 +81,7 @@ def test_rooms_import_in_one_direction() -> None:
     assert len(arrows()) <= 69
 
 
-def test_a_circle_is_found() -> None:
+def test_import_cycles_are_detected() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
 
 

@@ -56,7 +56,7 @@ EVENT = "half turn"
 )
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_steps_end_on_the_kinks_of_a_mechanism(
+def test_steps_end_on_switching_surfaces(
     backend: str, friction: float, surface: SwitchingSurface
 ) -> None:
     buffer = SampleBuffer(SampleTimes(DURATION, DURATION))
@@ -78,7 +78,7 @@ def test_steps_end_on_the_kinks_of_a_mechanism(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_kind_has_what_the_registry_says(kind: str) -> None:
+def test_each_kind_provides_the_required_names(kind: str) -> None:
     module = mechanism_module(kind)
     laws, names = zip(*module.SCENARIO.PAIRS, strict=True)
     assert set(laws) <= methods.LAWS.keys()
@@ -93,23 +93,24 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().err
 
 
-def test_a_backend_of_other_kinds_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_backends_of_other_kinds_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     sentence = (
-        "'moreau' cannot do a pulley; these can: events, rkf45 (--set solver.backend=events)\n"
+        "'moreau' does not support a pulley; use one of: events, rkf45"
+        " (--set solver.backend=events)\n"
     )
-    said = complaint(capsys, "--set", "solver.backend=moreau")
-    assert said == f"frictionsim: --set: solver.backend: {sentence}"
+    captured = complaint(capsys, "--set", "solver.backend=moreau")
+    assert captured == f"frictionsim: --set: solver.backend: {sentence}"
     pulley = str(SCENARIOS / "pulley.toml")
     assert run_command_line(["solve", pulley, "--backend", "moreau"]) == 2
     assert capsys.readouterr().err == f"frictionsim: --backend: solver.backend: {sentence}"
-    said = complaint(capsys, "--set", "solver.backend=moraeu")
-    assert said.endswith("unknown backend 'moraeu' (did you mean 'moreau'?)\n")
+    captured = complaint(capsys, "--set", "solver.backend=moraeu")
+    assert captured.endswith("unknown backend 'moraeu' (did you mean 'moreau'?)\n")
     # Of the methods with fixed steps only those are named that can do a pulley.
-    said = complaint(capsys, "--set", "solver.step=0.1")
-    assert said.endswith("or take what has fixed steps: rkf45 with law 'published'\n")
+    captured = complaint(capsys, "--set", "solver.step=0.1")
+    assert captured.endswith("use fixed steps: rkf45 with law 'published'\n")
 
 
-def test_channels_of_the_output_are_the_only_channels(tmp_path: Path) -> None:
+def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
     whole = simulate(pulley())
     some = simulate(pulley(output__channels=["mode", "angle"]))
     none = simulate(pulley(output__channels=[]))
@@ -127,7 +128,7 @@ def test_channels_of_the_output_are_the_only_channels(tmp_path: Path) -> None:
     assert "channels = []" in found.attributes["scenario"]
 
 
-def test_a_channel_of_an_absent_effect_is_left_out_with_a_remark(
+def test_warns_of_a_channel_of_an_absent_effect(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = tmp_path / "s.toml"

@@ -65,7 +65,7 @@ def study_scenario(scenario: "Scenario", options: Options) -> Study:
         for setting in _ladders(kind, scenario, tolerances)
         if setting.backend in methods and (not setting.law or setting.law in laws)
     ]
-    rtol = min(tolerances) * ladder.TIGHTER
+    rtol = min(tolerances) * ladder.REFERENCE_REFINEMENT
     with (
         monitor_run(scenario.solver.duration, with_progress=False, max_wall=None) as on_step,
         _StatusLine() as show,

@@ -1,20 +1,20 @@
 """The kinds of mechanism, by the name that a scenario gives as `kind`.
 
-Each module holds one mechanism whole - parameters, effects, equations, statics, outputs - as
+Each module holds one mechanism: parameters, effects, equations, statics and outputs, as
 
-    SCENARIO              the model of its scenario files, with the PAIRS of friction law and method
-                          that can do it and the CHANNELS that it may have
+    SCENARIO              the model of its scenario files, with the supported PAIRS of friction
+                          law and method, and its CHANNELS
     simulation(scenario)  the `Simulation` of a scenario
-    statics(scenario)     its quantities of impending motion
-    PANELS                the channels that a plot of it shows
-    METRICS               what the cost of accuracy is judged by
+    statics(scenario)     the quantities of impending motion
+    PANELS                the channels of its default plot
+    METRICS               the error metrics of a work-precision study
 
-and, where the defaults of `frictionsim.work_precision` do not fit, ladders(scenario, tolerances),
-references(scenario, rtol) and tighter(scenario): settings to compare, settings to judge by, and the
-setting that `solve --estimate-error` compares with.
+and, to replace the defaults of `frictionsim.work_precision`, ladders(scenario, tolerances),
+references(scenario, rtol) and tighter(scenario): the settings of a study, its references, and the
+more accurate setting of `solve --estimate-error`.
 
-A mechanism of one coordinate has its equations in build(scenario), composed of the effects that the
-scenario names, and takes what it shares with others from `single_dof`: the base of its scenario,
-the channels of any body that turns, METRICS, and `simulation`. A new one is a module of this
-package and a line in `frictionsim.scenario.kinds`.
+A mechanism of one coordinate composes its equations from the effects of the scenario in
+build(scenario). `single_dof` has the parts that all of them share: the base of the scenario, the
+common channels, METRICS and `simulation`. A new mechanism is a module of this package and a line
+in `frictionsim.scenario.kinds`.
 """

@@ -1,12 +1,12 @@
-"""Effects that several kinds of mechanism can have, dry friction apart."""
+"""Effects of several kinds of mechanism, except dry friction."""
 
 from frictionsim.scenario.schema import Params, unit_field
 
-RENAMED_AIR_DRAG = "the effect is called viscous_damping now: write [effects.viscous_damping]"
+RENAMED_AIR_DRAG = "renamed to viscous_damping: write [effects.viscous_damping]"
 
 
 class Gravity(Params):
-    """Weight of all that has a mass."""
+    """Weight of all masses."""
 
     g: float = unit_field("m/s^2", "Acceleration of gravity.", 9.81, ge=0)
 

@@ -1,25 +1,24 @@
 """An epicyclic gear: a crank carries a planet that rolls on a fixed sun.
 
-phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the turns
-of the planet for each of the crank, G the weights. Formulation `consistent` (Lagrange and
-Newton-Euler agree on it):
+phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the
+rotations of the planet per turn of the crank, G the weights. Formulation `consistent` (derived by
+both Lagrange and Newton-Euler):
 
     J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
     sliding    T = -s (M_A r1/r2 + f N lambda)
     sticking   T holds while |T| <= M_As r1/r2 + f |G_2 sin phi| lambda
     N = |G_2 sin phi| (`weight`) or |G_2 sin phi - m_2 L phi'^2| (`radial`)
 
-M_A is the couple of the hinge, which planet and crank feel against each other: it works on
-their relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. How crank and
-mesh share the radial load of the planet is not determined; `normal_load` states which share is
-taken.
+M_A is the friction couple of the hinge between planet and crank; its power is that of their
+relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. The distribution of the
+planet's radial load between crank and mesh is indeterminate; `normal_load` states an assumption.
 
-Formulation `published` is eq 26 of [1]_ as it is printed, for all directions of motion:
+Formulation `published` is eq 26 of [1]_ as published, for all directions of motion:
 
     J phi'' = M_O - (G_OA/2 + 2 G_2) L cos phi - M_A lambda - f G_2 sin phi lambda
 
-It counts the weight of the planet twice, has the couple of the hinge act against the ground,
-and its friction drives where phi' < 0 or sin phi < 0; it cannot stick.
+It counts the weight of the planet twice, applies the couple of the hinge against the ground, and
+its friction has positive power where phi' < 0 or sin phi < 0; it cannot stick.
 
 References
 ----------
@@ -69,7 +68,7 @@ from frictionsim.solvers.mechanism import (
     Value,
 )
 
-# The moment is a difference of torques, each a few roundings off.
+# The applied torque is a sum of torques: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
 
 CHANNELS = base_channels("crank") | {
@@ -106,7 +105,7 @@ class EpicyclicParameters(Params):
     def _something_is_heavy(self) -> Self:
         if self.crank_mass + self.planet_mass <= 0.0:
             raise inconsistent(
-                ("crank_mass",), "crank and planet have no mass at all; give one of them"
+                ("crank_mass",), "crank and planet have no mass; give at least one of them a mass"
             )
         return self
 
@@ -117,7 +116,7 @@ class EpicyclicParameters(Params):
 
     @property
     def planet_speed_ratio(self) -> float:
-        """lambda: turns of the planet for each of the crank."""
+        """lambda: rotations of the planet per turn of the crank."""
         return self.length / self.planet_radius
 
     @property
@@ -127,7 +126,7 @@ class EpicyclicParameters(Params):
 
 
 class EpicyclicDrive(Params):
-    """`[drive]`: a torque on the crank, or the speed that it is turned with."""
+    """`[drive]`: a torque on the crank, or its prescribed speed."""
 
     torque: TimeSignal | None = unit_field("N m", "Torque on the crank; give this or speed.", None)
     speed: TimeSignal | None = unit_field(
@@ -144,7 +143,7 @@ class EpicyclicDrive(Params):
 
 
 class SharedFrictionLaw(FrictionLaw):
-    """The law of the one contact that hinge and rolling friction load; one of them may name it."""
+    """The friction law of the contact that hinge and rolling friction share."""
 
     law: Literal["set-valued", "regularised", "published"] | None = Field(  # type: ignore[assignment]
         None, description="Friction law of the contact; set-valued if neither effect names one."
@@ -152,7 +151,7 @@ class SharedFrictionLaw(FrictionLaw):
 
     @model_validator(mode="after")
     def _law_has_its_parameters(self) -> Self:
-        return self  # the other effect may name the law
+        return self  # checked with the other effect, which may name the law
 
 
 class HingeFriction(SharedFrictionLaw):
@@ -202,7 +201,7 @@ class EpicyclicScenario(SingleDofScenario):
 
     @property
     def law_of_contact(self) -> FrictionLaw:
-        """The law that hinge and rolling friction share, and its transition speed."""
+        """The common law of hinge and rolling friction, with its transition speed."""
         named: dict[str, Any] = {}
         for effect in self.friction_effects.values():
             named |= effect.model_dump(include=set(FrictionLaw.LAW_KEYS), exclude_none=True)
@@ -210,9 +209,9 @@ class EpicyclicScenario(SingleDofScenario):
 
     @property
     def law(self) -> str:
-        """The friction law that is integrated; none where the equation or the speed is given."""
-        given = self.mechanism.formulation == "published" or self.drive.speed is not None
-        return "" if given or not self.friction_effects else self.law_of_contact.law
+        """The friction law; empty for the published equation, a prescribed speed, no friction."""
+        without = self.mechanism.formulation == "published" or self.drive.speed is not None
+        return "" if without or not self.friction_effects else self.law_of_contact.law
 
     @model_validator(mode="after")
     def _effects_share_a_law(self) -> Self:
@@ -223,24 +222,24 @@ class EpicyclicScenario(SingleDofScenario):
                 if getattr(effect, key) is not None
             }
             if len(set(named.values())) > 1:
-                told = " and ".join(f"{name} {value!r}" for name, value in named.items())
+                values = " and ".join(f"{name} {value!r}" for name, value in named.items())
                 raise inconsistent(
                     ("effects", "rolling_friction", key),
-                    f"hinge and rolling friction load one contact and share its law: {told}; name"
+                    f"hinge and rolling friction share one contact and its law, got {values}; give"
                     " it in one of them, or the same in both",
                 )
         for name, effect in self.friction_effects.items():
             if effect.law and self.mechanism.formulation == "published":
                 raise inconsistent(
                     ("effects", name, "law"),
-                    "formulation 'published' has its friction in the equation; leave law out",
+                    "formulation 'published' has its friction in the equation; remove law",
                 )
             laws = [e.law for e in self.friction_effects.values() if e.law]
             if effect.transition_speed is not None and REGULARISED not in laws:
                 raise inconsistent(
                     ("effects", name, "transition_speed"),
-                    f"law = '{(laws or [SET_VALUED])[0]}' does not smooth friction; leave"
-                    f" transition_speed out, or give law = '{REGULARISED}'",
+                    f"law = '{(laws or [SET_VALUED])[0]}' has no transition speed; remove"
+                    f" transition_speed, or use law = '{REGULARISED}'",
                 )
         return self
 
@@ -251,13 +250,12 @@ class EpicyclicScenario(SingleDofScenario):
         if published and rolling is not None and rolling.normal_load == "radial":
             raise inconsistent(
                 ("effects", "rolling_friction", "normal_load"),
-                "eq 26 as published knows the weight alone; take 'weight', or formulation"
-                " 'consistent'",
+                "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
             )
         if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
             raise inconsistent(
                 ("mechanism", "initial_angular_velocity"),
-                "the speed of the drive gives it; leave it out",
+                "the drive prescribes the speed; remove this key",
             )
         return self
 
@@ -266,7 +264,7 @@ SCENARIO = EpicyclicScenario
 
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
-    """Compose the equation of the crank from the effects that the scenario names."""
+    """Return the mechanism, composed of the effects in the scenario."""
     terms, geometry = Terms(scenario), scenario.mechanism
     published = geometry.formulation == "published"
     applied_torque, stored = (
@@ -338,7 +336,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
         from frictionsim.simulation.run_warnings import (
-            against_drive,  # numpy, which `check` does without
+            against_drive,  # imports numpy, not needed by `check`
         )
 
         back = (
@@ -346,7 +344,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             if prescribed
             else against_drive(trajectory.time, trajectory.drive, trajectory.position)
         )
-        return [f"the crank {back}: its weight or its start was stronger"] if back else []
+        return [f"the crank {back}: weight or initial velocity prevailed"] if back else []
 
     return Mechanism(
         drive=drive,
@@ -368,7 +366,7 @@ simulation = simulation_of(build)
 
 
 def statics(scenario: EpicyclicScenario) -> Quantities:
-    """Return the torques that just start the crank where it is, and those of uniform turning."""
+    """Return the torques of impending motion at the initial angle, and of uniform rotation."""
     terms, mechanism = Terms(scenario), build(scenario)
     angle = mechanism.position
     balance = -mechanism.applied_torque(0.0, angle, 0.0)

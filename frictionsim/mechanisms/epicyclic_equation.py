@@ -11,12 +11,12 @@ from frictionsim.solvers.mechanism import DryFriction, SwitchingSurface, Value
 if TYPE_CHECKING:
     from frictionsim.mechanisms.epicyclic import EpicyclicScenario
 
-# The moment is a difference of torques, each a few roundings off.
+# The applied torque is a sum of torques: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
 
 
 class Terms:
-    """The constants of the equation, and the terms that the effects of a scenario have in it."""
+    """The constants of the equation and the terms of the effects."""
 
     def __init__(self, scenario: "EpicyclicScenario") -> None:
         geometry, effects = scenario.mechanism, scenario.effects
@@ -30,7 +30,7 @@ class Terms:
         self.kinetic_couple = self.hinge.torque_kinetic if self.hinge else 0.0
         self.arm = self.rolling.arm if self.rolling else 0.0
         self.radial = self.rolling is not None and self.rolling.normal_load == "radial"
-        # Without weight, and without the radial load of the motion, the mesh is not loaded.
+        # Without weight and radial load, the mesh carries no load.
         self.rolls = self.rolling is not None and (self.radial or self.planet_weight > 0.0)
 
     def mesh_load(self, angle: Value, velocity: Value) -> Value:
@@ -46,7 +46,7 @@ class Terms:
 
 
 def equation(terms: Terms, scenario: "EpicyclicScenario") -> tuple[Any, float]:
-    """Return the moment of the consistent form, and the factor of sin phi in its potential."""
+    """Return the consistent applied torque, and the factor of sin phi in its potential."""
     k = terms.gravity_moment if scenario.effects.gravity else 0.0
     weight = (lambda torque, angle, velocity: -k * cos(angle)) if scenario.effects.gravity else None
     return total(_drive_torque, weight), k
@@ -78,7 +78,7 @@ def published_resistance(terms: Terms) -> Any:
 
 
 def contact_of(terms: Terms, law: dict[str, Any]) -> DryFriction | None:
-    """Return the friction of hinge and mesh, of those that the scenario names."""
+    """Return the dry friction of hinge and mesh, as far as they are in the scenario."""
     static_hinge = terms.static_couple * terms.sun_planet_ratio
     kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
     lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
@@ -104,7 +104,7 @@ def contact_of(terms: Terms, law: dict[str, Any]) -> DryFriction | None:
 
 
 def switching_surfaces(terms: Terms) -> tuple[SwitchingSurface, ...]:
-    """Return where the load of the rolling friction changes its sign under its absolute value."""
+    """Return where the load of the rolling friction, an absolute value, is zero."""
     if not terms.rolls:
         return ()
     if terms.radial:
@@ -113,16 +113,16 @@ def switching_surfaces(terms: Terms) -> tuple[SwitchingSurface, ...]:
 
 
 def uniform_torque_mean(scenario: "EpicyclicScenario", speed: float) -> float:
-    """Return the mean over a turn of the torque that turns the crank uniformly forward, N m.
+    """Return the mean torque over a turn for uniform forward rotation of the crank, N m.
 
-    At rest, speed = 0, it is that of a slow turn; with `radial` it depends on the speed.
+    speed = 0 is the limit of slow rotation; with `radial` the torque depends on the speed.
     Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
     <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
     b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
 
     Parameters
     ----------
-    scenario : Scene
+    scenario : EpicyclicScenario
     speed : float, rad/s
     """
     terms = Terms(scenario)

@@ -10,7 +10,7 @@ from frictionsim.scenario.schema import unit_field
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:
-    """Return the radius of the circle that the reaction of a dry journal touches [1]_.
+    """Return the friction radius of a dry journal: the distance of the reaction from its axis [1]_.
 
     r_f = r sin(atan mu) = r mu / sqrt(1 + mu^2); the friction torque is r_f R.
     Valid while the shaft itself does not accelerate.

@@ -1,8 +1,9 @@
 """A marble machine: a pinion drives a gear whose slots lift marbles, on a dry shaft.
 
-theta is the angle of the gear, n = slots/2 marbles ride on its rising half at delta + p j,
-j = 0 .. n - 1, from the bottom, with the pitch p = 2 pi/slots and delta = theta mod p. Where
-delta passes p one marble leaves at the top as the next is picked up at the bottom.
+theta is the angle of the gear. n = slots/2 marbles are on its rising half, at the angles
+delta + p j from the bottom, j = 0 .. n - 1, with the pitch p = 2 pi/slots and
+delta = theta mod p. When delta reaches p, one marble leaves at the top and the next is picked up
+at the bottom.
 
     I theta'' = k T_p - M_L(theta) - b theta' + T,    I = I_gear + n m R^2 + k^2 J
     M_L = m g R sum_j sin(delta + p j) = m g R cos(delta - p/2)/sin(p/2)
@@ -14,8 +15,8 @@ press with T_m/(r_p cos alpha) along the line of action: with the pinion at azim
 horizontal through the gear's centre and a gear that turns counter-clockwise, at psi + 90 deg +
 alpha; c_z and c_y are its components per torque, c_y downwards.
 
-The structure is that of [1]_; what the paper does not give is reconstructed (README). The
-centripetal load of the marbles and the impact of the pick-up are not in the equation.
+The structure follows [1]_; missing data of the paper are reconstructed. The centripetal force of
+the marbles and the impact of the pick-up are neglected.
 
 References
 ----------
@@ -103,8 +104,8 @@ class MarbleMachineParameters(Params):
         if self.slots % 2:
             raise inconsistent(
                 ("slots",),
-                f"expected an even number, so that one marble leaves the gear as the next comes,"
-                f" got {self.slots}",
+                f"expected an even number, so that one marble leaves the gear when the next is"
+                f" picked up, got {self.slots}",
             )
         return self
 
@@ -180,30 +181,32 @@ class MarbleMachineScenario(SingleDofScenario):
         return extremes(torque, self.solver.duration)[1]
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scenario: also a drive that cannot lift the marbles."""
-        found = super().warnings()
+        """Return the warnings; also of a drive that cannot lift the marbles."""
+        warnings = super().warnings()
         if self.effects.gravity is None or not self.mechanism.marble_mass * self.effects.gravity.g:
-            return found
+            return warnings
         largest, worst = (
             self.largest_torque,
             impending_motion_torques(self)["torque_to_lift_worst"].value,
         )
         what = "the stall torque of the motor" if self.drive.motor else "the torque of the drive"
         if worst is None:
-            found.append("no torque on the pinion lifts the marbles: the friction grows with it")
-        elif largest <= worst:
-            found.append(
-                f"{what} is {largest:.6g} N m at most, not above the {worst:.6g} N m that lift the"
-                " marbles from where they are heaviest: it will stall or run back"
+            warnings.append(
+                "no torque on the pinion lifts the marbles: the friction increases with the torque"
             )
-        return found
+        elif largest <= worst:
+            warnings.append(
+                f"{what} is {largest:.6g} N m at most, not above the {worst:.6g} N m needed to lift"
+                " the marbles in the position of the largest load: the gear will stall or run back"
+            )
+        return warnings
 
 
 SCENARIO = MarbleMachineScenario
 
 
 def build(scenario: MarbleMachineScenario) -> Mechanism:
-    """Compose the equation of the gear from the effects that the scenario names."""
+    """Return the mechanism, composed of the effects in the scenario."""
     geometry, effects = scenario.mechanism, scenario.effects
     k, p, n = geometry.gear_ratio, geometry.pitch, geometry.carried
     mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
@@ -306,16 +309,16 @@ simulation = simulation_of(build)
 def _run_warnings(
     scenario: MarbleMachineScenario, trajectory: Trajectory, torque: Any
 ) -> list[str]:
-    """Return that the gear went the wrong way, or stands still under a torque that drives."""
+    """Return warnings if the gear ran back, or stands still under a driving torque."""
     from frictionsim.simulation.run_warnings import (
-        against_drive,  # numpy, which `check` does without
+        against_drive,  # imports numpy, not needed by `check`
     )
 
-    found = []
+    warnings = []
     back = against_drive(trajectory.time, torque, trajectory.position)
     cell = trajectory.position // scenario.mechanism.pitch
     if back and trajectory.position[-1] < trajectory.position[0]:
-        found.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
+        warnings.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
     rests = [e.time for e in trajectory.transitions if e.mode_to == STICK != e.mode_from]
     if (
         scenario.effects.shaft_friction
@@ -323,25 +326,25 @@ def _run_warnings(
         and trajectory.mode[-1] == STICK
         and torque[-1] > 0.0
     ):
-        found.append(
-            f"the gear stands still from {rests[-1]:.6g} s on, under {torque[-1]:.6g} N m on the"
-            " pinion at the end"
+        warnings.append(
+            f"the gear stands still from {rests[-1]:.6g} s on, although the torque on the pinion is"
+            f" {torque[-1]:.6g} N m at the end"
         )
-    return found
+    return warnings
 
 
 def _pinion_torque(scenario: MarbleMachineScenario) -> tuple[Signal, Any]:
     """Return the input u over time, and the torque T_p of u and the speed of the gear."""
     motor = scenario.drive.motor
     if motor is None:
-        assert scenario.drive.torque is not None  # the model of the drive sees to it
+        assert scenario.drive.torque is not None  # checked by the model of the drive
         return signal_from(scenario.drive.torque), lambda u, velocity: u
     slope = scenario.mechanism.gear_ratio / motor.no_load_speed
     return Constant(motor.stall_torque), lambda u, velocity: u * (1.0 - slope * velocity)
 
 
 def _applied_torque(scenario: MarbleMachineScenario, pinion_torque: Any, load: Any) -> Any:
-    """Return k T_p - M_L - b theta', of the terms that the scenario has."""
+    """Return k T_p - M_L - b theta', with the terms of the effects in the scenario."""
     k, effects = scenario.mechanism.gear_ratio, scenario.effects
     b = effects.viscous_damping.coefficient if effects.viscous_damping else 0.0
     return total(
@@ -352,28 +355,28 @@ def _applied_torque(scenario: MarbleMachineScenario, pinion_torque: Any, load: A
 
 
 def _kinetic_limit(
-    r_k: float, mesh: Mesh, weight: float, pinion_torque: Any, applied_torque: Any, share: float
+    r_k: float, mesh: Mesh, weight: float, pinion_torque: Any, applied_torque: Any, ratio: float
 ) -> Any:
     """Return the kinetic limit F = r_k R_shaft(T_m), a function of u, angle, velocity, direction.
 
-    Without motor inertia T_m = T_p. With it, share = J k/I > 0 and I theta'' = M - s F:
+    Without motor inertia T_m = T_p. With it, ratio = J k/I > 0 and I theta'' = M - s F:
 
-        T_m = T_0 + share s F,  T_0 = T_p - share M
-        A F^2 - 2 B F - C = 0,  A = 1 - (r_k c share)^2,  B = r_k^2 share s (c^2 T_0 + W c_y),
+        T_m = T_0 + ratio s F,  T_0 = T_p - ratio M
+        A F^2 - 2 B F - C = 0,  A = 1 - (r_k c ratio)^2,  B = r_k^2 ratio s (c^2 T_0 + W c_y),
         C = (r_k R_shaft(T_0))^2,  c^2 = c_z^2 + c_y^2
 
-    with one root that is not negative, since r_k c share < 1: a shaft is thinner than its gear.
+    with one non-negative root, since r_k c ratio < 1: the shaft is thinner than the gear.
     """
-    if share == 0.0:
+    if ratio == 0.0:
         return lambda u, angle, velocity, direction: (
             r_k * mesh.reaction(pinion_torque(u, velocity), weight)
         )
     c_2 = mesh.c_z**2 + mesh.c_y**2
-    a = 1.0 - r_k * r_k * c_2 * share * share
+    a = 1.0 - r_k * r_k * c_2 * ratio * ratio
 
     def limit(u: Value, angle: Value, velocity: Value, direction: Value) -> Value:
-        t_0 = pinion_torque(u, velocity) - share * applied_torque(u, angle, velocity)
-        b = r_k * r_k * share * direction * (c_2 * t_0 + weight * mesh.c_y)
+        t_0 = pinion_torque(u, velocity) - ratio * applied_torque(u, angle, velocity)
+        b = r_k * r_k * ratio * direction * (c_2 * t_0 + weight * mesh.c_y)
         c = (r_k * mesh.reaction(t_0, weight)) ** 2
         return (b + (b * b + a * c) ** 0.5) / a
 

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
         MarbleMachineScenario,
     )
 
-# The moment is a difference of products, and the limit a third: a few roundings of each.
+# Torque and limit are sums of products: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
 GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
 
 
 class Mesh(NamedTuple):
-    """The tooth force on the gear per torque of the pinion, 1/m: sideways and down."""
+    """Components of the tooth force on the gear per torque of the pinion, 1/m: sideways, down."""
 
     c_z: float
     c_y: float
@@ -41,7 +41,7 @@ def mesh_of(geometry: "MarbleMachineParameters") -> Mesh:
 
 
 class Limits(NamedTuple):
-    """The pinion torques between which the gear rests, N m; None where no torque lifts."""
+    """The limits of the pinion torque at rest, N m; `lift` is None if no torque lifts."""
 
     lift: float | None
     hold: float
@@ -54,8 +54,8 @@ def limit_torques(
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
 
-    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which does not
-    cancel where the friction is small.
+    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which has no
+    cancellation if the friction is small.
 
     Parameters
     ----------
@@ -64,14 +64,14 @@ def limit_torques(
     radius : float, m
         Friction radius.
     mesh : Mesh
-    moment : float, N m
+    applied_torque : float, N m
         M_L.
     weight : float, N
 
     Returns
     -------
     Limits
-        A `hold` below zero means that the shaft holds the load by itself.
+        If `hold` is negative, friction alone holds the load.
     """
     c_2 = mesh.c_z**2 + mesh.c_y**2
     a = k * k - radius**2 * c_2
@@ -85,10 +85,10 @@ def limit_torques(
 
 
 def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
-    """Return the torques to lift and to hold: at a transfer, as in the paper, and at the worst.
+    """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest.
 
-    At the transfer n + 1 marbles are on the gear, the first and the last without a moment. In
-    between there are n, and their moment is largest half a pitch further.
+    At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
+    transfers there are n, with the largest torque half a pitch after a transfer.
     """
     geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
     radius = journal.static_radius if journal else 0.0
@@ -117,7 +117,7 @@ def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
         grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
         found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
         motor = scenario.drive.motor
-        # A single marble has no moment at a transfer; what rounding leaves of it is no load.
+        # A single marble has no torque at a transfer, except for rounding.
         if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
             found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
         if motor is not None and worst.lift > 0.0:
@@ -126,7 +126,7 @@ def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
 
 
 def statics(scenario: "MarbleMachineScenario") -> Quantities:
-    """Solve eq 24 for the torque on the pinion, and show what it is made of."""
+    """Return the torques of impending motion on the pinion (eq 24) and their components."""
     geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
     mesh, g = mesh_of(geometry), scenario.effects.gravity.g if scenario.effects.gravity else 0.0
     half = 0.5 * geometry.pitch

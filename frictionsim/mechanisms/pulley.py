@@ -3,9 +3,8 @@
     I dw/dt = (P - W) r_e - b w + T,    |T| <= r_s R sticking,    T = -s r_k R sliding [1]_
 
 theta > 0 lifts the load. The reaction of the shaft is R = |P + W| with P vertical and
-sqrt(P^2 + W^2) with P horizontal. W and P are forces: the inertia of the load and the change of
-the cord's tension that comes with it are not in the equation, as in the paper; nor is the weight
-of the pulley itself.
+sqrt(P^2 + W^2) with P horizontal. W and P are forces: as in the paper, the equation neglects the
+inertia of the load, its effect on the cord tension, and the weight of the pulley.
 
 References
 ----------
@@ -38,7 +37,7 @@ from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Va
 
 CONTACT_NAME = "shaft"
 
-# The moment is a difference of two products and the limit a third: a few roundings of each.
+# Torque and limit are sums of three products: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
 
 CHANNELS = base_channels("pulley") | {
@@ -52,7 +51,7 @@ CHANNELS = base_channels("pulley") | {
 }
 
 
-# What a plot shows, from top to bottom.
+# The channels of the default plot, from top to bottom.
 PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
 
 
@@ -95,23 +94,23 @@ class PulleyScenario(SingleDofScenario):
     effects: PulleyEffects = PulleyEffects()
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scenario: also a shaft as thick as its pulley, or a push."""
+        """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
-        found = super().warnings()
+        warnings = super().warnings()
         if journal is not None and journal.shaft_radius >= arm:
             thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
-            found.insert(0, thick)
-        least, _ = extremes(self.drive.force, self.solver.duration)
-        if least < 0.0:
-            found.append(f"drive.force goes down to {least:.6g} N, and a cord cannot push")
-        return found
+            warnings.insert(0, thick)
+        minimum, _ = extremes(self.drive.force, self.solver.duration)
+        if minimum < 0.0:
+            warnings.append(f"drive.force has a minimum of {minimum:.6g} N; a cord cannot push")
+        return warnings
 
 
 SCENARIO = PulleyScenario
 
 
 def build(scenario: PulleyScenario) -> Mechanism:
-    """Compose the equation of the pulley from the effects that the scenario names."""
+    """Return the mechanism, composed of the effects in the scenario."""
     arm, inertia, load = (
         scenario.mechanism.cord_radius,
         scenario.mechanism.inertia,
@@ -180,7 +179,7 @@ simulation = simulation_of(build)
 
 
 def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tuple[float, ...]:
-    """Return where +-(P - W) r_e - r_s R stops being monotone in P."""
+    """Return the extrema of +-(P - W) r_e - r_s R over P, N."""
     if vertical:
         return (-load,)
     if r_s <= arm:
@@ -190,7 +189,7 @@ def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tup
 
 
 class LimitForces(NamedTuple):
-    """The forces between which a pulley rests; `lift` is None where no force lifts."""
+    """The limits of the force at rest, N; `lift` is None if no force lifts."""
 
     lift: float | None
     hold: float
@@ -215,7 +214,7 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
     Returns
     -------
     LimitForces, N
-        With r_f >= r_e no force lifts and none is needed to hold: a cord cannot push.
+        If r_f >= r_e, no force lifts the load, and none is needed to hold it.
     """
     if radius >= arm:
         return LimitForces(None, 0.0)
@@ -228,7 +227,7 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
 
 
 def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
-    """Return the forces that just lift and just hold, in the direction of the scenario."""
+    """Return the forces of impending motion, in the direction of the scenario."""
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
     vertical = scenario.drive.direction == "vertical"
@@ -240,7 +239,7 @@ def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
 
 
 def statics(scenario: PulleyScenario) -> Quantities:
-    """Solve eq 24 for every force of the scenario, vertical and horizontal, at rest and sliding."""
+    """Return the limit forces of eq 24: vertical and horizontal, static and kinetic."""
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0

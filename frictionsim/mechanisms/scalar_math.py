@@ -1,4 +1,4 @@
-"""Sine and cosine of a number while a mechanism is stepped, and of an array afterwards."""
+"""Sine and cosine of a float, in a step, or of an array, in post-processing."""
 
 import math
 from typing import Any
@@ -15,6 +15,6 @@ def cos(x: Any) -> Any:
 
 
 def _numpy() -> Any:
-    import numpy  # not where a scenario is only looked at
+    import numpy  # imported here because `check` does not need it
 
     return numpy

@@ -1,4 +1,4 @@
-"""What the mechanisms of one coordinate share; each module adds its own parameters and physics."""
+"""Shared parts of the mechanisms of one coordinate: scenario base, channels, metrics."""
 
 from collections.abc import Callable
 from math import radians
@@ -12,7 +12,7 @@ from frictionsim.solvers.mechanism import Mechanism, Value
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
 
-# What the cost of accuracy is judged by.
+# The error metrics of a work-precision study.
 METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
 
 
@@ -23,9 +23,9 @@ class SingleDofScenario(Scenario):
 
 
 def base_channels(body: str) -> dict[str, Channel]:
-    """Return the channels of any body that turns, and of its dry friction.
+    """Return the channels of the motion and dry friction of a body, by name.
 
-    The simulation records them; a mechanism records its own, and says what it calls better.
+    The simulation records them. A mechanism may replace a description and adds its own channels.
     """
     return {
         "angle": Channel("rad", f"angle of the {body}"),
@@ -41,7 +41,7 @@ def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Si
     """Return the function `simulation` of a kind, from its `build`."""
 
     def simulation(scenario: Scenario) -> "Simulation":
-        # numpy, which `check` does without
+        # Imported here because it imports numpy, which `check` does not need.
         from frictionsim.simulation.single_dof import SingleDofSimulation
 
         return SingleDofSimulation(scenario, build(scenario))
@@ -50,7 +50,7 @@ def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Si
 
 
 def set_up(scenario: Any) -> dict[str, Any]:
-    """Return what a `Mechanism` takes over from its scenario as it is: start, effects, channels."""
+    """Return the arguments of `Mechanism` taken from the scenario: start, effects, channels."""
     return {
         "position": radians(scenario.mechanism.initial_angle_deg),
         "velocity": scenario.mechanism.initial_angular_velocity,
@@ -67,10 +67,10 @@ def kinetic_energy(inertia: float) -> Callable[[Value, Value], Value]:
 def total(*terms: Callable[..., Value] | None) -> Callable[..., Value]:
     """Return the sum of functions of the same arguments, added from left to right.
 
-    The terms of effects that are off are None; the sum does not look at them again.
+    Terms of absent effects are None and are removed once.
     """
     present = [term for term in terms if term is not None]
-    while len(present) > 1:  # three at a time: a sum of sums would be called twice as often
+    while len(present) > 1:  # three at a time, to reduce the number of nested calls
         present = [_sum(*present[:3]), *present[3:]]
     return present[0]
 

@@ -1,4 +1,4 @@
-"""The path of a point of a planet that rolls on a sun: place, cusps, dwell."""
+"""The path of a point of a planet that rolls on a sun: position, cusps, dwell."""
 
 from math import pi, radians
 from typing import Any
@@ -8,9 +8,9 @@ from frictionsim.scenario.schema import Params, unit_field
 
 
 class TracerPoint(Params):
-    """A point of the planet whose path is recorded; at angle_deg = 180 it starts on the sun.
+    """A point of the planet whose path is recorded; with angle_deg = 180 it starts on the sun.
 
-    `dwell_distance` is how far it may be from a place to be said to dwell there.
+    The point dwells while it is within `dwell_distance` of a position.
     """
 
     radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
@@ -23,9 +23,23 @@ class TracerPoint(Params):
 
 
 def tracer_position(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:
-    """Return the place of a point of the planet, an epicycloid for radius = r2, m and m.
+    """Return the position of a point of the planet; its path is an epicycloid if radius = r2.
 
     x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
+
+    Parameters
+    ----------
+    length : float, m
+        L, of the crank.
+    turns : float
+        lambda, rotations of the planet per turn of the crank.
+    point : TracerPoint
+    angle : float or (n,), rad
+        phi, of the crank.
+
+    Returns
+    -------
+    x, y : float or (n,), m
     """
     psi = radians(point.angle_deg) + turns * angle
     x = length * cos(angle) + point.radius * cos(psi)
@@ -36,25 +50,45 @@ def tracer_position(length: float, turns: float, point: TracerPoint, angle: Any)
 def count_cusps(
     sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any
 ) -> float | None:
-    """Count the cusps in the path of a point of the rim: it touches the sun and stands still.
+    """Return the number of cusps in the path of a rim point, where it touches the sun.
 
-    There psi_0 + lambda phi - phi = pi + 2 pi k. Points within the rim have none: None.
+    A cusp is at psi_0 + lambda phi - phi = pi + 2 pi k.
+
+    Parameters
+    ----------
+    sun_radius, planet_radius : float, m
+    point : TracerPoint
+    angle : (n,), rad
+        phi, of the crank.
+
+    Returns
+    -------
+    float or None
+        None for points off the rim, which have no cusps.
     """
     if point.radius != planet_radius or not angle.size:
         return None
     sun_planet_ratio = sun_radius / planet_radius
-    # A start or an end on a cusp counts, whatever the rounding of its angle.
+    # A cusp at the start or end counts, in spite of rounding.
     slack = 1e-9
-    seen = (radians(point.angle_deg) - pi + sun_planet_ratio * angle) / (2.0 * pi)
-    lowest, highest = float(seen.min()), float(seen.max())
+    revolutions = (radians(point.angle_deg) - pi + sun_planet_ratio * angle) / (2.0 * pi)
+    lowest, highest = float(revolutions.min()), float(revolutions.max())
     return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
 
 
 def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
-    """Return the speed of a point of the planet, m/s.
+    """Return the speed of a point of the planet, |phi'| times the derivative of its position.
 
-    |phi'| times the derivative of its place by phi, the crank's end at L and the point at
-    lambda rho across and along the crank.
+    Parameters
+    ----------
+    length, turns, point, angle
+        As in `tracer_position`.
+    velocity : float or (n,), rad/s
+        phi', of the crank.
+
+    Returns
+    -------
+    float or (n,), m/s
     """
     own = radians(point.angle_deg) + (turns - 1.0) * angle
     lever = turns * point.radius
@@ -63,11 +97,10 @@ def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: 
 
 
 def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> float | None:
-    """Return the longest time that a point stays within a distance of where it is slowest, s.
+    """Return the longest time that a point stays near a position of minimum speed, s.
 
-    It is slowest in the samples that have no slower neighbour, the first and the last among them.
-    To the spacing of the samples: each dwell is counted from the last sample before it to the
-    first after it that are too far, by linear interpolation of the distance.
+    Such positions are the samples without a slower neighbour, including the first and the last.
+    A dwell ends where the linearly interpolated distance from the position exceeds `distance`.
 
     Parameters
     ----------
@@ -84,14 +117,14 @@ def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> flo
     longest, last = 0.0, None
     for i in np.flatnonzero((speed <= before) & (speed <= after)).tolist():
         if last == (x[i], y[i]):
-            continue  # at rest, one sample stands for all
+            continue  # the same rest
         last = x[i], y[i]
         longest = max(longest, _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance))
     return longest
 
 
 def _dwell(time: Any, far: Any, i: int, distance: float) -> float:
-    """Return for how long about sample i a point is not too far, s."""
+    """Return how long a point is within a distance around sample i, s."""
     import numpy as np
 
     outside = far > distance
@@ -102,6 +135,6 @@ def _dwell(time: Any, far: Any, i: int, distance: float) -> float:
 
 
 def _crossing_time(time: Any, far: Any, i: int, distance: float) -> float:
-    """Return when a distance is passed between the samples i and i + 1."""
-    share = (distance - far[i]) / (far[i + 1] - far[i])
-    return float(time[i] + share * (time[i + 1] - time[i]))
+    """Return the time at which a distance is passed between the samples i and i + 1, s."""
+    fraction = (distance - far[i]) / (far[i + 1] - far[i])
+    return float(time[i] + fraction * (time[i + 1] - time[i]))

@@ -1,4 +1,4 @@
-"""The friction law that an effect of dry friction names, and what its coefficients must keep."""
+"""The friction law of an effect of dry friction, and the check of its coefficients."""
 
 from typing import Any, ClassVar, Literal, Self
 
@@ -7,13 +7,13 @@ from pydantic import Field, model_validator
 from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
-TRANSITION_SPEED = 1e-3  # rad/s, where a regularised law is not given one
+TRANSITION_SPEED = 1e-3  # rad/s, default of the regularised law
 
 
 class FrictionLaw(Params):
-    """`law` and `transition_speed` of dry friction about one coordinate."""
+    """`law` and `transition_speed` of dry friction of one coordinate."""
 
-    # Those of another law may not fit.
+    # The keys that change with the law.
     LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed")
 
     law: Literal["set-valued", "regularised", "published"] = Field(
@@ -31,26 +31,33 @@ class FrictionLaw(Params):
         if self.transition_speed is not None and self.law != REGULARISED:
             raise inconsistent(
                 ("transition_speed",),
-                f"law = '{self.law}' does not smooth friction; leave transition_speed out, or give"
+                f"law = '{self.law}' has no transition speed; remove transition_speed, or use"
                 f" law = '{REGULARISED}'",
             )
         return self
 
     def law_of_contact(self) -> dict[str, Any]:
-        """Return the law and its speed as a contact of a mechanism has them."""
+        """Return law and transition speed as arguments of `DryFriction`."""
         return {"law": self.law, "transition_speed": self.transition_speed or TRANSITION_SPEED}
 
 
 def check_kinetic(name: str, kinetic: float, static_name: str, static: float) -> None:
-    """Refuse kinetic friction above the static limit.
+    """Check that kinetic friction does not exceed static friction.
+
+    Parameters
+    ----------
+    name, static_name : str
+        Keys of the two values.
+    kinetic, static : float
 
     Raises
     ------
     PydanticCustomError
+        If it does.
     """
     if kinetic > static:
         raise inconsistent(
             (name,),
-            f"{kinetic} is above {static_name} = {static}; sliding friction does not exceed the"
-            f" static limit, so give 0 <= {name} <= {static_name}",
+            f"{kinetic} is above {static_name} = {static}; kinetic friction must not exceed static"
+            f" friction, so give 0 <= {name} <= {static_name}",
         )

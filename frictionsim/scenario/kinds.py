@@ -12,5 +12,5 @@ KINDS = {
 
 
 def mechanism_module(kind: str) -> ModuleType:
-    """Import the module of a kind; the others stay unloaded."""
+    """Import the module of a kind, without the other kinds."""
     return import_module(KINDS[kind])

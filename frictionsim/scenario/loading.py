@@ -1,4 +1,4 @@
-"""From a TOML file and overrides to a validated, frozen scenario, and back."""
+"""Loading of scenarios: from a TOML file and overrides to a validated model, and back to TOML."""
 
 import tomllib
 from collections.abc import Iterator
@@ -13,11 +13,11 @@ from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
-# A scenario is written by hand; long signals belong into a CSV file.
+# Scenarios are written by hand; long signals belong in a CSV file.
 MAX_FILE_SIZE = 16 * 1024 * 1024
-# Products of a few of these, and their squares, are still numbers.
+# Products of several such numbers do not overflow.
 MAX_NUMBER = 1e50
-MAX_KEY_LENGTH = 60  # characters of a key that a message shows
+MAX_KEY_LENGTH = 60  # characters of a key in a message
 
 
 def load(path: Path, overrides: list[str] | None = None, backend: str | None = None) -> Scenario:
@@ -27,19 +27,19 @@ def load(path: Path, overrides: list[str] | None = None, backend: str | None = N
     ----------
     path : Path
     overrides : list of str, optional
-        ``a.b=VALUE`` each, VALUE as TOML has it; they go over what the file says.
+        Each ``a.b=VALUE`` with VALUE in TOML; they override the file.
     backend : str, optional
-        Goes over both.
+        Overrides file and `overrides`.
 
     Returns
     -------
     Scenario
-        Of the model of its kind.
+        An instance of the model of its kind.
 
     Raises
     ------
     ScenarioError
-        With all faults of the file, each with its line and key.
+        With all errors in the file, each with its line and key.
     """
     text = _read(path)
     data = _parse(path, text)
@@ -54,7 +54,7 @@ def load(path: Path, overrides: list[str] | None = None, backend: str | None = N
 
 
 class ValidationFailure(Exception):
-    """What is wrong with the data of a scenario, before it is known where that stands."""
+    """Errors in the data of a scenario, by key path, without positions in the file."""
 
     def __init__(self, faults: list[tuple[KeyPath, str]]) -> None:
         super().__init__(faults)
@@ -62,17 +62,22 @@ class ValidationFailure(Exception):
 
 
 def validate(data: dict[str, Any], folder: Path) -> Scenario:
-    """Return the scenario that the data of a TOML file describes.
+    """Return the scenario for the data of a TOML file.
 
     Parameters
     ----------
     data : dict
     folder : Path
-        Where the files that it names are looked for.
+        Base of relative file names in the data.
+
+    Returns
+    -------
+    Scenario
 
     Raises
     ------
     ValidationFailure
+        If the data is invalid.
     """
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
@@ -85,7 +90,7 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
 
         raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
     beyond = [
-        (path, f"{value:.3g} is beyond any use; numbers go up to {MAX_NUMBER:g}")
+        (path, f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}")
         for path, value in _numbers(scenario.model_dump(by_alias=True))
         if abs(value) > MAX_NUMBER
     ]
@@ -95,34 +100,47 @@ def validate(data: dict[str, Any], folder: Path) -> Scenario:
 
 
 def scenario_from_result(path: Path, text: str) -> Scenario:
-    """Return the scenario that a result file has recorded.
+    """Return the scenario stored in a result file.
+
+    Parameters
+    ----------
+    path : Path
+        The result file, for messages.
+    text : str
+        The stored scenario as TOML.
+
+    Returns
+    -------
+    Scenario
 
     Raises
     ------
     InputError
-        If it is none that can be simulated.
+        If it is invalid.
     """
     try:
         return validate(_parse(path, text), path.parent)
-    except ValidationFailure as found:
-        faults = "; ".join(f"{'.'.join(map(_key_text, key))}: {said}" for key, said in found.faults)
+    except ValidationFailure as failure:
+        faults = "; ".join(
+            f"{'.'.join(map(_key_text, key))}: {text}" for key, text in failure.faults
+        )
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
 
 
 def _root_errors(error: ValidationError) -> list[Any]:
-    """Return the errors without those of lists that are short only for what is wrong in them."""
+    """Return the errors, without lists reported as too short because an item is invalid."""
     errors = error.errors()
-    places = [e["loc"] for e in errors]
+    locations = [e["loc"] for e in errors]
     return [
         e
         for e in errors
         if e["type"] != "too_short"
-        or not any(len(p) > len(e["loc"]) and p[: len(e["loc"])] == e["loc"] for p in places)
+        or not any(len(p) > len(e["loc"]) and p[: len(e["loc"])] == e["loc"] for p in locations)
     ]
 
 
 def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
-    """Yield all numbers of a scenario with their keys; a list of numbers under its key."""
+    """Yield all numbers of a scenario with their keys; of a list the largest magnitude."""
     left: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
     while left:
         path, value = left.pop()
@@ -137,29 +155,41 @@ def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
 
 
 def resolved_tables(scenario: Scenario) -> dict[str, Any]:
-    """Return the data of a scenario with overrides, defaults and CSV signals filled in."""
+    """Return the data of a scenario, including overrides, defaults and the data of CSV files."""
     tables = scenario.model_dump(by_alias=True, exclude_none=True)
     tables["output"] = {"interval": scenario.interval} | tables["output"]
-    for section in ("solver", "output"):  # what is simulated comes before how
+    for section in ("solver", "output"):  # move these sections to the end
         tables[section] = tables.pop(section)
     return tables
 
 
 def resolved_toml(scenario: Scenario) -> str:
-    """Return the scenario as TOML with overrides, defaults and CSV signals filled in."""
+    """Return the scenario as TOML, including overrides, defaults and the data of CSV files."""
     import tomli_w
 
     return tomli_w.dumps(resolved_tables(scenario))
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
-    """Set one key of the data from ``a.b=VALUE`` and return its path.
+    """Set one key of the data from ``a.b=VALUE``.
 
-    A bare word stands for a string, so that no shell needs two layers of quotes.
+    A bare word is accepted as a string, to avoid nested quotes in shells.
+
+    Parameters
+    ----------
+    data : dict
+        Changed in place.
+    override : str
+
+    Returns
+    -------
+    tuple of str or int
+        The path of the key.
 
     Raises
     ------
     ScenarioError
+        If the override is not valid or its key does not fit the data.
     """
     key, equals, text = override.partition("=")
     parts = [part.strip() for part in key.split(".")]
@@ -180,33 +210,35 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
 def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:
     table = data.setdefault(name, {})
     if not isinstance(table, dict):
-        raise ScenarioError([f"{option}: '{name}' of the scenario is no table"])
+        raise ScenarioError([f"{option}: '{name}' of the scenario is not a table"])
     return table
 
 
 def _key_in(table: Any, part: str, path: KeyPath, override: str) -> Any:
-    """Return a part of an override's key as what it is in a table or a list."""
+    """Return a part of an override's key: a key of a table, or an index into a list."""
     if isinstance(table, dict):
         return part
     where = ".".join(map(str, path))
     if not isinstance(table, list):
         raise ScenarioError([f"--set {override}: '{where}' is a value and has no keys"])
     if not part.isdecimal() or int(part) >= len(table):
-        raise ScenarioError([f"--set {override}: '{where}' is a list of {len(table)}, from 0"])
+        raise ScenarioError(
+            [f"--set {override}: '{where}' is a list of {len(table)}; give an index from 0"]
+        )
     return int(part)
 
 
 def _override_value(override: str, text: str) -> Any:
     try:
         parsed = tomllib.loads(f"value = {text}")
-        if len(parsed) == 1:  # not several lines
+        if len(parsed) == 1:  # the text has no further lines with keys
             return parsed["value"]
         raise ValueError
     except (ValueError, RecursionError):
         if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
             return text
         raise ScenarioError(
-            [f"--set {override}: '{text}' is no TOML value (a number, true, [1, 2], \"text\")"]
+            [f"--set {override}: '{text}' is not a TOML value (number, true, [1, 2], \"text\")"]
         ) from None
 
 
@@ -220,12 +252,12 @@ def _read(path: Path) -> str:
         raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
     if len(content) > MAX_FILE_SIZE:
         raise ScenarioError(
-            [f"{path}: larger than {MAX_FILE_SIZE >> 20} MiB; put long signals into CSV files"]
+            [f"{path}: file is larger than {MAX_FILE_SIZE >> 20} MiB; use CSV files for signals"]
         )
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ScenarioError([f"{path}: not a text in UTF-8, at byte {error.start}"]) from None
+        raise ScenarioError([f"{path}: invalid UTF-8 at byte {error.start}"]) from None
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:
@@ -242,23 +274,23 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
 def _with_positions(
     faults: list[tuple[KeyPath, str]], path: Path, text: str, overridden: dict[KeyPath, str]
 ) -> list[str]:
-    """Return faults with the place that each key has, in the file or on the command line."""
+    """Return the faults as text, with the line or the option that each key comes from."""
     from frictionsim.scenario.toml_positions import key_lines
 
     lines = key_lines(text)
-    placed = []
-    for key, sentence in faults:
+    positioned = []
+    for key, message in faults:
         option = _option_of(key, overridden, lines)
         line = 0 if option else _nearest_line(lines, key)
         name = ".".join(map(_key_text, key)) or "scenario"
-        placed.append((line, f"{option or f'{path}:{line}'}: {name}: {sentence}"))
-    return [text for _, text in sorted(placed, key=lambda fault: fault[0])]
+        positioned.append((line, f"{option or f'{path}:{line}'}: {name}: {message}"))
+    return [text for _, text in sorted(positioned, key=lambda fault: fault[0])]
 
 
 def _syntax_fault(text: str, error: str) -> str:
-    """Return where a TOML text is wrong and why, with the line that is."""
-    message, _, place = error.rpartition(" (at line ")
-    number = place.partition(",")[0]
+    """Return the message for a TOML syntax error, with the number and text of the line."""
+    message, _, position = error.rpartition(" (at line ")
+    number = position.partition(",")[0]
     if not message or not number.isdecimal():
         return f": not valid TOML: {error}"
     line = text.split("\n")[int(number) - 1].strip()
@@ -268,16 +300,16 @@ def _syntax_fault(text: str, error: str) -> str:
 def _option_of(
     key: KeyPath, overridden: dict[KeyPath, str], lines: dict[KeyPath, int]
 ) -> str | None:
-    """Return the option that a key comes from; None if it is the file's."""
-    for over, option in overridden.items():
-        made_by_it = over[: len(key)] == key and key not in lines
-        if key[: len(over)] == over or made_by_it:
+    """Return the command-line option that a key comes from; None if it is from the file."""
+    for path, option in overridden.items():
+        created = path[: len(key)] == key and key not in lines
+        if key[: len(path)] == path or created:
             return option
     return None
 
 
 def _key_text(part: str | int) -> str:
-    """Return a part of a key as it may stand in TOML, shortened and on one line."""
+    """Return a part of a key for a message: quoted if necessary, shortened, on one line."""
     text = str(part)
     if not text.replace("-", "_").isidentifier() and not text.isdecimal():
         text = repr(text)
@@ -285,7 +317,7 @@ def _key_text(part: str | int) -> str:
 
 
 def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
-    """Return the line of a key, or of the nearest table around it that the file has."""
+    """Return the line of a key, or of the innermost enclosing table in the file."""
     while key and key not in lines:
         key = key[:-1]
     return lines.get(key, 1)

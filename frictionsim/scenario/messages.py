@@ -1,4 +1,4 @@
-"""The wording of what is wrong with a scenario: where, what was wanted, what was found."""
+"""Error messages for invalid scenarios: the key, what was expected, what was found."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple, get_args, get_origin
@@ -9,13 +9,22 @@ from frictionsim.errors import unknown
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS
 from frictionsim.scenario.toml_positions import KeyPath
 
-MAX_VALUE_LENGTH = 40  # characters of a found value that a message shows
+MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
 
 
 class _Place(NamedTuple):
-    """Where an error is: its keys as in the TOML file, the table they are in, the unit there.
+    """The location of an error.
 
-    `items` is what a list has there.
+    Attributes
+    ----------
+    path : tuple of str or int
+        Keys as in the TOML file.
+    table : type or None
+        Model of the enclosing table.
+    unit : str
+        Unit of the value.
+    items : str
+        What a list holds there: numbers, names or tables.
     """
 
     path: KeyPath
@@ -25,7 +34,7 @@ class _Place(NamedTuple):
 
 
 def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
-    """Return the key that an error of pydantic is about, and a sentence on it.
+    """Return key and message for an error of pydantic.
 
     Parameters
     ----------
@@ -46,16 +55,16 @@ def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "extra_forbidden":
         retired = getattr(place.table, "RETIRED", {}).get(place.path[-1])
         return place.path, retired or unknown("key", str(place.path[-1]), key_names(place.table))
-    wanted = _wanted(kind, context, place)
+    expected = _expected(kind, context, place)
     if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
-        wanted = f"{wanted}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
+        expected = f"{expected}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
     if kind == "missing":
-        return place.path, f"missing; expected {wanted}"
-    return place.path, f"expected {wanted}, got {toml_text(error['input'])}"
+        return place.path, f"missing; expected {expected}"
+    return place.path, f"expected {expected}, got {toml_text(error['input'])}"
 
 
 def toml_text(value: Any) -> str:
-    """Return a value as a TOML file has it, shortened."""
+    """Return a value as TOML, shortened, for a message."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
@@ -70,7 +79,7 @@ def toml_text(value: Any) -> str:
 
 
 def key_names(model: type[BaseModel] | None) -> list[str]:
-    """Return the keys of a table as its TOML has them."""
+    """Return the keys of a table as in TOML."""
     if model is None:
         return []
     return [field.alias or name for name, field in model.model_fields.items()]
@@ -84,7 +93,7 @@ BOUNDS = {
 }
 
 
-def _wanted(kind: str, context: dict[str, Any], place: _Place) -> str:
+def _expected(kind: str, context: dict[str, Any], place: _Place) -> str:
     unit = place.unit
     if kind in BOUNDS:
         bound, relation = BOUNDS[kind]
@@ -112,18 +121,18 @@ def _at_least(count: int, items: str) -> str:
 
 
 def _place(model: type[BaseModel], location: KeyPath) -> _Place:
-    """Follow the location of an error through the models."""
+    """Resolve the location of an error through the models."""
     path: KeyPath = ()
     unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
     at_signal = at_name = False
     for part in location:
-        if at_signal:  # the form of the signal, which is no key
+        if at_signal:  # the tag of the signal's form, which is not a key
             here, at_signal = SIGNAL_TAGS.get(str(part)), False
             continue
         path = (*path, part)
-        if isinstance(part, int) or at_name:  # a place in a list, a name that is free to choose
+        if isinstance(part, int) or at_name:  # an index of a list, or a name chosen by the user
             at_name = False
             continue
         table, field = here, _field(here, part)
@@ -151,12 +160,12 @@ def _field(model: type[BaseModel] | None, key: Any) -> Any:
 
 
 def _has_text(annotation: Any) -> bool:
-    """Return whether an annotation is of text or of something that holds text."""
+    """Return whether an annotation is, or contains, str."""
     return annotation is str or any(map(_has_text, get_args(annotation)))
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Yield the table models that an annotation names."""
+    """Yield the table models in an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in get_args(annotation):

@@ -1,8 +1,8 @@
-"""Friction laws, integration methods, and which of them go together: the registry of both.
+"""The registry of friction laws and integration methods, and of the pairs that are supported.
 
 A scenario names the law in its friction effect (`effects.<friction>.law`) and the method as
 `solver.backend`. A kind of mechanism has one of the tables of pairs below (`Scenario.PAIRS`).
-Modules are named, not imported: only the one that a scenario needs is loaded.
+Modules are given by name, so that only the one of the scenario is imported.
 
 A method for mechanisms of one coordinate is a module with make_solver(mechanism, settings,
 buffer), which returns a `Solver`; a method for belts is a module with a class
@@ -15,22 +15,22 @@ from typing import NamedTuple
 SET_VALUED, REGULARISED, PUBLISHED, CREEP = "set-valued", "regularised", "published", "creep"
 
 LAWS = {
-    SET_VALUED: "exact stick; at slip the kinetic limit",
-    REGULARISED: "smoothed over transition_speed: it creeps where it should stick",
+    SET_VALUED: "exact sticking; the kinetic limit while sliding",
+    REGULARISED: "smoothed over transition_speed; creeps instead of sticking",
     PUBLISHED: "eq 30 of the paper on shafts, with its switch of abs and sign",
-    CREEP: "the creep of a belt as Kubas 2014 has it",
+    CREEP: "the creep law of a belt of Kubas 2014",
 }
 
 
 class Method(NamedTuple):
-    """What is particular to an integration method.
+    """Properties of an integration method.
 
     Attributes
     ----------
     scipy_class : str
-        The class of scipy.integrate that steps it; empty for our own integrators.
+        The class in scipy.integrate; empty for our own integrators.
     implicit : bool
-        Stiffness does not shorten its steps.
+        The method is implicit, so that stiffness does not limit its steps.
     """
 
     scipy_class: str = ""
@@ -38,12 +38,12 @@ class Method(NamedTuple):
 
     @property
     def resumable(self) -> bool:
-        """Whether a run can go on from a checkpoint; SciPy keeps its state to itself."""
+        """Whether a run can be resumed; the state of SciPy's integrators is private."""
         return not self.scipy_class
 
     @property
     def tells_rejected(self) -> bool:
-        """Whether its rejected steps are known; SciPy's implicit methods do not tell."""
+        """Whether rejected steps are counted; SciPy's implicit methods do not report them."""
         return not self.implicit
 
 
@@ -61,14 +61,14 @@ SCIPY = tuple(name for name, method in METHODS.items() if method.scipy_class)
 
 
 class Pair(NamedTuple):
-    """A law and a method that go together.
+    """The implementation of a friction law with an integration method.
 
     Attributes
     ----------
     module : str
-        What integrates this law by this method.
+        The module of the solver.
     fixed_step : bool
-        It takes steps of a given length, `solver.step`.
+        It accepts a fixed step size, `solver.step`.
     """
 
     module: str
@@ -76,7 +76,7 @@ class Pair(NamedTuple):
 
 
 Pairs = Mapping[tuple[str, str], Pair]
-"""(law, method) to what integrates them, in the order in which they are recommended"""
+"""Pairs by (law, method), in the order of recommendation."""
 
 _SOLVERS = "frictionsim.solvers."
 _STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
@@ -102,15 +102,25 @@ BELT: Pairs = {
 
 
 def methods_of(pairs: Pairs, law: str = "") -> tuple[str, ...]:
-    """Return the methods that go with a law, or with any where there is no friction."""
+    """Return the methods that support a law; all methods without friction (law "").
+
+    Parameters
+    ----------
+    pairs : Pairs
+    law : str
+    """
     return tuple(dict.fromkeys(m for of, m in pairs if law in ("", of)))
 
 
 def laws_of(pairs: Pairs) -> tuple[str, ...]:
-    """Return the laws that a table of pairs has."""
+    """Return the friction laws in a table of pairs."""
     return tuple(dict.fromkeys(law for law, _ in pairs))
 
 
 def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return what integrates a law by a method; without friction (law "") the first that does."""
-    return next(pair for (of, m), pair in pairs.items() if m == method and law in ("", of))
+    """Return what integrates a law by a method.
+
+    Without friction (law "") it is the first that does, with fixed steps if any has these.
+    """
+    found = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
+    return found[0]._replace(fixed_step=any(pair.fixed_step for pair in found))

@@ -1,4 +1,4 @@
-"""What every table of a scenario has in common: strict, frozen, finite, with units."""
+"""Base class and fields of the tables of a scenario: strict, frozen, finite, with units."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 class Params(BaseModel):
     """A table of a scenario. Unknown keys, wrong types, inf and nan are refused."""
 
-    # What a message says of keys that have gone, by their names.
+    # Messages for retired keys, by name.
     RETIRED: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(
@@ -19,12 +19,12 @@ class Params(BaseModel):
         extra="forbid",
         frozen=True,
         allow_inf_nan=False,
-        defer_build=True,  # only the scenario that is loaded is built, not each of its tables
+        defer_build=True,  # build the model of the loaded scenario only, for a fast start
     )
 
 
 def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -> Any:
-    """Declare a field with its SI unit and meaning, which messages and documents read from it.
+    """Declare a field with SI unit and description, for messages and documentation.
 
     Parameters
     ----------
@@ -33,15 +33,15 @@ def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -
     description : str
         A sentence for the reference of scenarios.
     default : optional
-        Left out, the key is required.
+        Without a default, the key is required.
     **bounds
-        As pydantic's ``Field`` has them: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
+        Arguments of pydantic's ``Field``: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
     """
     return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
 def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
-    """Return the error of values that are each right but do not go together.
+    """Return the error for values that are valid individually but inconsistent.
 
     Parameters
     ----------

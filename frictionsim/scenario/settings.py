@@ -1,4 +1,4 @@
-"""What every kind of scenario has: `[solver]`, `[output]`, its law and method, its checks."""
+"""The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
@@ -10,19 +10,19 @@ from frictionsim.results import Channel
 from frictionsim.scenario import methods
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
-# More than this does not fit in the memory of an ordinary machine with all its channels.
+# More samples of all channels do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
 
 
 class SolverSettings(Params):
-    """`[solver]`: who integrates, how long and how exactly.
+    """`[solver]`: integration method, duration and tolerances.
 
-    A step is accepted when the estimated error of every state y is at most atol + rtol |y|.
+    A step is accepted if the estimated error of every state y is at most atol + rtol |y|.
     """
 
     RETIRED: ClassVar[Mapping[str, str]] = {
-        "transition_speed": "it belongs to the friction law now: give transition_speed in the"
+        "transition_speed": "moved to the friction law: give transition_speed in the"
         ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
     }
 
@@ -34,7 +34,7 @@ class SolverSettings(Params):
 
     backend: str = Field("events", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
-    # Below 1e-14 the rounding of double precision is all that an error estimate sees.
+    # Below 1e-14, the error estimate consists of roundoff only.
     rtol: float = unit_field(
         "1",
         "Relative tolerance: the estimated error of a step is at most atol + rtol |y|.",
@@ -52,7 +52,7 @@ class SolverSettings(Params):
         gt=0,
     )
     max_steps: int = unit_field(
-        "1", "Budget of steps; a resumed run has as many again.", 10_000_000, gt=0
+        "1", "Limit of steps; a resumed run may take as many again.", 10_000_000, gt=0
     )
 
     @field_validator("backend")
@@ -72,20 +72,19 @@ class SolverSettings(Params):
 
 
 class Output(Params):
-    """`[output]`: when the run is sampled, and what is recorded. Neither changes the steps.
+    """`[output]`: sample times and recorded channels; they do not affect the steps.
 
-    `checkpoint` is a time on the wall: how often the result so far is written while it runs.
-    `at_events` has each event sampled, too.
+    `checkpoint` is the interval, in wall time, at which an incomplete result is written.
+    `at_events` adds a sample at each event.
     """
 
     interval: float | None = unit_field(
         "s", "Time between samples; without it a 500th of the duration.", None, gt=0
     )
-    at_events: bool = Field(True, description="Whether each event is sampled, too.")
+    at_events: bool = Field(True, description="Add a sample at each event.")
     checkpoint: float | None = unit_field(
         "s", "Wall time between checkpoints of the result so far; without it none.", None, gt=0
     )
-    # All where it is left out. The quantities and the audit of a run do not depend on it.
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = Field(
         None,
         description="Channels to record; without it all. Summary and audit do not depend on it.",
@@ -98,9 +97,9 @@ class Scenario(Params):
     Attributes
     ----------
     PAIRS : mapping of (law, method) to Pair
-        Those that can do this kind.
+        The pairs of friction law and method that support this kind.
     CHANNELS : mapping of name to Channel
-        The channels that a scenario of this kind may have.
+        All channels of this kind.
     """
 
     PAIRS: ClassVar[methods.Pairs]
@@ -113,7 +112,7 @@ class Scenario(Params):
 
     @property
     def interval(self) -> float:
-        """The time between two samples, s."""
+        """The sampling interval, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
 
     @property
@@ -124,23 +123,23 @@ class Scenario(Params):
 
     @property
     def signals(self) -> dict[str, Any]:
-        """What drives it, by the keys of the scenario."""
+        """The input signals, by their keys in the scenario."""
         return {f"drive.{name}": signal for name, signal in getattr(self, "drive", ())}
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scenario, though it can be simulated."""
+        """Return warnings about a valid scenario whose results may mislead."""
         from frictionsim.scenario.signal_checks import period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
         if interval > duration:
             return [
-                f"output.interval = {interval} s is longer than the run: only its two ends"
+                f"output.interval = {interval} s is longer than the run: only its start and end"
                 " are sampled"
             ]
         periods = {name: period_of(signal, duration) for name, signal in self.signals.items()}
         return [
             f"output.interval = {interval:g} s is longer than a tenth of the period of {name},"
-            f" {period:.6g} s: the samples do not show it;"
+            f" {period:.6g} s: the samples do not resolve it;"
             f" {shorter(period, duration, MAX_SAMPLES)}"
             for name, period in periods.items()
             if period is not None and too_long(interval, period)
@@ -155,18 +154,18 @@ class Scenario(Params):
 
     @property
     def friction_effects(self) -> dict[str, Any]:
-        """The effects of dry friction that are simulated, by name: those that have a law."""
+        """The effects of dry friction, which have a law, by name."""
         effects = getattr(self, "effects", ())
-        return {name: effect for name, effect in effects if hasattr(effect, "law")}
+        return {name: e for name, e in dict(effects).items() if hasattr(e, "law")}
 
     @property
     def law(self) -> str:
-        """The friction law that is integrated; empty where there is none."""
+        """The friction law; empty without dry friction."""
         return next((effect.law for effect in self.friction_effects.values()), "")
 
     @property
     def pair(self) -> methods.Pair:
-        """What integrates its law by its method."""
+        """The pair of friction law and method."""
         return methods.pair_of(self.PAIRS, self.law, self.solver.backend)
 
     @model_validator(mode="after")
@@ -177,30 +176,30 @@ class Scenario(Params):
             article = "an" if self.kind[0] in "aeiou" else "a"
             raise inconsistent(
                 ("solver", "backend"),
-                f"'{backend}' cannot do {article} {self.kind.replace('_', ' ')}; these can:"
+                f"'{backend}' does not support {article} {self.kind.replace('_', ' ')}; use one of:"
                 f" {', '.join(fit)} (--set solver.backend={fit[0]})",
             )
         if backend not in fit:
             raise inconsistent(
                 ("solver", "backend"),
-                f"'{backend}' does not integrate the friction law '{law}'; take one of"
+                f"'{backend}' does not integrate the friction law '{law}'; use one of"
                 f" {', '.join(fit)} (--set solver.backend={fit[0]}){self._other_law(backend)}",
             )
         if self.solver.step is not None and not self.pair.fixed_step:
             fixed = [
-                f"{method} with law '{of}'"
+                f"{method} with law '{of}'" if law else method
                 for (of, method), p in self.PAIRS.items()
                 if p.fixed_step
             ]
             raise inconsistent(
                 ("solver", "step"),
-                f"'{backend}' chooses its steps by the tolerances; leave step out, give max_step,"
-                f" or take what has fixed steps: {', '.join(fixed)}",
+                f"'{backend}' chooses its steps by the tolerances; remove step, use max_step, or"
+                f" use fixed steps: {', '.join(fixed)}",
             )
         return self
 
     def _other_law(self, backend: str) -> str:
-        """Return the advice to take a law that a method integrates; none if it takes more keys."""
+        """Return the advice to change the law to one of the method; empty if impossible."""
         law = next(of for of, method in self.PAIRS if method == backend)
         effects = self.friction_effects
         given = {
@@ -226,7 +225,7 @@ class Scenario(Params):
 
     @model_validator(mode="after")
     def _samples_fit_in_memory(self) -> Self:
-        if self.interval <= 0.0:  # the duration is of the order of the smallest number
+        if self.interval <= 0.0:  # underflow of a tiny duration
             raise inconsistent(
                 ("solver", "duration"), f"{self.solver.duration} s is too short to sample"
             )
@@ -234,8 +233,8 @@ class Scenario(Params):
         if samples > MAX_SAMPLES:
             raise inconsistent(
                 ("output", "interval"),
-                f"{self.interval} s over {self.solver.duration} s makes {samples:.3g} samples; at"
-                f" most {MAX_SAMPLES} are kept, so give an interval of at least"
+                f"{self.interval} s over {self.solver.duration} s gives {samples:.3g} samples; the"
+                f" limit is {MAX_SAMPLES}, so use an interval of at least"
                 f" {self.solver.duration / MAX_SAMPLES:.3g} s",
             )
         return self

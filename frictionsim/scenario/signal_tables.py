@@ -1,9 +1,4 @@
-"""Signals in time of a force, a torque or a speed, and where they kink and turn.
-
-A solver ends its steps on kinks, where a derivative jumps, so that no step straddles one.
-Between two turns a signal is monotone: whatever threshold it crosses there, it crosses once,
-which is what makes the search for a breakaway rigorous.
-"""
+"""The forms of a signal in a scenario: number, points, sine, smooth step, CSV file."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -61,13 +56,13 @@ class SpeedTable(Params):
         return self
 
 
-def _check_points(name: str, places: Sequence[float], unit: str, values: Sequence[float]) -> None:
-    """See that there is a value at each of the places, and that these increase."""
-    if len(places) != len(values):
+def _check_points(name: str, points: Sequence[float], unit: str, values: Sequence[float]) -> None:
+    """Check that there is one value for each point, and that the points increase."""
+    if len(points) != len(values):
         raise inconsistent(
-            ("value",), f"{len(values)} values for {len(places)} {name}s; give one for each"
+            ("value",), f"{len(values)} values for {len(points)} {name}s; give one for each"
         )
-    for i, (earlier, later) in enumerate(pairwise(places)):
+    for i, (earlier, later) in enumerate(pairwise(points)):
         if not later > earlier:
             raise inconsistent(
                 (name,),
@@ -77,6 +72,8 @@ def _check_points(name: str, places: Sequence[float], unit: str, values: Sequenc
 
 
 class SineParameters(Params):
+    """Parameters of a sine signal."""
+
     mean: float = Field(0.0, description="Mean value.")
     amplitude: float = Field(description="Amplitude.")
     frequency_hz: float = unit_field("Hz", "Frequency.", gt=0)
@@ -96,6 +93,8 @@ class SineTable(Params):
 
 
 class SmoothStepParameters(Params):
+    """Parameters of a smooth step."""
+
     before: float = Field(alias="from", description="Value before the step.")
     after: float = Field(alias="to", description="Value after the step.")
     start: float = unit_field("s", "Time at which the step starts.")
@@ -121,7 +120,7 @@ class SmoothStepTable(Params):
 
 
 def _read_csv(table: Any, info: ValidationInfo) -> Any:
-    """Replace `{csv = "file.csv"}` by its points; the path is relative to the scenario."""
+    """Replace `{csv = "file.csv"}` by the points in the file, relative to the scenario."""
     if not (isinstance(table, dict) and table.keys() == {"csv"}):
         return table
     name = table["csv"]
@@ -133,7 +132,7 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or (
-            "it is not text in UTF-8" if isinstance(error, UnicodeError) else error
+            "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
         )
         raise inconsistent(
             ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
@@ -148,15 +147,15 @@ def _read_csv(table: Any, info: ValidationInfo) -> Any:
             time, value = map(float, cells)
         except ValueError:
             if not times and not any(_is_number(cell) for cell in cells):
-                continue  # a line of column names above the numbers
+                continue  # a header line
             raise inconsistent(
                 ("csv",),
-                f"line {number} of '{path}' is not two numbers, a time and a value: '{line[:60]}'",
+                f"line {number} of '{path}': expected a time and a value, got '{line[:60]}'",
             ) from None
         times.append(time)
         values.append(value)
     if not times:
-        raise inconsistent(("csv",), f"'{path}' has no line with a time and a value")
+        raise inconsistent(("csv",), f"'{path}' has no lines with a time and a value")
     return {"time": times, "value": values}
 
 
@@ -170,14 +169,14 @@ def _is_number(cell: str) -> bool:
 
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
 _FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
-# The tag names the form in a validation error's location; it is no key of the scenario.
+# The tag of a form is part of a validation error's location; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
     "<points>": PiecewiseLinearTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
     "<of speed>": SpeedTable,
 }
-# What may stand where a number of this tag may; the tag is also the type of the error if none does.
+# Alternatives to a number, by its tag, which is also the type of the error if no form matches.
 FORMS_BESIDE_NUMBER = {
     _NUMBER: f'{_FORMS} or {{csv = "file.csv"}}',
     _NUMBER_OR_OF_SPEED: f'{_FORMS}, {{csv = "file.csv"}} or {{speed = [...], value = [...]}}',
@@ -206,7 +205,7 @@ def _signal_form_or_of_speed(table: Any) -> str | None:
 
 
 def _discriminator(form: Any, number: str) -> Discriminator:
-    # The type of the error says which forms there are; a context would not be hashable.
+    # The type of the error carries the known forms, because a context would not be hashable.
     return Discriminator(form, custom_error_type=number, custom_error_message="expected a signal")
 
 
@@ -230,5 +229,5 @@ SpeedOrTimeSignal = Annotated[
 
 
 def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
-    """Return the function of time that a signal of the scenario describes."""
+    """Return the signal, a function of time, of a number or signal table."""
     return Constant(table) if isinstance(table, int | float) else table.signal()

@@ -1,8 +1,7 @@
-"""Signals: functions of time that drive a mechanism, and where they kink and turn.
+"""Signals: inputs of a mechanism over time, with their discontinuities and extrema.
 
-A solver ends its steps on kinks, where a derivative jumps, so that no step straddles one.
-Between two turns a signal is monotone: whatever threshold it crosses there, it crosses once,
-which is what makes the search for a breakaway rigorous.
+Solvers end a step where a derivative jumps, so that every step is smooth. Between two extrema a
+signal is monotone and crosses a threshold at most once, so that no breakaway is missed.
 """
 
 from bisect import bisect_right
@@ -36,13 +35,13 @@ class Signal(Protocol):
         """Return the value at time t, s."""
 
     def derivative(self, t: float) -> float:
-        """Return the derivative at time t, s; at a kink that of after it."""
+        """Return the derivative at time t, s; the one-sided derivative after t if it jumps."""
 
     def next_discontinuity(self, t: float) -> float:
-        """Return the first time after t, s, at which a derivative jumps; inf if none."""
+        """Return the first time after t, s, at which a derivative jumps; inf if there is none."""
 
     def next_extremum(self, t: float) -> float:
-        """Return a time after t, s, up to which the signal is monotone and smooth."""
+        """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
 
     def pieces(self) -> list[CubicPiece]:
         """Return its cubic pieces; the first has no beginning, whatever its knot is."""
@@ -52,7 +51,7 @@ class Signal(Protocol):
 
 
 class Constant:
-    """The same value at all times."""
+    """A constant."""
 
     def __init__(self, value: float) -> None:
         self._value = value
@@ -77,11 +76,11 @@ class Constant:
 
 
 class PiecewiseLinear:
-    """Straight lines from point to point, constant before the first and after the last."""
+    """Linear interpolation between points, constant before the first and after the last."""
 
     def __init__(self, times: Sequence[float], values: Sequence[float]) -> None:
         self._times = list(times)
-        # Horizontal lines outside: a point before the first and the last point stand in for them.
+        # Constant extrapolation: the line before the first point uses that point.
         self._from_time = [times[0], *times]
         self._from_value = [values[0], *values]
         slopes = [
@@ -133,13 +132,13 @@ class Sine:
         return inf
 
     def next_extremum(self, t: float) -> float:
-        half_turns = (self._angular_frequency * t + self._phase - pi / 2) / pi
-        k = ceil(half_turns)
+        half_periods = (self._angular_frequency * t + self._phase - pi / 2) / pi
+        k = ceil(half_periods)
         while True:
-            turn = (pi / 2 + k * pi - self._phase) / self._angular_frequency
-            # Rounding can put the turn on t itself.
-            if turn > t:
-                return turn
+            extremum = (pi / 2 + k * pi - self._phase) / self._angular_frequency
+            # Rounding may return t itself.
+            if extremum > t:
+                return extremum
             k += 1
 
     def pieces(self) -> list[CubicPiece]:
@@ -150,9 +149,9 @@ class Sine:
 
 
 class SmoothStep:
-    """From one value to another along 3 x^2 - 2 x^3, constant before and after.
+    """Transition between two values by 3 x^2 - 2 x^3, constant before and after.
 
-    The slope is continuous; the curvature jumps at both ends.
+    The first derivative is continuous; the second jumps at both ends.
     """
 
     def __init__(self, before: float, after: float, start: float, stop: float) -> None:

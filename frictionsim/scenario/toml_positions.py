@@ -1,12 +1,12 @@
-"""On which line of a TOML text each key stands; tomllib keeps no positions."""
+"""The line of each key in a TOML text, which tomllib does not report."""
 
 import tomllib
 from typing import Any
 
 KeyPath = tuple[str | int, ...]
 
-# A statement longer than this is data, a signal of many points; parsing it anew with each of its
-# lines would take long, so only those are tried that it may end with.
+# A longer statement is a signal of many points. Parsing it again with each added line would be
+# slow, so it is parsed only after lines that may end it.
 LONG_STATEMENT = 100
 CLOSINGS = ("]", "}", '"', "'")
 
@@ -14,8 +14,7 @@ CLOSINGS = ("]", "}", '"', "'")
 def key_lines(text: str) -> dict[KeyPath, int]:
     """Return the line of each table and key of a valid TOML text.
 
-    A statement is what tomllib can parse by itself: one line, or as many as its brackets and
-    quotes need.
+    Lines are added to a statement until tomllib can parse it.
 
     Parameters
     ----------
@@ -24,8 +23,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     Returns
     -------
     dict
-        From the path of a key, with the index of a table in an array of tables, to its line,
-        counted from 1.
+        Line, counted from 1, by path of the key; the path includes indices of arrays of tables.
     """
     lines: dict[KeyPath, int] = {}
     arrays: dict[KeyPath, int] = {}
@@ -52,7 +50,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 
 
 def _header(parsed: dict[str, Any], arrays: dict[KeyPath, int]) -> KeyPath:
-    """Return the path of a table header, counting the tables of each array of tables."""
+    """Return the path of a table header, with the indices of arrays of tables."""
     path: KeyPath = ()
     table: Any = parsed
     while isinstance(table, dict) and table:
@@ -67,7 +65,7 @@ def _header(parsed: dict[str, Any], arrays: dict[KeyPath, int]) -> KeyPath:
 
 
 def _add(table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath, int]) -> None:
-    """Note the line of all keys of a statement, those of its inline tables, too."""
+    """Record the line of all keys of a statement, including those of inline tables."""
     left = [(parent, table)]
     while left:
         around, inner = left.pop()

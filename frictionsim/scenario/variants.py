@@ -1,4 +1,4 @@
-"""One scenario under other settings of its solver."""
+"""Variants of a scenario with other settings of the solver."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,23 +10,23 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 
-# Of a study, unless others are asked for.
+# Default tolerances of a work-precision study.
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 ATOL_OVER_RTOL = 1e-3
 
 
 class Setting(NamedTuple):
-    """A way to solve a scenario.
+    """A backend with the settings of one run of a study.
 
     Attributes
     ----------
     backend : str
     label : str
-        What tells it from others of its law and method, "rtol 1e-5".
+        The setting, such as "rtol 1e-5".
     overrides : tuple of str
-        `a.b=VALUE` each, as --set has them.
+        `a.b=VALUE` each, as for --set.
     law : str
-        Empty without friction.
+        Friction law; empty without friction.
     laws : tuple of str
         The overrides that set the law.
     """
@@ -44,35 +44,53 @@ class Setting(NamedTuple):
 
     @property
     def all_overrides(self) -> tuple[str, ...]:
-        """What a user gives as --set to have this setting, the method apart."""
+        """The overrides for --set that give this setting, without the method."""
         return (*self.laws, *self.overrides)
 
     def with_law(self, law: str, scenario: "Scenario") -> "Setting":
-        """Return the setting with another friction law for all friction effects of a scenario."""
+        """Return the setting with a friction law for all friction effects of a scenario.
+
+        Parameters
+        ----------
+        law : str
+        scenario : Scenario
+        """
         effects = scenario.friction_effects
         laws = tuple(f"effects.{name}.law={law}" for name in effects)
         return self._replace(law=law, laws=laws) if effects else self
 
 
 def with_overrides(scenario: "Scenario", overrides: Iterable[str]) -> "Scenario":
-    """Return a scenario with some of its keys set, `a.b=VALUE` each."""
+    """Return a scenario with overrides.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    overrides : iterable of str
+        `a.b=VALUE` each.
+
+    Returns
+    -------
+    Scenario
+    """
     data = resolved_tables(scenario)
     for override in overrides:
         apply_override(data, override)
-    return validate(data, Path())  # signals of files are filled in already
+    return validate(data, Path())  # no folder is needed: CSV data are included
 
 
 def with_tolerance(backend: str, rtol: float) -> Setting:
-    """Return the setting of an adaptive backend at a relative tolerance."""
+    """Return the setting of an adaptive backend with a relative tolerance."""
     return Setting(backend, f"rtol {short(rtol)}", tolerance_overrides(rtol))
 
 
 def tolerance_overrides(rtol: float) -> tuple[str, ...]:
+    """Return the overrides for a relative tolerance and the absolute one that goes with it."""
     return f"solver.rtol={rtol:.6g}", f"solver.atol={rtol * ATOL_OVER_RTOL:.6g}"
 
 
 def short(value: float) -> str:
-    """Return a number as short as it can be: 1e-5, 0.03."""
+    """Return a number as short text: 1e-5, 0.03."""
     if value >= 0.01:
         return f"{value:.6g}"
     digits, exponent = f"{value:.5e}".split("e")

@@ -1,8 +1,8 @@
-"""The ways to integrate a mechanism of one coordinate.
+"""Solvers for mechanisms of one coordinate.
 
-Each module has make_solver(mechanism, settings, buffer), which returns a `Solver`: its run steps
-the mechanism to settings.duration, fills the buffer with samples and transitions, and calls on_step
-along the way.
+Each module has make_solver(mechanism, settings, buffer), which returns a `Solver`. Its `run`
+integrates to settings.duration, fills the buffer with samples and transitions, and calls on_step
+between steps.
 """
 
 from collections.abc import Callable
@@ -15,14 +15,24 @@ if TYPE_CHECKING:
     from frictionsim.solvers.base import Solver
 
 
-# Takes over from each of them where the drive prescribes the velocity.
+# Replaces any backend if the drive prescribes the velocity.
 PRESCRIBED = "frictionsim.solvers.prescribed_motion"
 
 
 def solver_factory(method: str, law: str, prescribed: bool = False) -> Callable[..., "Solver"]:
-    """Import what integrates a law by a method; return its `make_solver`.
+    """Import the solver for a friction law and a method, and return its `make_solver`.
 
-    `law` is empty for a mechanism without dry friction.
+    Parameters
+    ----------
+    method : str
+    law : str
+        Empty without dry friction.
+    prescribed : bool
+        The drive prescribes the velocity.
+
+    Returns
+    -------
+    callable
     """
     module = PRESCRIBED if prescribed else pair_of(SINGLE_DOF, law, method).module
     make_solver: Callable[..., Any] = import_module(module).make_solver

@@ -1,4 +1,4 @@
-"""The loop of a run - steps, and the samples inside them - and a run without dry friction."""
+"""The loop over steps and the samples within them, and the solver without dry friction."""
 
 from collections.abc import Callable
 from math import inf
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 OnStep = Callable[[float], object]
 
-# So many times the energy that was put in is not an error of the steps, but their instability.
+# Kinetic energy above this multiple of the energy input indicates an unstable integration.
 MAX_ENERGY_RATIO = 100.0
 
 
 class EnergyMonitor:
-    """Stops a run whose motion has far more energy than was put in.
+    """Stops a run whose kinetic energy far exceeds the energy input.
 
-    Kinetic energy is what there was, the work of the drive and what the other stores gave, less
-    the losses; below atol/rtol it is only integrated to the absolute tolerance.
+    The input is the initial kinetic energy, the work of the drive and the energy released by the
+    other stores. Energies below atol/rtol are only accurate to the absolute tolerance.
     """
 
     def __init__(self, mechanism: "Mechanism", settings: "SolverSettings") -> None:
@@ -47,49 +47,55 @@ class EnergyMonitor:
         self._input = 2 + mechanism.energy_integrals.index("energy_input")
         friction = "energy_friction" in mechanism.energy_integrals
         self._friction = 2 + mechanism.energy_integrals.index("energy_friction") if friction else 0
-        self._advice = f"{subject_of(mechanism)} blows up; give a shorter solver.step or max_step"
+        self._advice = f"{subject_of(mechanism)} diverges; give a shorter solver.step or max_step"
 
     def check(self, t: float, y: State) -> None:
-        """Compare the energies at t.
+        """Compare the energies.
+
+        Parameters
+        ----------
+        t : float, s
+        y : (n,)
 
         Raises
         ------
         Diverged
+            If the kinetic energy is too large.
         """
         q, v = y[0], y[1]
         put_in = self._first + abs(y[self._input])
         for energy, first in self._others:
             put_in += abs(energy(q, v) - first)
-        if self._friction:  # as it was published, it may drive
+        if self._friction:  # published friction laws may have positive power
             put_in += max(0.0, -y[self._friction])
         kinetic = self._kinetic(q, v)
         if kinetic > MAX_ENERGY_RATIO * put_in:
             raise Diverged(
-                f"at t = {t:.9g} s there are {kinetic:.3g} J of motion, where {put_in:.3g} J were"
-                f" put in: {self._advice}"
+                f"at t = {t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
+                f" only {put_in:.3g} J: {self._advice}"
             )
 
 
 class Solver:
-    """A backend at work on a mechanism of one coordinate; each backend is a subclass.
+    """Base class of the solvers for a mechanism of one coordinate.
 
-    It alternates between steps and the samples inside the last one. Whenever it calls on_step, its
-    state is whole: what is saved there goes on to the same bits.
+    A solver alternates between steps and the samples within the last step. When it calls on_step,
+    its state is complete: a run resumed from it gives the same bits.
 
     Parameters
     ----------
     mechanism : Mechanism
     settings : SolverSettings
     buffer : SampleBuffer
-        To be filled.
+        Receives samples and transitions.
 
     Attributes
     ----------
     t : float, s
-        How far it has come.
+        Time up to which the run has come.
     stepper : Stepper
     CHECKPOINT_FIELDS : tuple of str
-        What its own continuation depends on; `checkpoint_parts` are the objects that have more.
+        Attributes in a checkpoint; `checkpoint_parts` are all objects in it.
     """
 
     CHECKPOINT_FIELDS: tuple[str, ...] = ("t", "started")
@@ -115,19 +121,24 @@ class Solver:
         }
 
     def run(self, on_step: OnStep) -> None:
-        """Step to the end, from the start or from what was restored.
+        """Integrate to the end, from the start or from a restored state.
+
+        Parameters
+        ----------
+        on_step : callable
+            Called with the time between steps and samples; it may raise Interrupted.
 
         Raises
         ------
         SolverError, Interrupted
-            The latter from on_step, which is called with the time between steps and samples.
         """
         try:
             self._run(on_step)
         except ArithmeticError:
             raise NonFinite(
-                f"after t = {self.t:.9g} s {subject_of(self.mechanism)} takes a number beyond the"
-                " range of double precision; is a force or an inertia far too large or too small?"
+                f"after t = {self.t:.9g} s {subject_of(self.mechanism)} exceeds the range of double"
+                " precision; check the scenario for forces or inertias that are far too large or"
+                " too small"
             ) from None
 
     def _run(self, on_step: OnStep) -> None:
@@ -147,44 +158,60 @@ class Solver:
             self.step()
 
     def start(self) -> None:
-        """Begin at the initial state."""
+        """Start at the initial state."""
         raise NotImplementedError
 
     def resume(self) -> None:
-        """Begin at the state that was restored."""
+        """Start at the restored state."""
         raise NotImplementedError
 
     def step(self) -> None:
-        """Take one step, after which samples inside it are known."""
+        """Take one step, within which samples can be taken afterwards."""
         raise NotImplementedError
 
     def sample(self, t: float) -> None:
-        """Record the state at a time that is known."""
+        """Record the state at a time within the last step."""
         raise NotImplementedError
 
     def row(self, t: float, y: State, mode: int) -> Row:
-        """Return what is recorded of a state whose contact is in a mode."""
+        """Return the sample of a state.
+
+        Parameters
+        ----------
+        t : float, s
+        y : (n,)
+        mode : int
+            Mode of the contact.
+        """
         raise NotImplementedError
 
     def covers(self, t: float) -> bool:
-        """Return whether the last step reaches to t."""
+        """Return whether t is within the last step."""
         return t <= self.stepper.t
 
     def process_step(self) -> None:
-        """Draw what follows from the last step, once its samples are taken."""
+        """Process the events of the last step, after its samples are taken."""
 
     def finish(self) -> None:
-        """Record what is left at the end."""
+        """Record the last sample."""
 
     def advance(self, limit: float, floor: float = 0.0) -> Crossing | None:
-        """Take a step of the integrator and look at its energy; return the event at its end."""
+        """Take a step of the integrator and check its energy; return the event at its end.
+
+        Parameters
+        ----------
+        limit : float, s
+            The step ends there at the latest.
+        floor : float, s
+            See `Stepper.advance`.
+        """
         crossing = advance(self.stepper, self.mechanism, limit, floor)
         self._energy_monitor.check(self.stepper.t, self.stepper.y)
         self.t = self.stepper.t
         return crossing
 
     def record_crossing(self, crossing: Crossing | None) -> None:
-        """Record the event at the end of the last step, if there was one; it goes on sliding."""
+        """Record the event at the end of the last step, if there is one; the mode is unchanged."""
         if crossing is None:
             return
         t, y = self.stepper.t, self.stepper.y
@@ -196,30 +223,34 @@ class Solver:
         )
 
     def mode_in_motion(self, direction: int) -> int:
-        """Return the mode that the samples have at the end of the last step, where it moves."""
+        """Return the mode of a sample in motion at the end of the last step."""
         return direction
 
     def change_mode(self, t: float, before: int, after: int, y: State, held: float = inf) -> None:
-        """Record a transition of the contact whose two sides have one state.
+        """Record a transition at which the state is continuous.
 
         Parameters
         ----------
         t : float, s
         before, after : int
-        y : State
+            The modes.
+        y : (n,)
         held : float, s
-            When it was still in the mode before: at t, or a rounding earlier, where the drive may
-            have jumped since. Below zero it never was, and begins in the mode after.
+            Last time in the mode before: t, or one rounding earlier if the drive jumps at t.
+            Negative if the run starts in the mode after.
         """
         contact = self.mechanism.contact
         name = "drive" if contact is None else contact.name
-        begun = self.row(t, y, after)
-        ended = begun if held < 0.0 else (t, *self.row(min(held, t), y, before)[1:])
-        self.buffer.record_event(Transition(t, name, before, after, y[0]), ended, begun)
+        sample_after = self.row(t, y, after)
+        sample_before = sample_after
+        if held >= 0.0:
+            sample_before = (t, *self.row(min(held, t), y, before)[1:])
+        transition = Transition(t, name, before, after, y[0])
+        self.buffer.record_event(transition, sample_before, sample_after)
 
 
 class FrictionlessSolver(Solver):
-    """A mechanism that has no dry contact: smooth from kink to kink."""
+    """Solver for a mechanism without dry friction: smooth between discontinuities."""
 
     def start(self) -> None:
         rhs = rhs_without_friction(self.mechanism)

@@ -1,4 +1,4 @@
-"""What the backends share: the samples they fill, the rates they integrate, the storm guard."""
+"""Parts shared by the solvers: sample buffer, right-hand sides, event location, chattering."""
 
 from array import array
 from collections import deque
@@ -18,25 +18,30 @@ if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 
-# The search for a root stops where its ends are two roundings apart.
-ROUNDINGS_OF_TIME = 2.0
+# A root search stops at an interval of two units in the last place of the time.
+SAME_TIME_ULPS = 2.0
 
 
 class SampleTimes:
-    """0, interval, 2 interval, ... and the duration, s."""
+    """The regular sample times: 0, interval, 2 interval, ..., duration.
+
+    Parameters
+    ----------
+    duration, interval : float, s
+    """
 
     CHECKPOINT_FIELDS = ("_next", "next")
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval = interval
         self._duration = duration
-        # A last interval that rounding made a hair too long or too short is the duration.
+        # A multiple that differs from the duration by rounding is replaced by the duration.
         self._last = floor(duration / interval * (1.0 - 1e-12))
         self._next = 0
         self.next = 0.0
 
     def advance(self) -> None:
-        """Go to the next sample; after the last one `next` is inf."""
+        """Advance to the next sample time; `next` is inf after the last."""
         self._next += 1
         if self._next <= self._last:
             self.next = self._next * self._interval
@@ -45,27 +50,39 @@ class SampleTimes:
 
 
 Row = tuple[float, ...]
-"""time, drive, position, velocity, acceleration, friction, mode; then the energies of the ledger"""
+"""A sample: time, drive, position, velocity, acceleration, friction, mode, energy integrals."""
 
 
 def row(t: float, drive: float, y: State, acceleration: float, friction: float, mode: int) -> Row:
-    """Return what is recorded of a state."""
+    """Return the sample of a state.
+
+    Parameters
+    ----------
+    t : float, s
+    drive : float
+        Value of the input signal.
+    y : (n,)
+        Position, velocity, energy integrals.
+    acceleration : float, rad/s^2
+    friction : float, N m
+    mode : int
+    """
     return (t, drive, y[0], y[1], acceleration, friction, mode, *y[2:])
 
 
 class SampleBuffer:
-    """Samples and events of a run, filled by its backend.
+    """The samples and events of a run, filled by the solver.
 
     Attributes
     ----------
     rows : array of double
-        The regular samples, one row after the other.
+        The regular samples, concatenated.
     transitions : list of Transition
     sides : array of double
-        Two rows for each of them: right before it, and right after.
+        Two samples for each transition: immediately before and after it.
     """
 
-    COLUMNS = 7  # of a row, before its energies
+    COLUMNS = 7  # of a sample, without its energies
     CHECKPOINT_FIELDS = ("rows", "sides")
 
     def __init__(self, times: SampleTimes) -> None:
@@ -75,46 +92,46 @@ class SampleBuffer:
         self.transitions: list[Transition] = []
 
     def add(self, sample: Row) -> None:
-        """Add the sample that is due."""
+        """Add a regular sample and advance to the next sample time."""
         self.rows.extend(sample)
         self.times.advance()
 
     def record_event(self, transition: Transition, before: Row, after: Row) -> None:
-        """Add an event with both of its sides."""
+        """Add an event with the samples immediately before and after it."""
         self.transitions.append(transition)
         self.sides.extend(before)
         self.sides.extend(after)
 
 
 class ChatteringDetector:
-    """Stops a run in which something happens without end: so many times within a window.
+    """Stops a run in which an event recurs too often within a time window.
 
     Parameters
     ----------
     window : float, s
-        Shorter than that many times would take in any motion worth simulating.
-    most : int
+    max_events : int
+        Allowed number of events in the window.
     what : str
-        The event as the message has it, "the contact 'shaft' changed its mode".
+        The event, for the message: "the contact 'shaft' changed its mode".
     advice : str
-        The end of the message.
+        End of the message.
     """
 
     CHECKPOINT_FIELDS = ("_times",)
 
-    def __init__(self, window: float, most: int, what: str, advice: str) -> None:
+    def __init__(self, window: float, max_events: int, what: str, advice: str) -> None:
         self._window = window
         self._what = what
         self._advice = advice
-        self._times: deque[float] = deque(maxlen=most)
+        self._times: deque[float] = deque(maxlen=max_events)
 
     def count(self, t: float) -> None:
-        """Count one more at t.
+        """Count an event at t, s.
 
         Raises
         ------
         Chattering
-            If it is one too many.
+            If there are too many in the window.
         """
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
@@ -126,16 +143,23 @@ class ChatteringDetector:
 
 
 def subject_of(mechanism: "Mechanism") -> str:
-    """Return what moves, for messages."""
+    """Return the subject of messages about the motion of a mechanism."""
     contact = mechanism.contact
     return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"
 
 
 def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
-    """Return the integrator for a mechanism, with the settings of the scenario."""
+    """Return the integrator for a mechanism, with the settings of the scenario.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    """
     integrator = METHODS[settings.backend].scipy_class
     if integrator:
-        from frictionsim.solvers.scipy_stepper import ScipyStepper  # scipy takes 0.3 s to import
+        # Imported here because SciPy takes 0.3 s to import.
+        from frictionsim.solvers.scipy_stepper import ScipyStepper
 
         return ScipyStepper(
             integrator,
@@ -161,8 +185,14 @@ def monotone_segment_end(
 ) -> float:
     """Return a time after t up to which drive and friction limits are smooth and monotone, s.
 
-    It is the next turn of the drive, or where the drive passes a critical input before; `end`
-    at the latest.
+    This is the next extremum of the drive, the next of the contact's `monotonicity_breaks`, or
+    `end`, whichever is first.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    contact : DryFriction
+    t, end : float, s
     """
     drive = mechanism.drive
     b = min(end, drive.next_extremum(t))
@@ -175,19 +205,29 @@ def monotone_segment_end(
 def crossing_bracket(
     excess: Callable[[float], float], a: float, b: float, tie: float, end: float
 ) -> tuple[float, float]:
-    """Return neighbours in [a, b], s, between which an excess becomes positive.
+    """Return adjacent times in [a, b] between which an excess becomes positive, s.
 
-    From a tie at a, where it is `tie` below zero at most, that is at a itself unless it takes
-    longer than rounding of the time of a run up to `end`: both are a then.
+    Both are a if the excess is zero at a, to within `tie`, and becomes positive within the
+    roundoff of the time.
+
+    Parameters
+    ----------
+    excess : callable
+        Function of the time, not positive at a and positive at b.
+    a, b : float, s
+    tie : float
+        Roundoff of the excess.
+    end : float, s
+        Duration of the run, which sets the roundoff of the time.
     """
     before, after = bracket_root(excess, a, b)
-    if after - a <= ROUNDINGS_OF_TIME * ulp(end) and excess(a) >= -tie:
+    if after - a <= SAME_TIME_ULPS * ulp(end) and excess(a) >= -tie:
         return a, a
     return before, after
 
 
 class Crossing(NamedTuple):
-    """A kink on which a step has ended: the event that it is, and the state right before it."""
+    """An event at the end of a step: its name, and the state immediately before it."""
 
     event: str
     before: State
@@ -199,9 +239,20 @@ def advance(
     limit: float,
     floor: float = 0.0,
 ) -> Crossing | None:
-    """Take a step that ends on `limit` or the first kink of the mechanism at the latest.
+    """Take a step that ends at `limit` or at the first switching surface that it crosses.
 
-    Return this kink if it is an event.
+    Parameters
+    ----------
+    stepper : Stepper
+    mechanism : Mechanism
+    limit : float, s
+    floor : float, s
+        See `Stepper.advance`.
+
+    Returns
+    -------
+    Crossing or None
+        The crossing, if it is an event.
     """
     stepper.advance(limit, floor)
     found = None
@@ -222,7 +273,7 @@ def advance(
 def _crossing_bracket_in_step(
     crossing: Callable[[float, float], float], stepper: Stepper
 ) -> tuple[float, float]:
-    """Return the neighbours between which a function of q and v becomes positive."""
+    """Return adjacent times within the last step between which a function becomes positive."""
 
     def inside(t: float) -> float:
         y = stepper.interpolate(t)
@@ -232,7 +283,7 @@ def _crossing_bracket_in_step(
 
 
 def rhs_without_friction(mechanism: "Mechanism") -> Rhs:
-    """Compose the rates of a mechanism that has no dry contact."""
+    """Return the right-hand side of a mechanism without dry friction."""
     drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
     power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
 
@@ -249,7 +300,14 @@ def rhs_without_friction(mechanism: "Mechanism") -> Rhs:
 def rhs_with_friction(
     mechanism: "Mechanism", friction: Callable[[float, float, float, float], float]
 ) -> Rhs:
-    """Compose the rates of a mechanism whose friction torque is friction(u, q, v, moment)."""
+    """Return the right-hand side of a mechanism with dry friction.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    friction : callable, N m
+        Friction torque of (u, q, v, applied torque).
+    """
     drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
     power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
     heat = 2 + len(power_flows)

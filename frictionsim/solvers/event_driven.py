@@ -1,8 +1,9 @@
-"""Event-driven solution: stick and slip are smooth phases, their ends are located.
+"""Event-driven integration: stick and slip phases are smooth, and their ends are located.
 
-In a stick phase the state stands still; the phase ends where the moment first exceeds the
-static limit. In a slip phase the kinetic friction has a fixed direction; the phase ends where
-the velocity comes to zero. What follows is decided there with the static limit. A tie sticks.
+In a stick phase the state is constant; it ends where the applied torque first exceeds the static
+limit. In a slip phase the kinetic friction has a fixed direction; it ends where the velocity
+becomes zero. The static limit then decides the next phase; if the torque equals it, the contact
+sticks.
 """
 
 from math import copysign, inf
@@ -26,25 +27,32 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
-# The end of a slip phase is located to this share of the step that it falls in.
+# Resolution of the end of a slip phase, relative to the step.
 RESOLUTION = 1e-12
-# A hundred transitions within a microsecond, fifty megahertz, are no motion of a mechanism.
+# 100 transitions within this time, s, are chattering.
 CHATTERING_WINDOW = 1e-6
 NEVER = -1.0  # s
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return what steps the mechanism to settings.duration, phase by phase."""
+    """Return the event-driven solver of a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+    """
     if mechanism.contact is None:
         return FrictionlessSolver(mechanism, settings, buffer)
     return EventDrivenSolver(mechanism, mechanism.contact, settings, buffer)
 
 
 class EventDrivenSolver(Solver):
-    """The state of an event-driven run and the two kinds of phase that change it.
+    """Event-driven solver.
 
-    In a stick phase a step is a piece along which the drive is monotone, and `y` the state. In a
-    slip phase it is one of the integrator, which has the state.
+    In a stick phase, a step is a segment on which the drive is monotone, and `y` is the state. In
+    a slip phase, the integrator takes a step and holds the state.
     """
 
     stepper: RungeKuttaFehlberg45
@@ -72,16 +80,16 @@ class EventDrivenSolver(Solver):
             CHATTERING_WINDOW * min(1.0, settings.duration),
             100,
             f"the contact '{contact.name}' changed its mode",
-            "does the drive change faster than it should?",
+            "check whether the drive changes too fast",
         )
         self.slip_rhs = {s: _slip_rhs(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
         self.y = mechanism.initial_state
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
-        self.sampled_until = 0.0  # up to here, excluded, the last step can be sampled
-        self.phase_ends = False  # with it, the phase
-        self.direction = STICK  # in which the stick ends
-        self.held = NEVER  # up to when it did
-        self.segment_end = 0.0  # of the smooth piece in which it slides
+        self.sampled_until = 0.0  # end, exclusive, of the samples in the last step
+        self.phase_ends = False  # the phase ends with the last step
+        self.direction = STICK  # of the breakaway at the end of the stick phase
+        self.held = NEVER  # last time at which the contact held
+        self.segment_end = 0.0  # of the smooth segment in which the contact slides
 
     @property
     def checkpoint_parts(self) -> dict[str, object]:
@@ -123,7 +131,7 @@ class EventDrivenSolver(Solver):
             self.sample(self.end)
 
     def switch_mode(self, mode: int) -> None:
-        """Take the mode that follows, and note the transition if it is one."""
+        """Switch to the next mode and record the transition if the mode changes."""
         self.chattering.count(self.t)
         if mode != self.mode:
             held = self.held if self.mode == STICK else self.t
@@ -137,21 +145,21 @@ class EventDrivenSolver(Solver):
         self.segment_end = self.t
 
     def excess(self, t: float, s: int) -> float:
-        """Return how far the moment in direction s is above the static limit, at rest, N m."""
+        """Return the applied torque in direction s minus the static limit, at rest, N m."""
         u, q = self.mechanism.drive(t), self.y[0]
         return s * self.mechanism.applied_torque(u, q, 0.0) - self.contact.static_limit(u, q)
 
     def excess_beyond_roundoff(self, t: float, s: int) -> float:
-        """Return how far it is above more than rounding, N m; up to there it is a tie and holds."""
+        """Return the excess minus the roundoff, N m; the contact holds unless it is positive."""
         return self.excess(t, s) - self.contact.roundoff(self.mechanism.drive(t), self.y[0])
 
     def mode_from_rest(self) -> int:
-        """Return the mode that the contact has at rest now."""
+        """Return the mode that follows from rest at the present time."""
         directions = (FORWARD, BACKWARD)
         return next((s for s in directions if self.excess_beyond_roundoff(self.t, s) > 0.0), STICK)
 
     def stick(self) -> None:
-        """Stand still for a piece of the drive, or up to the breakaway in it."""
+        """Stick for a monotone segment of the drive, or up to the breakaway in it."""
         a = self.t
         b = monotone_segment_end(self.mechanism, self.contact, a, self.end)
         self.sampled_until = b
@@ -163,17 +171,17 @@ class EventDrivenSolver(Solver):
                 return
 
     def breakaway(self, a: float, b: float, s: int) -> tuple[float, float]:
-        """Return when the moment in direction s passes the static limit in a monotone piece.
+        """Return the time of the breakaway in direction s within a monotone segment.
 
-        Two neighbouring times: it still holds at the first.
+        Two adjacent times, s: the contact still holds at the first.
         """
-        # From a tie at a, it breaks away where there is more to it than rounding.
+        # If the torque equals the limit at a, ignore an excess that is roundoff.
         excess = self.excess if self.excess(a, s) <= 0.0 else self.excess_beyond_roundoff
         tie = self.contact.roundoff(self.mechanism.drive(a), self.y[0])
         return crossing_bracket(lambda t: excess(t, s), a, b, tie, self.end)
 
     def sample(self, t: float) -> None:
-        """Record the state at t, which is at rest where the contact sticks."""
+        """Record the state at t."""
         y = self.y if self.mode == STICK else self.stepper.interpolate(t)
         self.buffer.add(self.row(t, y, self.mode))
 
@@ -187,7 +195,7 @@ class EventDrivenSolver(Solver):
         return row(t, u, y, acceleration, friction, mode)
 
     def slip(self, s: int) -> None:
-        """Slide in direction s for a step, or up to the moment of rest in it."""
+        """Slide in direction s for a step, or up to the stop within it."""
         stepper = self.stepper
         if stepper.t >= self.segment_end:
             self.segment_end = monotone_segment_end(
@@ -201,9 +209,9 @@ class EventDrivenSolver(Solver):
         self.sampled_until = min(stepper.t, rest)
 
     def rest_within_step(self, s: int) -> float:
-        """Return when the velocity first comes to zero in the last step; inf if it does not.
+        """Return the time of the first stop in the last step; inf if there is none.
 
-        A phase that has just broken away starts from zero; this zero is not its end.
+        The zero velocity at the start of a phase after a breakaway does not count.
         """
         stepper = self.stepper
         t_old, t1 = stepper.t_old, stepper.t
@@ -212,7 +220,7 @@ class EventDrivenSolver(Solver):
             return s * stepper.interpolate(t)[1]
 
         if s * stepper.y[1] > 0.0:
-            t1 = self.time_of_least_velocity(s)
+            t1 = self.time_of_min_velocity(s)
             if t1 == inf or velocity(t1) > 0.0:
                 return inf
         resolution = RESOLUTION * (t1 - t_old)
@@ -227,15 +235,15 @@ class EventDrivenSolver(Solver):
                 return t1
         return bracket_root(velocity, t_old, t1, resolution)[1]
 
-    def time_of_least_velocity(self, s: int) -> float:
-        """Return when the last step has its slowest moment; inf if it cannot be at rest there."""
+    def time_of_min_velocity(self, s: int) -> float:
+        """Return the time of the minimum velocity in the last step; inf if it stays positive."""
         stepper = self.stepper
         h = stepper.t - stepper.t_old
         v0, v1 = s * stepper.y_old[1], s * stepper.y[1]
         a0, a1 = s * stepper.f_old[1], s * stepper.f[1]
         if not a0 < 0.0 < a1:
             return inf
-        # The velocity stays above its tangents at both ends, hence above where these meet.
+        # The velocity is above its tangents at both ends, hence above their intersection.
         if v0 + a0 * (v1 - v0 - a1 * h) / (a0 - a1) > 0.0:
             return inf
         rhs = self.slip_rhs[s]

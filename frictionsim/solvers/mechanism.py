@@ -1,12 +1,11 @@
-"""The contract between physics and integration, for mechanisms of one coordinate.
+"""The interface between mechanisms of one coordinate and solvers.
 
-A mechanism states its equation of motion and never integrates it; a backend integrates it and
-never knows what it moves. Dry friction stands outside of the equation, as a set-valued force
-between two limits, so that each backend can treat it in its own way: solve for it, locate its
-switches, or switch it as published.
+A mechanism provides its equation of motion; a solver integrates it without knowledge of the
+mechanism. Dry friction is not part of the equation, but a set-valued force with two limits, so
+that each solver can treat it in its own way: solve for it, locate its switches, or regularise it.
 
-Every function below uses arithmetic operators only, so that it takes numbers while a backend
-steps and arrays when the whole run is looked at; `u` is the value of the drive.
+All functions below use arithmetic operators only, so that they accept numbers in a step and
+arrays in post-processing; `u` is the value of the drive.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,30 +18,30 @@ if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
     from frictionsim.scenario.signals import Signal
 
-Value = Any  # float while stepping, array of floats afterwards
+Value = Any  # float in a step, array in post-processing
 
 
 class DryFriction(NamedTuple):
     """Dry friction along the coordinate of a mechanism.
 
-    Sticking, v = 0, the friction is what holds the mechanism, |T| <= static_limit(u, q).
-    Sliding in direction s = +1 or -1, it is T = -s kinetic_limit(u, q, v, s). The direction is an
-    argument because the load of a contact may depend on the acceleration that s leads to.
+    While sticking, v = 0, friction balances the applied torque, |T| <= static_limit(u, q).
+    Sliding in direction s = +1 or -1, T = -s kinetic_limit(u, q, v, s). The direction is an
+    argument because the load of a contact may depend on the acceleration, which depends on s.
 
-    Both limits are not negative and kinetic_limit <= static_limit at v = 0.
+    Both limits are non-negative, and kinetic_limit <= static_limit at v = 0.
 
     Attributes
     ----------
     name : str
-        What slides, for events and messages.
+        Name of the contact in events and messages.
     static_limit, kinetic_limit : callable, N m
-    rounding : callable
-        rounding(u, q), N m: below this, moment and limit cannot be told from equal. A tie sticks.
-    critical_inputs : tuple of float
-        Between two neighbours of these values of u, s moment(u, q, 0) - static_limit(u, q) is
-        monotone in u for both directions s.
+    roundoff : callable, N m
+        roundoff(u, q): smaller differences of torque and limit count as equal; the contact sticks.
+    monotonicity_breaks : tuple of float
+        Values of u between which s applied_torque(u, q, 0) - static_limit(u, q) is monotone in u,
+        for both directions s.
     law : str
-        A name of `frictionsim.scenario.methods`.
+        Friction law, a name in `frictionsim.scenario.methods`.
     transition_speed : float, rad/s
         Of the regularised law.
     """
@@ -57,16 +56,16 @@ class DryFriction(NamedTuple):
 
 
 class SwitchingSurface(NamedTuple):
-    """States at which the equations of a mechanism have a kink; a step ends on them.
+    """States at which the equations of a mechanism are not smooth; steps end there.
 
     Attributes
     ----------
     function : callable or None
-        function(q, v) changes its sign there, and not twice within a step.
+        function(q, v) changes its sign on the surface, at most once within a step.
     every : float, rad
-        Without a function: the multiples of this angle, however many a step would pass.
+        Without a function, the surface consists of the multiples of this angle.
     event : str
-        What happens there, if it is to be noted as an event.
+        Name of the event to record; empty for none.
     """
 
     function: Callable[[Value, Value], Value] | None = None
@@ -74,9 +73,18 @@ class SwitchingSurface(NamedTuple):
     event: str = ""
 
     def crossing(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
-        """Return a function of q and v that is positive once the first kink is passed.
+        """Return a function of q and v that is positive after the first crossing of a step.
 
-        On the way from (q0, v0) to (q, v); not positive at the end if none is.
+        Parameters
+        ----------
+        q0, q : float, rad
+        v0, v : float, rad/s
+            Start and end of the step.
+
+        Returns
+        -------
+        callable
+            Not positive at the end of the step if there is no crossing.
         """
         if self.function is not None:
             function, before = self.function, self.function(q0, v0)
@@ -95,15 +103,15 @@ class Trajectory(NamedTuple):
     ----------
     time : (n,), s
     drive : (n,)
-        Value of the drive, in its own unit.
+        Value of the drive, in its unit.
     position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
     friction : (n,), N m
     mode : (n,)
         0 sticking, +1 or -1 sliding.
-    ledger : dict of (n,), J
-        The energies that were integrated along: into the mechanism, and out of it as heat.
-    stores : dict of (n,), J
-        The energies that the state has.
+    energy_integrals : dict of (n,), J
+        Integrated power flows: energy input and dissipated energies.
+    stored_energies : dict of (n,), J
+        Energies of the state.
     transitions : list of Transition
     """
 
@@ -120,41 +128,42 @@ class Trajectory(NamedTuple):
 
 
 class Mechanism(NamedTuple):
-    """One rotating coordinate q with v = dq/dt and at most one dry contact.
+    """A mechanism with one rotational coordinate q, v = dq/dt, and at most one dry contact.
 
-        inertia dv/dt = moment(u, q, v) + T,    u = drive(t)
+        inertia dv/dt = applied_torque(u, q, v) + T,    u = drive(t)
 
     with the friction torque T of `contact`. A scenario without dry friction has no contact, and
-    an effect that the scenario does not name has no term in any function here.
+    an effect that is not in the scenario has no term in any function.
 
     Attributes
     ----------
     drive : Signal
         The input u over time.
     inertia : float, kg m^2, positive
-    moment : callable, N m
-        All that drives or resists, dry friction excepted.
-    contact : Contact or None
-    powers : mapping of name to callable, W
-        power(u, q, v) of each flow of energy that is integrated along: `energy_input` into the
-        mechanism, `energy_damping` out of it. A contact adds `energy_friction` by itself.
-    stores : mapping of name to callable, J
-        energy(q, v) of each store: `energy_kinetic`, `energy_potential`.
+    applied_torque : callable, N m
+        The sum of all torques except dry friction.
+    contact : DryFriction or None
+    power_flows : mapping of name to callable, W
+        power(u, q, v) of each power flow to integrate: `energy_input` into the mechanism,
+        `energy_damping` out of it. A contact adds `energy_friction`.
+    stored_energies : mapping of name to callable, J
+        energy(q, v): `energy_kinetic`, `energy_potential`.
     position, velocity : float, rad and rad/s
-        The state at the start.
-    kinks : tuple of Kink
-        Those that depend on the state; the drive knows its own.
+        The initial state.
+    switching_surfaces : tuple of SwitchingSurface
+        Discontinuities that depend on the state; the drive reports those in time.
     prescribed : bool
-        The drive gives the velocity, and u is the torque that it takes: a summand of the moment.
+        The drive prescribes the velocity, and u is the torque that this takes, a summand of
+        applied_torque.
     channels : callable
-        channels(trajectory) returns the channels to record beside time, motion, dry friction and
-        energies, by name.
+        channels(trajectory) returns the channels by name, without those of time, motion, dry
+        friction and energies.
     channel_info : mapping of name to Channel
         For each of those names, and for the energies.
     quantities : callable
-        quantities(series) returns the mechanism's own quantities of a run.
+        quantities(trajectory) returns the quantities that are specific to the mechanism.
     run_warnings : callable
-        run_warnings(series) returns what is odd about a whole run, as warnings.
+        run_warnings(trajectory) returns warnings about a complete run.
     effects : tuple of str
         The effects that are simulated.
     """
@@ -177,11 +186,11 @@ class Mechanism(NamedTuple):
 
     @property
     def energy_integrals(self) -> tuple[str, ...]:
-        """The energies that are integrated along, in the order of the state vector."""
+        """The names of the energy integrals, in the order of the state vector."""
         friction = () if self.contact is None else ("energy_friction",)
         return (*self.power_flows, *friction)
 
     @property
     def initial_state(self) -> list[float]:
-        """The state vector at the start: position, velocity, and the energies of the ledger."""
+        """The initial state vector: position, velocity, and the energy integrals."""
         return [self.position, self.velocity, *(0.0 for _ in self.energy_integrals)]

@@ -1,12 +1,12 @@
-"""A mechanism whose velocity is given: what torque does it take?
+"""Prescribed velocity: inverse dynamics gives the torque of the drive.
 
-Every backend hands such a scenario over to this one: there is no breakaway to find, and the only
-unknowns are the position and the energies. The drive torque u follows from the equation,
+This solver replaces every backend for such scenarios: there is no breakaway, and the unknowns are
+the position and the energies. The drive torque u follows from the equation of motion,
 
-    u = inertia dv/dt - moment(0, q, v) - T,   T = -s kinetic_limit,
+    u = inertia dv/dt - applied_torque(0, q, v) - T,   T = -s kinetic_limit,
 
-where the moment of a mechanism with a prescribed velocity has u as a summand. At rest the friction
-can be anything up to its static limit; it is taken as zero.
+where u is a summand of the applied torque. At rest the friction torque is indeterminate up to the
+static limit; it is taken as zero.
 """
 
 from math import inf, nextafter
@@ -24,12 +24,19 @@ if TYPE_CHECKING:
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return what follows the prescribed velocity to settings.duration."""
+    """Return the solver for a prescribed velocity.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+    """
     return PrescribedMotionSolver(mechanism, settings, buffer)
 
 
 class PrescribedMotionSolver(Solver):
-    """A run along pieces on which the velocity is smooth and of one direction, `mode`."""
+    """Solver that integrates over segments with a smooth velocity of one direction, `mode`."""
 
     CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
@@ -41,40 +48,39 @@ class PrescribedMotionSolver(Solver):
 
     def start(self) -> None:
         self.mode = self.next_direction(0.0)
-        self.begin_piece(0.0, self.mechanism.initial_state)
+        self.begin_segment(0.0, self.mechanism.initial_state)
 
     def resume(self) -> None:
         self.torques = _InverseDynamics(self.mechanism, self.mode, self.segment_end)
         self.stepper.resume(self.torques.rhs())
 
     def next_direction(self, t: float) -> int:
-        """Set the limit of the piece that starts at t, and return its direction."""
-        self.segment_end = _end_of_piece(self.mechanism, t, self.end)
+        """Set the end of the segment that starts at t, and return its direction."""
+        self.segment_end = _segment_end(self.mechanism, t, self.end)
         return _sign(self.mechanism.drive(0.5 * (t + self.segment_end)))
 
-    def begin_piece(self, t: float, y: State) -> None:
+    def begin_segment(self, t: float, y: State) -> None:
         self.torques = _InverseDynamics(self.mechanism, self.mode, self.segment_end)
         self.stepper.start(self.torques.rhs(), t, y)
 
     def switch_mode(self, t: float, y: State) -> None:
-        """Begin the next piece, and note the change of direction if it brings one."""
-        before, ended = self.mode, self.row(t, y, self.mode)
+        """Start the next segment, and record the change of direction if there is one."""
+        before, sample_before = self.mode, self.row(t, y, self.mode)
         self.mode = self.next_direction(t)
-        self.begin_piece(t, y)
+        self.begin_segment(t, y)
         if self.mode != before:
             contact = self.mechanism.contact
             name = contact.name if contact else "drive"
             y = self.stepper.y
-            begun = self.row(t, y, self.mode)
-            self.buffer.record_event(Transition(t, name, before, self.mode, y[0]), ended, begun)
+            transition = Transition(t, name, before, self.mode, y[0])
+            self.buffer.record_event(transition, sample_before, self.row(t, y, self.mode))
 
     def step(self) -> None:
         stepper = self.stepper
         if stepper.t >= self.segment_end:
             self.switch_mode(stepper.t, stepper.y)
-        self.record_crossing(
-            advance(stepper, self.mechanism, self.segment_end)
-        )  # what is given cannot blow up
+        # No energy check: a prescribed motion cannot diverge.
+        self.record_crossing(advance(stepper, self.mechanism, self.segment_end))
         self.t = stepper.t
 
     def covers(self, t: float) -> bool:
@@ -89,11 +95,11 @@ class PrescribedMotionSolver(Solver):
 
 
 class _InverseDynamics:
-    """Velocity, friction and drive torque on a piece along which the direction is one."""
+    """Velocity, friction and drive torque on a segment of one direction."""
 
     def __init__(self, mechanism: "Mechanism", direction: int, limit: float) -> None:
         self._mechanism, self._direction = mechanism, direction
-        # The slope at the end of the piece is that of before it, not of after it.
+        # The derivative at the end of the segment is the one-sided derivative before it.
         self._last = nextafter(limit, -inf)
 
     def at(self, t: float, q: float) -> tuple[float, float, float, float]:
@@ -121,11 +127,11 @@ class _InverseDynamics:
         return rhs
 
 
-def _end_of_piece(mechanism: "Mechanism", t: float, end: float) -> float:
-    """Return a time up to which the velocity is smooth and of one sign."""
+def _segment_end(mechanism: "Mechanism", t: float, end: float) -> float:
+    """Return a time after t up to which the velocity is smooth and of one sign, s."""
     drive = mechanism.drive
     b = min(end, drive.next_extremum(t))
-    direction = _sign(drive(b))  # a product of two small velocities may be zero
+    direction = _sign(drive(b))  # compare signs: a product of tiny velocities may underflow
     if _sign(drive(t)) * direction < 0:
         _, b = bracket_root(lambda x: direction * drive(x), t, b)
     return b

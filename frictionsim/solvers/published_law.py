@@ -1,12 +1,11 @@
-"""Eq 30 of the paper as it is printed, with its switch of abs and sign [1]_.
+"""Eq 30 of the paper as published, with its switch of abs and sign [1]_.
 
     I dw/dt = (-sign(w) r_k R + M) sign(|sign(|x| - x)| + |sign(w)|),   x = r_s - |M|/R
 
-It is here to show what it does; use the law `set-valued` for results. At rest and beyond the
-static limit sign(0) = 0 takes all friction away for that evaluation. After the first motion a
-numerical step never hits w = 0 again, so that the static limit is out of use: where
-r_k R < |M| <= r_s R the body should stop and stay, and runs back instead; where |M| < r_k R it
-chatters about rest.
+It is included for comparison; use the law `set-valued` for results. At rest and beyond the static
+limit, sign(0) = 0 removes all friction for that evaluation. After the first motion, no numerical
+step hits w = 0 again, so the static limit has no effect: where r_k R < |M| <= r_s R the body runs
+back instead of sticking; where |M| < r_k R it chatters about rest.
 
 References
 ----------
@@ -32,38 +31,51 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
-# A hundred changes of direction within this share of the run are no motion, but chatter.
+# 100 changes of direction within this fraction of the duration are chattering.
 CHATTERING_WINDOW = 1e-4
-# Nor are a thousand steps within this share: stages of both signs then cancel in each of them,
-# and the velocity creeps without changing its own.
+# So are 1000 steps within this fraction: stages on both sides of v = 0 cancel, so v creeps
+# without changing sign.
 CREEP_WINDOW = 1e-6
 
 ADVICE = (
-    "eq 30 chatters where it should stick; law 'set-valued' sticks, and a fixed solver.step"
-    " shows the chatter"
+    "eq 30 chatters instead of sticking; use law 'set-valued', or a fixed solver.step to show the"
+    " chattering"
 )
 
 
 def sign(x: float) -> int:
-    """Return -1, 0 or +1, as the paper's sign() has it."""
+    """Return -1, 0 or +1, as sign() in the paper."""
     return (x > 0.0) - (x < 0.0)
 
 
 def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
-    """Return the factor of eq 30, 0 or 1; R x = r_s R - |M| has the sign of x and no division."""
+    """Return the factor of eq 30, 0 or 1; R x = r_s R - |M| replaces x, which has the same sign.
+
+    Parameters
+    ----------
+    applied_torque, static_limit : float, N m
+    velocity : float, rad/s
+    """
     x = static_limit - abs(applied_torque)
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return what steps eq 30 to settings.duration, adaptively or with steps of settings.step."""
+    """Return the solver for eq 30, with adaptive steps or those of settings.step.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+    """
     if mechanism.contact is None:
         return FrictionlessSolver(mechanism, settings, buffer)
     return PublishedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
 class PublishedSolver(Solver):
-    """An integration of eq 30, which stops where adaptive steps chatter about rest without end."""
+    """Solver for eq 30, which detects chattering of adaptive steps."""
 
     CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
@@ -80,7 +92,7 @@ class PublishedSolver(Solver):
         self.chattering = ChatteringDetector(
             CHATTERING_WINDOW * settings.duration, 100, changed, ADVICE
         )
-        crept = f"the contact '{contact.name}' let the solver creep on"
+        crept = f"the contact '{contact.name}' made the solver creep"
         self.creep = ChatteringDetector(CREEP_WINDOW * settings.duration, 1000, crept, ADVICE)
         self.adaptive = settings.step is None
         self.rhs = rhs_with_friction(mechanism, self.friction)
@@ -112,18 +124,18 @@ class PublishedSolver(Solver):
         self.record_crossing(self.advance(self.segment_end))
         direction = sign(stepper.y[1])
         if direction != self.mode:
-            self.turn(direction)
+            self.record_reversal(direction)
             self.mode = direction
             if self.adaptive:
                 self.chattering.count(stepper.t)
         if self.adaptive:
             self.creep.count(stepper.t)
 
-    def turn(self, direction: int) -> None:
-        """Record the change of direction that the last step has brought.
+    def record_reversal(self, direction: int) -> None:
+        """Record a change of direction within the last step.
 
-        Where in the step it turned is not looked for: before the turn it is at rest, at the start
-        of the step where it was until then, and after it, it is at the end of the step.
+        The reversal is not located: the sample before it is at rest, after a rest at the start of
+        the step; the sample after it is at the end of the step.
         """
         stepper, before = self.stepper, self.mode
         t, y = stepper.t, stepper.y

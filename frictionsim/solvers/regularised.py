@@ -1,4 +1,4 @@
-"""Dry friction smoothed over a transition speed, for ordinary integrators: it creeps.
+"""Regularised dry friction, for ordinary integrators: it creeps instead of sticking.
 
     T = -sign(v) F(|v|/v_t)
 
@@ -23,14 +23,21 @@ if TYPE_CHECKING:
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return what steps the smoothed law to settings.duration."""
+    """Return the solver with regularised friction.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+    """
     if mechanism.contact is None:
         return FrictionlessSolver(mechanism, settings, buffer)
     return RegularisedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
 class RegularisedSolver(Solver):
-    """An integration of the smoothed law, and what it takes for stick."""
+    """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
     CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
@@ -56,7 +63,7 @@ class RegularisedSolver(Solver):
         return -s * friction_curve(x, static, kinetic)
 
     def mode_at(self, v: float) -> int:
-        """Return what a velocity counts as."""
+        """Return the mode that a velocity counts as."""
         if abs(v) < self.speed:
             return STICK
         return FORWARD if v > 0.0 else BACKWARD
@@ -78,12 +85,12 @@ class RegularisedSolver(Solver):
         return self.mode_at(self.stepper.y[1])  # it may creep
 
     def record_mode_change(self) -> None:
-        """Note the transition of the last step, if there was one."""
+        """Record the transition in the last step, if there is one."""
         stepper, before = self.stepper, self.mode
         mode = self.mode_at(stepper.y[1])
         if mode == before:
             return
-        # It passes the transition speed on the way to slip or to stick.
+        # The transition is where the velocity passes the transition speed.
         threshold = (mode or before) * self.speed
         direction = 1.0 if threshold > stepper.y_old[1] else -1.0
         t = stepper.t

@@ -1,4 +1,4 @@
-"""A bracketing root finder; SciPy's would cost more to import than all of a short run."""
+"""A bracketing root finder; importing SciPy's would take longer than a short run."""
 
 from collections.abc import Callable
 from math import ulp
@@ -7,18 +7,18 @@ from math import ulp
 def bracket_root(
     f: Callable[[float], float], a: float, b: float, resolution: float = 0.0
 ) -> tuple[float, float]:
-    """Return neighbours (lo, hi) in [a, b], lo on the side of f(a) and hi on that of f(b).
+    """Return a bracket (lo, hi) of a root in [a, b]: f(lo) has the sign of f(a), f(hi) of f(b).
 
     Chandrupatla's method [1]_: inverse quadratic interpolation where it is safe, else bisection.
 
     Parameters
     ----------
     f : callable
-        Positive at one of a and b; a zero counts as not positive.
+        Positive at exactly one of a and b; zero counts as not positive.
     a, b : float
         a < b.
     resolution : float
-        How far apart lo and hi may be; the rounding of the abscissa is the least.
+        Allowed width of the bracket; at min_width the roundoff of the abscissa.
 
     Returns
     -------
@@ -27,34 +27,34 @@ def bracket_root(
     Raises
     ------
     ValueError
-        If f(a) and f(b) are on the same side.
+        If f(a) and f(b) have the same sign.
 
     References
     ----------
     .. [1] T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
     """
-    x, f_x, y, f_y = a, f(a), b, f(b)  # the newest point, and the other end of the bracket
+    x, f_x, y, f_y = a, f(a), b, f(b)  # newest point, and other end of the bracket
     if (f_x > 0.0) == (f_y > 0.0):
         raise ValueError(f"no change of sign: f({a}) = {f_x}, f({b}) = {f_y}")
-    share = 0.5
+    fraction = 0.5
     while True:
         width = abs(y - x)
-        least = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
-        if width <= 2.0 * least:
+        min_width = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
+        if width <= 2.0 * min_width:
             return min(x, y), max(x, y)
-        share = min(max(share, least / width), 1.0 - least / width)
-        new = x + share * (y - x)
+        fraction = min(max(fraction, min_width / width), 1.0 - min_width / width)
+        new = x + fraction * (y - x)
         f_new = f(new)
         if (f_new > 0.0) == (f_x > 0.0):
             z, f_z = x, f_x
         else:
             z, f_z, y, f_y = y, f_y, x, f_x
         x, f_x = new, f_new
-        share = _interpolated(x, f_x, y, f_y, z, f_z)
+        fraction = _interpolated(x, f_x, y, f_y, z, f_z)
 
 
 def _interpolated(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
-    """Return where to look next, as a share of the way from x to y; one half means bisect."""
+    """Return the next point, as a fraction of the interval from x to y; 0.5 is bisection."""
     if f_x == f_z or f_y == f_z:
         return 0.5
     xi = (x - y) / (z - y)

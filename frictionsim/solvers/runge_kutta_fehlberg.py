@@ -1,8 +1,8 @@
-"""The adaptive Runge-Kutta-Fehlberg method of order 4(5) that every mechanism is stepped with.
+"""The adaptive Runge-Kutta-Fehlberg method of order 4(5).
 
-What leads from stage to stage are plain loops over the states: on the short lists of a mechanism
-with few states they run as they stand, and over arrays numba compiles the same lines. The long
-sums are in two loops: a compiler makes vectors of a loop over a few arrays, not over seven.
+The stages are plain loops over the states, which run on the short lists of mechanisms with few
+states; numba compiles the same functions for the arrays of belts. Long sums are split into two
+loops, because compilers vectorise loops over a few arrays only.
 """
 
 from collections.abc import Callable, MutableSequence, Sequence
@@ -12,7 +12,7 @@ from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
 
 State = MutableSequence[float]
 Rhs = Callable[[float, State, State], None]
-"""rates(t, y, dy): write the time derivative of the state y at time t into dy."""
+"""rhs(t, y, dy): write the time derivative of the state y at time t into dy."""
 
 # Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
 C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1
@@ -26,11 +26,11 @@ E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # orde
 
 SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
 MIN_FACTOR, MAX_FACTOR = 0.2, 5.0  # ibid.
-STEP_END_TOLERANCE = 1.0 - 1e-9  # a remainder below this share of a step is not worth a step
-MIN_TRIAL_STEP = 1e-100  # s: of the step that a first one is estimated from
+STEP_END_TOLERANCE = 1.0 - 1e-9  # merge a remainder shorter than 1e-9 h into the step
+MIN_TRIAL_STEP = 1e-100  # s, for the estimate of the first step
 # PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
 PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
-MIN_ERROR_NORM = 1e-10  # what the controller takes for an error of nothing
+MIN_ERROR_NORM = 1e-10  # replaces smaller errors in the controller
 
 
 def stage_2(h: float, y: State, k1: State, stage: State) -> None:
@@ -99,17 +99,17 @@ def stages(
     y_new: State,
     error: State,
 ) -> None:
-    """Take one step of length h from (t, y), with the rates k[0] there already known.
+    """Take one step of length h from (t, y), where the derivative k[0] is known.
 
     Parameters
     ----------
-    rates : callable
+    rhs : callable
     t, h : float, s
     y : (n,)
     k : six of (n,)
         k[0] is read, the others are overwritten.
     stage : (n,)
-        Room to work in.
+        Workspace.
     y_new : (n,)
         Receives the solution of order 5.
     error : (n,)
@@ -131,7 +131,7 @@ def stages(
 
 
 def reduced_step(h: float, error: float) -> float:
-    """Return the length to try next after a step of length h whose error is above 1."""
+    """Return the length of the next trial after a step of length h with an error above 1."""
     return h * max(MIN_FACTOR, SAFETY * error**-0.2)
 
 
@@ -140,7 +140,7 @@ def clipped_step(h: float, left: float) -> float:
     if h >= left * STEP_END_TOLERANCE:
         return left
     if h > 0.5 * left:
-        return 0.5 * left  # two like steps rather than a long one and a sliver
+        return 0.5 * left  # two equal steps instead of a long one and a short one
     return h
 
 
@@ -150,40 +150,41 @@ def next_step_size(
     """Return the length of the step after one of length h, s, from its error and the one before."""
     growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
     length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
-    # A step that a limit cut short says little: keep the length that was planned.
+    # The error of a shortened step is not representative: keep the planned length.
     kept = planned if not rejected_here and h < planned else 0.0
     return min(max(length, kept), max_step)
 
 
 class RungeKuttaFehlberg45:
-    """Error-controlled steps along one smooth piece after another.
+    """Error-controlled integration over smooth segments.
 
-    `start` sets the start of a piece, `advance` takes one accepted step from (t0, y0) to
-    (t, y), and `interpolate` gives the state inside that step by a shorter step from its start,
-    which is as exact as the step itself.
+    `start` starts a segment, `advance` takes one accepted step from (t_old, y_old) to (t, y), and
+    `interpolate` returns the state within that step by a shorter step from its start, which is as
+    accurate as the step itself.
 
     Parameters
     ----------
     states : int
     rtol, atol : float
-        A step is accepted when |error| <= atol + rtol max(|y0|, |y|) in every state.
+        A step is accepted if |error| <= atol + rtol max(|y_old|, |y|) for every state.
     max_step : float, s
     max_steps : int
-        The accepted and rejected steps that a run may take.
+        Limit of accepted plus rejected steps.
     fixed_step : float or None, s
         Take steps of this length, whatever their error.
     what : str
-        What is integrated, as messages have it.
+        Subject of messages.
 
     Attributes
     ----------
-    t0, t : float, s
+    t_old, t : float, s
         Start and end of the last step.
-    y0, y, rates0, rates1 : (n,)
-        The states and their rates there.
-    steps, rejected, evaluations : int
+    y_old, y, f_old, f : (n,)
+        States and derivatives there.
+    steps, rejected, nfev : int
+        Accepted steps, rejected steps, evaluations of the right-hand side.
     CHECKPOINT_FIELDS : tuple of str
-        The attributes that the steps to come depend on.
+        The attributes in a checkpoint.
     """
 
     CHECKPOINT_FIELDS: tuple[str, ...] = (
@@ -205,14 +206,14 @@ class RungeKuttaFehlberg45:
         self._max_step, self._max_steps = max_step, max_steps
         self._fixed_step = fixed_step
         self._what = what
-        self._granted = 0  # steps that an earlier budget has paid for
+        self._granted = 0  # steps under earlier limits, before a resume
         self.steps = self.rejected = self.nfev = 0
         self.t_old = self.t = 0.0
         self.y_old: State = [0.0] * states
         self.y: State = [0.0] * states
         self.f_old: State = [0.0] * states
         self.f: State = [0.0] * states
-        self._k: list[State] = [[0.0] * states for _ in range(6)]  # the first is that of the step
+        self._k: list[State] = [[0.0] * states for _ in range(6)]  # the first is f_old
         self._stage: State = [0.0] * states
         self._error: State = [0.0] * states
         self._inside: State = [0.0] * states
@@ -221,7 +222,14 @@ class RungeKuttaFehlberg45:
         self._error_before = 1.0
 
     def start(self, rhs: Rhs, t: float, y: State) -> None:
-        """Start a piece with these rates at (t, y); the length of the next step is chosen anew."""
+        """Start a segment at (t, y), with a new initial step size.
+
+        Parameters
+        ----------
+        rhs : callable
+        t : float, s
+        y : (n,)
+        """
         self._rhs = rhs
         self.t_old = self.t = t
         self.y[:] = self.y_old[:] = y
@@ -237,14 +245,14 @@ class RungeKuttaFehlberg45:
         ----------
         limit : float, s
         floor : float, s, optional
-            A step as short as this is accepted whatever its error: across a jump of the rates
-            no step is small enough, and the error that is left is floor times the jump.
+            A step of this length is accepted whatever its error: across a jump of the derivative
+            no step meets the tolerance; the remaining error is floor times the jump.
 
         Raises
         ------
         SolverError
-            If the state ceases to be finite, the step falls below the resolution of the time,
-            or the budget of steps is spent; in the last case the same call can be made again.
+            If the state becomes non-finite, the step falls below the resolution of the time, or
+            the step limit is reached; in the last case the call may be repeated.
         """
         self._check_budget()
         self.t_old, self.y_old, self.y = self.t, self.y, self.y_old
@@ -255,14 +263,14 @@ class RungeKuttaFehlberg45:
             self._rk_step(h, self.y, self._error)
             error = self._error_norm()
             if not isfinite(error):
-                raise not_finite(self.t_old, self._what)
+                raise non_finite_error(self.t_old, self._what)
             if self._fixed_step or error <= 1.0 or h <= floor:
                 break
             self.rejected += 1
             rejected_here = True
             self._h = max(floor, reduced_step(h, error))
             if self._h < 4.0 * ulp(limit):
-                raise step_too_short(self.t_old, self._h, self._what)
+                raise step_underflow(self.t_old, self._h, self._what)
         self.t = limit if h == limit - self.t_old else self.t_old + h
         self._rhs(self.t, self.y, self.f)
         self.nfev += 1
@@ -271,14 +279,14 @@ class RungeKuttaFehlberg45:
             self._update_step_size(h, error, rejected_here)
 
     def _check_budget(self) -> None:
-        spent = self.steps + self.rejected
-        if spent - self._granted < self._max_steps:
+        taken = self.steps + self.rejected
+        if taken - self._granted < self._max_steps:
             return
-        self._granted = spent  # who goes on from here has as many again
+        self._granted = taken  # a resumed run may take max_steps again
         raise BudgetExceeded(
-            f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; resume the"
-            " run, give a larger solver.max_steps, or looser tolerances unless a short time"
-            " constant of the scenario, as inertia over damping, is what keeps the steps short"
+            f"limit solver.max_steps = {self._max_steps} reached at t = {self.t:.9g} s of"
+            f" {self._what}; resume the run, raise the limit or loosen the tolerances (unless a"
+            " short time constant, such as inertia over damping, limits the steps)"
         )
 
     def truncate(self, t: float) -> None:
@@ -289,7 +297,7 @@ class RungeKuttaFehlberg45:
         self.nfev += 1
 
     def interpolate(self, t: float) -> State:
-        """Return the state at a time inside the last step; the next call overwrites it."""
+        """Return the state at a time within the last step; the next call overwrites it."""
         if t >= self.t:
             return self.y
         self._rk_step(t - self.t_old, self._inside, self._inside_error)
@@ -310,7 +318,7 @@ class RungeKuttaFehlberg45:
         worst = 0.0
         for error, y_old, y in zip(self._error, self.y_old, self.y, strict=True):
             ratio = abs(error) / (atol + rtol * max(abs(y_old), abs(y)))
-            if not ratio <= worst:  # also where it is not a number
+            if not ratio <= worst:  # also true if it is NaN
                 worst = ratio
         return worst
 
@@ -322,14 +330,14 @@ class RungeKuttaFehlberg45:
         self._error_before = error
 
     def _select_initial_step(self) -> float:
-        """Estimate the length of a first step from the rates and their change [1]_.
+        """Estimate the length of the first step from the derivative and its change [1]_.
 
         .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
         """
         size = self._norm(self.y)
         rate = self._norm(self.f)
         if not isfinite(rate):
-            raise not_finite(self.t, self._what)
+            raise non_finite_error(self.t, self._what)
         h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
         h0 = min(max(h0, MIN_TRIAL_STEP), self._max_step)
         for i, dy in enumerate(self.f):
@@ -346,27 +354,26 @@ class RungeKuttaFehlberg45:
         return min(100.0 * h0, h1, self._max_step)
 
     def _norm(self, values: State) -> float:
-        """Return the largest of the values, each in units of its own tolerance."""
+        """Return the maximum of the values, each relative to its tolerance."""
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
 
     def resume(self, rhs: Rhs) -> None:
-        """Take up a piece, with these rates, whose CHECKPOINT_FIELDS attributes are set."""
+        """Resume a segment after the attributes in CHECKPOINT_FIELDS were restored."""
         self._rhs = rhs
 
 
-def not_finite(t: float, what: str) -> NonFinite:
-    """Return the error of a state that is not finite after t; `what` moves."""
+def non_finite_error(t: float, what: str) -> NonFinite:
+    """Return the error for a non-finite state after t, s; `what` is the subject."""
     return NonFinite(
-        f"the state is not finite after t = {t:.9g} s in {what}; is a force or a"
-        " coefficient of the scenario too large?"
+        f"the state of {what} is not finite after t = {t:.9g} s; check the scenario for forces or"
+        " coefficients that are too large"
     )
 
 
-def step_too_short(t: float, h: float, what: str) -> StepUnderflow:
-    """Return the error of tolerances that ask for a step h at t which rounding swallows."""
+def step_underflow(t: float, h: float, what: str) -> StepUnderflow:
+    """Return the error for a required step h, s, at t, s, below the resolution of the time."""
     return StepUnderflow(
-        f"at t = {t:.9g} s the tolerances ask for a step of {h:.2g} s"
-        f" of {what}, below what double precision resolves; give a larger"
-        " solver.rtol or atol"
+        f"at t = {t:.9g} s the tolerances require a step of {h:.2g} s for {what}, below the"
+        " resolution of double precision; give a larger solver.rtol or atol"
     )

@@ -1,4 +1,4 @@
-"""SciPy's integrators, step by step, behind the interface of our own."""
+"""SciPy's integrators behind the `Stepper` interface."""
 
 from math import ulp
 from typing import Any
@@ -9,36 +9,38 @@ import scipy.integrate
 from numpy.linalg import LinAlgError
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State, not_finite, step_too_short
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State, non_finite_error, step_underflow
 
 
 class ScipyStepper:
-    """One of the methods of scipy.integrate, as a `Stepper`.
+    """A method of scipy.integrate as a `Stepper`.
 
-    Every piece is started anew, also where a step was cut: none of them steps across a kink.
+    The method is restarted for every segment and after a truncated step, so that it never steps
+    across a discontinuity.
 
     Parameters
     ----------
     integrator : str
         RK45, DOP853, Radau, BDF or LSODA.
     rtol, atol : float
-        As the method takes them: a root mean square over the states.
+        As in SciPy: the error is a root mean square over the states.
     max_step : float, s
     max_steps : int
+        Limit of accepted plus rejected steps.
     what : str
-        What is integrated, as messages have it.
+        Subject of messages.
 
     Attributes
     ----------
-    t0, t : float, s
+    t_old, t : float, s
         Start and end of the last step.
-    y0, y : (n,)
+    y_old, y : (n,)
         The states there.
-    steps, rejected, evaluations : int
-        `rejected` stays 0 for the implicit methods, which do not tell.
+    steps, rejected, nfev : int
+        `rejected` is 0 for implicit methods, which do not report it.
     """
 
-    CHECKPOINT_FIELDS: tuple[str, ...] = ()  # what a method remembers of its steps is its own
+    CHECKPOINT_FIELDS: tuple[str, ...] = ()  # the state of SciPy's methods is private
 
     def __init__(
         self,
@@ -50,7 +52,7 @@ class ScipyStepper:
         what: str = "the motion",
     ) -> None:
         self._method = getattr(scipy.integrate, integrator)
-        # Explicit methods of SciPy take this many evaluations for a trial step.
+        # Evaluations of an explicit method for each trial step.
         self._stages = getattr(self._method, "n_stages", 0) if integrator != "Radau" else 0
         self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
         self._max_steps, self._what = max_steps, what
@@ -62,7 +64,14 @@ class ScipyStepper:
         self._dense: Any = None
 
     def start(self, rhs: Rhs, t: float, y: State) -> None:
-        """Start a piece with these rates at (t, y)."""
+        """Start a segment at (t, y).
+
+        Parameters
+        ----------
+        rhs : callable
+        t : float, s
+        y : (n,)
+        """
         self._rhs = rhs
         self._dy: State = [0.0] * len(y)
         self.t_old = self.t = t
@@ -72,38 +81,45 @@ class ScipyStepper:
     def advance(self, limit: float, floor: float = 0.0) -> None:
         """Take one accepted step that ends at `limit` at the latest.
 
+        Parameters
+        ----------
+        limit : float, s
+        floor : float, s
+            Not used; see `RungeKuttaFehlberg45.advance`.
+
         Raises
         ------
         SolverError
-            If the state ceases to be finite, the step falls below the resolution of the time,
-            or the budget of steps is spent.
+            If the state becomes non-finite, the step falls below the resolution of the time, or
+            the step limit is reached.
         """
         if self.steps + self.rejected >= self._max_steps:
             raise BudgetExceeded(
-                f"{self._max_steps} steps are spent at t = {self.t:.9g} s of {self._what}; give a"
-                " larger solver.max_steps, a larger solver.transition_speed, or looser tolerances"
+                f"limit solver.max_steps = {self._max_steps} reached at t = {self.t:.9g} s of"
+                f" {self._what}; raise the limit, increase solver.transition_speed or loosen the"
+                " tolerances"
             )
         self.t_old, self.y_old = self.t, self.y
         self._dense = None
-        with catch_warnings():  # what they warn of is seen below
+        with catch_warnings():  # failures are detected below
             simplefilter("ignore")
             try:
                 self._step(limit)
-            except (ValueError, LinAlgError):  # a matrix that is not finite, or singular
-                raise not_finite(self.t_old, self._what) from None
+            except (ValueError, LinAlgError):  # a non-finite or singular matrix
+                raise non_finite_error(self.t_old, self._what) from None
 
     def resume(self, rhs: Rhs) -> None:
-        """Begin anew where it is: these runs are not resumed."""
+        """Restart; runs with SciPy's methods have no checkpoints."""
         self.start(rhs, self.t, self.y)
 
     def truncate(self, t: float) -> None:
-        """End the last step at a time inside it."""
+        """End the last step at a time within it."""
         self.y = self.interpolate(t)
         self.t = t
         self._solver = None
 
     def interpolate(self, t: float) -> State:
-        """Return the state at a time inside the last step, by the method's own interpolation."""
+        """Return the state at a time within the last step, by the dense output of the method."""
         if t >= self.t:
             return self.y
         if t <= self.t_old:
@@ -115,21 +131,21 @@ class ScipyStepper:
 
     def _step(self, limit: float) -> None:
         if self._solver is None or self._solver.t_bound != limit:
-            self._solver = self._method(self._rates_of, self.t, self.y, limit, **self._options)
+            self._solver = self._method(self._fun, self.t, self.y, limit, **self._options)
         before = self.nfev
         self._solver.step()
         self.t, self.y = float(self._solver.t), self._solver.y.tolist()
         if not all(np.isfinite(self.y)):
-            raise not_finite(self.t_old, self._what)
+            raise non_finite_error(self.t_old, self._what)
         if self._solver.status == "failed":
-            if not all(np.isfinite(self._rates_of(self.t_old, np.array(self.y_old)))):
-                raise not_finite(self.t_old, self._what)
-            raise step_too_short(self.t_old, 10.0 * ulp(self.t_old), self._what)
+            if not all(np.isfinite(self._fun(self.t_old, np.array(self.y_old)))):
+                raise non_finite_error(self.t_old, self._what)
+            raise step_underflow(self.t_old, 10.0 * ulp(self.t_old), self._what)
         self.steps += 1
         if self._stages:
             self.rejected += (self.nfev - before) // self._stages - 1
 
-    def _rates_of(self, t: float, y: Any) -> State:
+    def _fun(self, t: float, y: Any) -> State:
         self.nfev += 1
         self._rhs(t, y.tolist(), self._dy)
         return self._dy

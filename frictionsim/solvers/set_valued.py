@@ -1,9 +1,9 @@
-"""Adaptive RKF4(5) with the friction solved for inside the right-hand side: exact stick.
+"""Adaptive RKF4(5) with set-valued friction inside the right-hand side: sticking is exact.
 
-No switch is located. At rest the friction is what the applied moment asks for, cut off at the
-limit: T = clip(-M) for one contact; the error estimate sees the jump where it lets go or takes
-hold and shortens the steps across it. Between two steps the contact only remembers which way it
-slid, because the limit that holds it is the static one and that of sliding the kinetic one.
+No switch is located. At rest, friction balances the applied torque up to the static limit,
+T = clip(-M); at breakaway and stop the error estimate detects the jump and shortens the steps.
+Between two steps the contact stores its direction of sliding, which decides whether the static or
+the kinetic limit applies.
 """
 
 from math import copysign, inf, ulp
@@ -26,21 +26,28 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
-# Across a jump of the friction no step meets the tolerance: this many roundings of the time
-# are short enough for what is left of the error to be rounding, too.
-JUMP_ROUNDINGS = 16.0
+# Across a jump of the friction no step meets the tolerance. A step of so many units in the last
+# place of the time leaves an error of the order of the roundoff.
+JUMP_ULPS = 16.0
 NEVER = -1.0  # s
 
 
 def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return what steps the mechanism to settings.duration."""
+    """Return the solver with set-valued friction.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+    """
     if mechanism.contact is None:
         return FrictionlessSolver(mechanism, settings, buffer)
     return SetValuedSolver(mechanism, mechanism.contact, settings, buffer)
 
 
 class SetValuedSolver(Solver):
-    """An integration with the memory of its contact: the direction of the last slip, or none."""
+    """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
     CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
 
@@ -55,24 +62,24 @@ class SetValuedSolver(Solver):
         self.contact = contact
         self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
-        self.segment_end = 0.0  # of the piece on which the drive is monotone
-        self.is_new = False  # the last step: what it did to the contact is not yet looked at
+        self.segment_end = 0.0  # of the segment on which the drive is monotone
+        self.is_new = False  # the mode is not yet updated after the last step
 
     def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m, with the applied moment given."""
+        """Return the friction torque, N m, for a given applied torque."""
         return self.friction_in(self.mode_at(u, q, v, applied_torque), u, q, v, applied_torque)
 
     def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque of a mode, N m."""
+        """Return the friction torque in a mode, N m."""
         return (
             -applied_torque if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
         )
 
     def mode_at(self, u: float, q: float, v: float, applied_torque: float) -> int:
-        """Return whether the contact slides and where to.
+        """Return the mode of the contact.
 
-        While it goes on as remembered it slides. Once it has come to rest, or has been at rest,
-        it is held as far as the static limit goes.
+        It slides if the velocity has the stored direction. Otherwise, or after a rest, it sticks
+        up to the static limit.
         """
         direction = self.mode or v
         if direction * v > 0.0:
@@ -93,61 +100,69 @@ class SetValuedSolver(Solver):
     def step(self) -> None:
         stepper = self.stepper
         if stepper.t >= self.segment_end:
-            # The drive is monotone up to there: no breakaway hides within a step.
+            # The drive is monotone on the segment, so that no breakaway is missed within a step.
             self.segment_end = monotone_segment_end(
                 self.mechanism, self.contact, stepper.t, self.end
             )
-        self.record_crossing(self.advance(self.segment_end, JUMP_ROUNDINGS * ulp(stepper.t)))
+        self.record_crossing(self.advance(self.segment_end, JUMP_ULPS * ulp(stepper.t)))
         self.is_new = True
 
     def process_step(self) -> None:
         if self.is_new:
             self.is_new = False
-            self.remember()
+            self.update_mode()
 
-    def remember(self) -> None:
-        """Take over what the last step did to the contact, and start anew where it changed."""
+    def update_mode(self) -> None:
+        """Update the mode after the last step, and restart the integrator if it changed."""
         stepper = self.stepper
         v = stepper.y[1]
         if self.mode == STICK and v != 0.0:
-            # The sign of v may be wrong: across a jump it is that of a weighted sum in which
-            # some stages have the friction of before and some that of after.
+            # The sign of v may be wrong: across a jump, some stages have the friction before it
+            # and some the friction after it.
             mode = self.mode_from_rest(stepper.t, stepper.y) or (FORWARD if v > 0.0 else BACKWARD)
             held, t = self.times_of_breakaway(mode)
             self.switch_mode(mode, t, held)
         elif self.mode != STICK and self.mode * v <= 0.0:
             t = self.time_of_rest()
-            # Held there, it may have broken away again since; reversed there, it has not.
+            # If it sticks at the stop, it may have broken away again within the step.
             mode = self.mode_from_rest(t, stepper.interpolate(t))
             self.switch_mode(mode or self.mode_from_rest(stepper.t, stepper.y), t)
 
     def switch_mode(self, mode: int, t: float, held: float = inf) -> None:
-        """Note the transition at t, and start anew from where the step ended.
+        """Record the transition at t, and restart the integrator at the end of the step.
 
-        `held` is when it was still in the mode before.
+        Parameters
+        ----------
+        mode : int
+        t : float, s
+        held : float, s
+            See `change_mode`.
         """
         stepper = self.stepper
         before, self.mode = self.mode, mode
-        turn = list(stepper.interpolate(t))
+        at_switch = list(stepper.interpolate(t))
         if mode * stepper.y[1] <= 0.0:
-            stepper.y[1] = 0.0  # at rest; what is left is below the tolerance
+            stepper.y[1] = 0.0  # the velocity is below the tolerance
         if before == STICK and mode * (stepper.y[0] - stepper.y_old[0]) < 0.0:
-            stepper.y[0] = stepper.y_old[0]  # as is a way against the motion
+            # Displacement against the new direction is below the tolerance; discard it.
+            stepper.y[0] = stepper.y_old[0]
         if mode != before:
-            # Where it sticks, before or after, the state is that of the whole stick to the bit.
-            at_rest = stepper.y_old if before == STICK else stepper.y if mode == STICK else turn
+            # The state of the whole sticking phase is bit-identical.
+            at_rest = stepper.y_old if before == STICK else stepper.y
+            if STICK not in (before, mode):
+                at_rest = at_switch
             self.change_mode(t, before, mode, [at_rest[0], 0.0, *at_rest[2:]], held)
         stepper.start(self.rhs, stepper.t, stepper.y)
 
     def mode_from_rest(self, t: float, y: State) -> int:
-        """Return the mode that the contact has at rest at a time and place."""
+        """Return the mode that follows from rest at time t, s, in the position of y."""
         u, q = self.mechanism.drive(t), y[0]
         return self.mode_at(u, q, 0.0, self.mechanism.applied_torque(u, q, 0.0))
 
     def times_of_breakaway(self, mode: int) -> tuple[float, float]:
-        """Return when the moment passed the static limit in the last step, s.
+        """Return the time of the breakaway in the last step, s.
 
-        Two neighbouring times: it still held at the first.
+        Two adjacent times: the contact still holds at the first.
         """
         stepper, mechanism = self.stepper, self.mechanism
         q = stepper.y_old[0]
@@ -162,7 +177,7 @@ class SetValuedSolver(Solver):
         return crossing_bracket(excess, stepper.t_old, stepper.t, tie, self.end)
 
     def time_of_rest(self) -> float:
-        """Return when the velocity came to zero in the last step, s."""
+        """Return the time at which the velocity became zero in the last step, s."""
         stepper, mode = self.stepper, self.mode
         if mode * stepper.y_old[1] <= 0.0:
             return stepper.t_old

@@ -1,4 +1,4 @@
-"""What steps a mechanism of one coordinate: our own method, or one of SciPy's."""
+"""The interface of the integrators for mechanisms of one coordinate."""
 
 from typing import Protocol
 
@@ -6,10 +6,7 @@ from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 
 
 class Stepper(Protocol):
-    """What steps along smooth pieces: our own method, or one of SciPy's.
-
-    See `RungeKuttaFehlberg45` for what its methods and attributes are.
-    """
+    """An integrator over smooth segments; `RungeKuttaFehlberg45` documents its members."""
 
     CHECKPOINT_FIELDS: tuple[str, ...]
     t_old: float

@@ -1,9 +1,9 @@
-"""How far off the quantities of a run are: it is solved again, more exactly, and compared.
+"""Error estimate of the quantities of a run, from a second, more accurate run.
 
-An adaptive run is solved again with a tenth of its tolerances and, where it smooths friction,
-of its transition speed; what changes is about the error of the first run. Steps of a fixed length
-are halved, and what changes is doubled: across a switch of the friction the error is of first
-order in the step, so that half of it is left in the second run (Richardson).
+An adaptive run is repeated with a tenth of its tolerances and, with regularised friction, of its
+transition speed; the difference estimates the error of the first run. A fixed step is halved and
+the difference doubled: at a switch of the friction the error is of first order in the step, so
+that the second run has half of it (Richardson).
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,16 +19,22 @@ if TYPE_CHECKING:
 
     from frictionsim.scenario.settings import Scenario
 
-TIGHTER = 0.1
-MIN_RTOL = 1e-14  # that a scenario may have
+REFINEMENT = 0.1
+MIN_RTOL = 1e-14  # the minimum of solver.rtol
 RICHARDSON = 2.0
 
 
 class Estimate(NamedTuple):
-    """The errors of the quantities of a run by their names, None where a quantity is none.
+    """The estimated errors of the quantities of a run.
 
-    `method` says how they were found, or why there are none; `exit_code` is that of a second run
-    which a signal ended.
+    Attributes
+    ----------
+    errors : dict of float or None
+        By name of the quantity; None if the quantity is undefined. Empty if there is no estimate.
+    method : str
+        How the errors were estimated, or why not.
+    exit_code : int
+        Of the second run, if a signal stopped it.
     """
 
     errors: dict[str, float | None]
@@ -37,19 +43,23 @@ class Estimate(NamedTuple):
 
 
 def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
-    """Solve the scenario of a run again, more exactly.
+    """Solve the scenario of a run again, more accurately, and compare the quantities.
 
     Parameters
     ----------
-    first : Run
-        That is done.
+    first : RunResult
+        A run that is done.
     on_step : callable
         Called with the time after each step.
+
+    Returns
+    -------
+    Estimate
     """
     setting = tighter(first.scenario)
     second = run(with_overrides(first.scenario, setting.overrides), on_step)
     if second.status != "done":
-        reason = f"no error estimate: with {setting.label} {second.status}: {second.reason}"
+        reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
     halved = any(override.startswith("solver.step=") for override in setting.overrides)
     factor = RICHARDSON if halved else 1.0
@@ -58,7 +68,7 @@ def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
             name: _difference(quantity.value, second, name, factor)
             for name, quantity in first.quantities.items()
         },
-        f"error: {'twice ' if halved else ''}the difference from a run with {setting.label}",
+        f"error: {'twice ' if halved else ''}the difference to a run with {setting.label}",
     )
 
 
@@ -68,23 +78,23 @@ def _difference(value: float | None, second: RunResult, name: str, factor: float
 
 
 def tighter(scenario: "Scenario") -> Setting:
-    """Return a more exact setting of the backend of a scenario; its kind may know a better one."""
+    """Return a more accurate setting of the backend of a scenario; its kind may provide one."""
     kind = mechanism_module(scenario.kind)
-    found: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
-    if found is not None:
-        return found
+    setting: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
+    if setting is not None:
+        return setting
     solver = scenario.solver
     if solver.step is not None:
         step = 0.5 * solver.step
         return Setting(solver.backend, f"step {short(step)} s", (f"solver.step={step!r}",))
-    rtol, atol = max(MIN_RTOL, TIGHTER * solver.rtol), TIGHTER * (solver.atol or 0.0)
+    rtol, atol = max(MIN_RTOL, REFINEMENT * solver.rtol), REFINEMENT * (solver.atol or 0.0)
     label, overrides = f"rtol {short(rtol)}", [f"solver.rtol={rtol!r}"]
     if atol > 0.0:  # a belt has none
         label += f", atol {short(atol)}"
         overrides.append(f"solver.atol={atol!r}")
     for name, effect in scenario.friction_effects.items():
         if scenario.law == REGULARISED:
-            speed = TIGHTER * (effect.transition_speed or TRANSITION_SPEED)
+            speed = REFINEMENT * (effect.transition_speed or TRANSITION_SPEED)
             label += f", transition speed {short(speed)}"
             overrides.append(f"effects.{name}.transition_speed={speed!r}")
     return Setting(solver.backend, label, tuple(overrides))

@@ -1,4 +1,4 @@
-"""The errors of a run against a reference, measure by measure."""
+"""The errors of a run against a reference, by metric."""
 
 from collections.abc import Iterable
 from math import inf
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Array, Check, Metric, Quantity, Transition
 
-# What is missing, or not the same at all, is wrong by all of it.
+# Missing or incomparable data count as 100 % error.
 TOTAL_ERROR = 1.0
 
 
 class Comparable(Protocol):
-    """A run, or an exact solution in its place."""
+    """A run or an exact solution."""
 
     @property
     def channels(self) -> "Mapping[str, Array]": ...
@@ -32,7 +32,7 @@ class Comparable(Protocol):
 
 
 class Error(NamedTuple):
-    """An error in its unit, None where it cannot be told, and relative to what matters."""
+    """An absolute error, None if undefined, and a relative error."""
 
     absolute: float | None
     relative: float
@@ -41,21 +41,25 @@ class Error(NamedTuple):
 def metric_errors(
     metrics: "Iterable[Metric]", found: Comparable, reference: Comparable, duration: float
 ) -> dict[str, Error]:
-    """Return the error of each measure by its name.
+    """Return the error for each metric, by name.
 
     Parameters
     ----------
-    measures : iterable of Measure
-    found, reference : Outcome
+    metrics : iterable of Metric
+    found, reference : Comparable
         Sampled at the same times.
     duration : float, s
-        What times of events are compared with.
+        Scale of the errors of event times.
+
+    Returns
+    -------
+    dict of Error
     """
     return {metric.name: _error(metric, found, reference, duration) for metric in metrics}
 
 
 def max_relative_error(errors: "Mapping[str, Error]") -> float:
-    """Return the worst relative error."""
+    """Return the largest relative error."""
     return max((error.relative for error in errors.values()), default=0.0)
 
 
@@ -71,21 +75,21 @@ def _error(metric: "Metric", found: Comparable, reference: Comparable, duration:
 
 
 def _of_events(
-    found: "Sequence[Transition]", wanted: "Sequence[Transition]", duration: float
+    found: "Sequence[Transition]", expected: "Sequence[Transition]", duration: float
 ) -> Error:
     same = [(e.contact, e.mode_from, e.mode_to) for e in found] == [
-        (e.contact, e.mode_from, e.mode_to) for e in wanted
+        (e.contact, e.mode_from, e.mode_to) for e in expected
     ]
     if not same:
         return Error(None, TOTAL_ERROR)
-    worst = max((abs(a.time - b.time) for a, b in zip(found, wanted, strict=True)), default=0.0)
+    worst = max((abs(a.time - b.time) for a, b in zip(found, expected, strict=True)), default=0.0)
     return Error(worst, worst / duration)
 
 
-def _of_channel(found: "Array | None", wanted: "Array") -> Error:
-    if found is None or found.shape != wanted.shape:
+def _of_channel(found: "Array | None", expected: "Array") -> Error:
+    if found is None or found.shape != expected.shape:
         return Error(None, TOTAL_ERROR)
-    return _over(float(np.mean(np.abs(found - wanted))), float(np.mean(np.abs(wanted))))
+    return _scaled(float(np.mean(np.abs(found - expected))), float(np.mean(np.abs(expected))))
 
 
 def _of_quantity(metric: "Metric", found: Comparable, reference: Comparable) -> Error:
@@ -99,10 +103,10 @@ def _of_quantity(metric: "Metric", found: Comparable, reference: Comparable) -> 
     if metric.scale:
         channel = reference.channels[metric.scale]
         scale = float(np.max(np.abs(channel - channel[0])))
-    return _over(abs(values[0] - values[1]), scale)
+    return _scaled(abs(values[0] - values[1]), scale)
 
 
-def _over(error: float, scale: float) -> Error:
+def _scaled(error: float, scale: float) -> Error:
     if error == 0.0:
         return Error(0.0, 0.0)
     return Error(error, error / scale if scale > 0.0 else inf)

@@ -1,4 +1,4 @@
-"""What a study leaves: one JSON object, columns for CSV and HDF5."""
+"""The results of a study as JSON, CSV and columns for HDF5."""
 
 import csv
 from pathlib import Path
@@ -13,7 +13,18 @@ if TYPE_CHECKING:
 
 
 def study_json(study: "Study", source: str) -> dict[str, Any]:
-    """Return the JSON object of a study."""
+    """Return the JSON object of a study.
+
+    Parameters
+    ----------
+    study : Study
+    source : str
+        Path of the scenario.
+
+    Returns
+    -------
+    dict
+    """
     reference = study.reference
     return {
         "scenario": source,
@@ -66,13 +77,13 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
 
 
 def columns(study: "Study") -> list[Column]:
-    """Return the table of a study as columns; what is not known is nan."""
+    """Return the table of a study as columns; unknown values are NaN."""
     rows, nan = study.rows, float("nan")
 
-    def known(value: float | None) -> float:
+    def number(value: float | None) -> float:
         return nan if value is None else float(value)
 
-    found = [
+    table = [
         Column("law", "", "friction law", [row.setting.law for row in rows]),
         Column("backend", "", "integration method", [row.setting.backend for row in rows]),
         Column("setting", "", "setting of the method", [row.setting.label for row in rows]),
@@ -81,14 +92,14 @@ def columns(study: "Study") -> list[Column]:
         ),
         Column("status", "", "done or failed", [row.status for row in rows]),
         Column("reason", "", "why it failed", [row.reason for row in rows]),
-        Column("error", "1", "worst relative error", [known(row.error) for row in rows]),
+        Column("error", "1", "largest relative error", [number(row.error) for row in rows]),
     ]
     for m in study.metrics:
         errors = [row.errors.get(m.name) for row in rows]
-        absolute = [known(e and e.absolute) for e in errors]
-        relative = [known(e and e.relative) for e in errors]
-        found.append(Column(f"{m.name}_error", m.unit, f"error of {m.name}", absolute))
-        found.append(Column(f"{m.name}_relative", "1", f"relative error of {m.name}", relative))
+        absolute = [number(e and e.absolute) for e in errors]
+        relative = [number(e and e.relative) for e in errors]
+        table.append(Column(f"{m.name}_error", m.unit, f"error of {m.name}", absolute))
+        table.append(Column(f"{m.name}_relative", "1", f"relative error of {m.name}", relative))
     for name, unit, long_name in (
         ("events", "1", "events of the run"),
         ("wall_seconds", "s", "median wall time of the solution alone"),
@@ -98,17 +109,23 @@ def columns(study: "Study") -> list[Column]:
         ("rhs_evaluations", "1", "evaluations of the right-hand side"),
         ("states", "1", "length of the state vector"),
     ):
-        values = [known(getattr(row, name)) for row in rows]
-        found.append(Column(name, unit, long_name, values))
-    return found
+        values = [number(getattr(row, name)) for row in rows]
+        table.append(Column(name, unit, long_name, values))
+    return table
 
 
 def write_csv(study: "Study", path: Path) -> None:
-    """Write the table of a study, a setting a line; units stand in the heading.
+    """Write the table of a study as CSV, with units in the header line.
+
+    Parameters
+    ----------
+    study : Study
+    path : Path
 
     Raises
     ------
     OutputError
+        If the file cannot be written.
     """
     table = columns(study)
     try:

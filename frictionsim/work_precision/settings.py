@@ -1,4 +1,4 @@
-"""Settings to compare, and the ladders of them that mechanisms of one coordinate are given."""
+"""The settings and references of a study for mechanisms of one coordinate."""
 
 from collections.abc import Iterable
 from copy import deepcopy
@@ -13,32 +13,31 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
     from frictionsim.solvers.mechanism import Mechanism
 
-# Ten times tighter than the tightest is what the references are run at.
-TIGHTER = 0.1
-# ... and one of them twice as tight again, so that they do not take the same steps and agree on
-# the same error.
+# Tolerance of the references, relative to the tightest tolerance of the study.
+REFERENCE_REFINEMENT = 0.1
+# Offset one reference by a factor of two so that both do not share an error.
 REFERENCE_OFFSET = 0.5
 TIGHTEST, LOOSEST = 1e-12, 0.1
-STEPS = (1e-2, 1e-3, 1e-4)  # of fixed steps, over the duration
-# rad/s, about the default. An explicit method takes up to ten times the steps for the next.
+STEPS = (1e-2, 1e-3, 1e-4)  # fixed steps, relative to the duration
+# Transition speeds, rad/s; the next one would take an explicit method up to ten times the steps.
 SPEEDS = (1e-1, 1e-2, 1e-3)
 SPEEDS_IF_IMPLICIT = (*SPEEDS, 1e-4, 1e-5)
-# Smoothing by these speeds is worse than a tolerance as tight as this.
-RTOL_OF_SMOOTHED = 1e-6
+# The error of regularising with these speeds exceeds that of this tolerance.
+RTOL_OF_REGULARISED = 1e-6
 
-SAMPLES = 500  # of the runs that are judged
+SAMPLES = 500  # of the runs for the errors
 WARM_UP_FRACTION = 1e-6  # of the duration
-# What a ladder sets is not what the scenario says.
+# Keys that the settings of a study replace.
 SET_BY_LADDERS = ("backend", "step")
 
 
 class ScenarioVariants:
-    """A scenario in all its settings.
+    """The variants of a scenario in a study.
 
     Parameters
     ----------
     scenario : Scenario
-        Solver settings that are part of a ladder do not count.
+        Its keys in SET_BY_LADDERS are ignored.
     """
 
     def __init__(self, scenario: "Scenario") -> None:
@@ -51,15 +50,15 @@ class ScenarioVariants:
         self._duration = scenario.solver.duration
 
     def judged(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled so that it can be judged."""
+        """Return the scenario with a setting, sampled for the comparison with the reference."""
         return self._with(setting, self._duration / SAMPLES, self._duration)
 
     def timed(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled at its ends only: samples cost time, too."""
+        """Return the scenario with a setting, sampled at start and end only, for the timing."""
         return self._with(setting, self._duration, self._duration)
 
     def warm_up(self, setting: Setting) -> "Scenario":
-        """Return its first instant: what is loaded or compiled then is not timed."""
+        """Return a tiny part of the scenario, to load and compile everything before the timing."""
         instant = self._duration * WARM_UP_FRACTION
         return self._with(setting, instant, instant)
 
@@ -67,7 +66,7 @@ class ScenarioVariants:
         data = deepcopy(self._data)
         data["solver"]["duration"] = duration
         data["solver"]["backend"] = setting.backend
-        # Settings are compared sample by sample, and each has its own times of events.
+        # No samples at events: their times differ between the settings.
         data["output"] = {"interval": interval, "at_events": False}
         for override in setting.all_overrides:
             apply_override(data, override)
@@ -79,32 +78,55 @@ def ladders(
 ) -> list[Setting]:
     """Return the settings of every law and method for a mechanism of one coordinate.
 
-    Tolerances for adaptive methods, steps for those of fixed steps, and for the regularised law
-    the speeds over which it smooths friction, at one tolerance. Without dry friction, or where the
-    speed is given, there is no law and every method has its tolerances.
+    Adaptive methods have several tolerances, fixed-step methods several steps, and the regularised
+    law several transition speeds at one tolerance. Without dry friction, or with a prescribed
+    speed, there is no law, and every method has several tolerances.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    tolerances : iterable of float
+        Relative tolerances.
+    mechanism : Mechanism
+
+    Returns
+    -------
+    list of Setting
     """
     if mechanism.contact is None or mechanism.prescribed:
         names = methods_of(scenario.PAIRS)
         return [with_tolerance(name, rtol) for name in names for rtol in tolerances]
-    found: list[Setting] = []
+    settings: list[Setting] = []
     for (law, name), pair in scenario.PAIRS.items():
         if pair.fixed_step:
-            rungs = [_with_step(name, share * scenario.solver.duration) for share in STEPS]
+            duration = scenario.solver.duration
+            of_pair = [_with_step(name, fraction * duration) for fraction in STEPS]
         elif law == REGULARISED:
             speeds = SPEEDS_IF_IMPLICIT if METHODS[name].implicit else SPEEDS
-            rungs = [_with_speed(name, speed, scenario) for speed in speeds]
+            of_pair = [_with_speed(name, speed, scenario) for speed in speeds]
         else:
-            rungs = [with_tolerance(name, rtol) for rtol in tolerances]
-        found += [rung.with_law(law, scenario) for rung in rungs]
-    return found
+            of_pair = [with_tolerance(name, rtol) for rtol in tolerances]
+        settings += [setting.with_law(law, scenario) for setting in of_pair]
+    return settings
 
 
 def references(
     scenario: "Scenario", mechanism: "Mechanism", rtol: float
 ) -> tuple[Setting, Setting]:
-    """Return two different methods for a mechanism of one coordinate."""
+    """Return two references with different methods for a mechanism of one coordinate.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    mechanism : Mechanism
+    rtol : float
+
+    Returns
+    -------
+    tuple of Setting
+    """
     smooth = mechanism.contact is None or mechanism.prescribed
-    # Without a contact to solve for, `events` and `rkf45` are one method.
+    # Without dry friction, `events` and `rkf45` are the same method.
     other = "dop853" if smooth else "rkf45"
     first = with_tolerance("events", REFERENCE_OFFSET * rtol)
     second = with_tolerance(other, rtol)
@@ -120,5 +142,5 @@ def _with_step(backend: str, step: float) -> Setting:
 def _with_speed(backend: str, speed: float, scenario: "Scenario") -> Setting:
     speeds = (f"effects.{name}.transition_speed={speed:g}" for name in scenario.friction_effects)
     return Setting(
-        backend, f"speed {short(speed)}", (*tolerance_overrides(RTOL_OF_SMOOTHED), *speeds)
+        backend, f"speed {short(speed)}", (*tolerance_overrides(RTOL_OF_REGULARISED), *speeds)
     )

@@ -1,4 +1,4 @@
-"""Runs a scenario with one setting after another: what each is off by, and what it takes."""
+"""A work-precision study: errors and run times of a scenario for several settings."""
 
 import gc
 from collections.abc import Callable, Iterable
@@ -19,32 +19,33 @@ if TYPE_CHECKING:
     from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
 
-# A setting that takes this long in all is not repeated: its time is told well enough.
+# A setting is not repeated after this total time, s: the timing is accurate enough.
 SECONDS_OF_REPEATS = 1.0
-# References are few and worth waiting for.
+# The wall-time limit of a reference, relative to that of the other runs.
 REFERENCE_TIME_FACTOR = 10.0
 
 OnStep = Callable[[float], Any]
 
 
 class Row(NamedTuple):
-    """What became of a setting.
+    """The results of a setting.
 
     Attributes
     ----------
     setting : Setting
     status : str
-        `done` or `failed`; `interrupted` is not kept.
+        `done` or `failed`.
     reason : str
-        Why it failed, or what its audit found.
+        Why it failed, or which checks of the audit failed.
     wall_seconds : float, s
-        Median over the repeats; of the run that failed otherwise.
+        Median over the repeats, or the time of the failed run.
     repeats : int
+        Number of timed runs.
     steps, rejected, rhs_evaluations, states : int
-        Without those of samples. `rejected` is None where the backend does not tell.
+        Without evaluations for samples. `rejected` is None if the backend does not report it.
     events : int
     errors : dict of Error
-        By measure; empty if it failed.
+        By metric; empty if failed.
     """
 
     setting: Setting
@@ -61,20 +62,20 @@ class Row(NamedTuple):
 
     @property
     def error(self) -> float | None:
-        """The worst relative error; None if it failed."""
+        """The largest relative error; None if failed."""
         return max_relative_error(self.errors) if self.status == "done" else None
 
 
 class Reference(NamedTuple):
-    """What the settings are judged by.
+    """The reference of a study.
 
     Attributes
     ----------
-    outcome : Outcome
+    outcome : Comparable
     names : tuple of str
-        How it was found.
+        Backends and settings of the reference runs that are done.
     floor : dict of Error
-        By measure, how far two of them are apart; empty if there is but one.
+        Difference of the two reference runs, by metric; empty if there is only one.
     """
 
     outcome: Comparable
@@ -83,7 +84,7 @@ class Reference(NamedTuple):
 
 
 class Study(NamedTuple):
-    """A scenario in all its settings, as far as they were run."""
+    """The results of a study; if interrupted, of the settings run before."""
 
     scenario: "Scenario"
     metrics: "tuple[Metric, ...]"
@@ -95,12 +96,12 @@ class Study(NamedTuple):
 
     @property
     def floor(self) -> float:
-        """The worst relative difference of the references; below it no error can be told."""
+        """The reference uncertainty: the largest relative difference of the reference runs."""
         return max_relative_error(self.reference.floor) if self.reference else 0.0
 
 
 class Stopped(Exception):
-    """A signal ended a run of the study."""
+    """A signal stopped a run of the study."""
 
     def __init__(self, run: RunResult) -> None:
         super().__init__(run.reason)
@@ -108,7 +109,17 @@ class Stopped(Exception):
 
 
 class Benchmark:
-    """Runs settings of one scenario within their budgets."""
+    """Runs the settings of a study within the wall-time limit.
+
+    Parameters
+    ----------
+    variants : ScenarioVariants
+    metrics : iterable of Metric
+    max_wall : float, s
+        Limit of each run.
+    repeats : int
+        Maximum number of timed runs of each setting.
+    """
 
     def __init__(
         self, variants: ScenarioVariants, metrics: "Iterable[Metric]", max_wall: float, repeats: int
@@ -119,37 +130,58 @@ class Benchmark:
         self._warm: set[str] = set()
 
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
-        """Solve with each of the settings; the first that comes to its end is the reference.
+        """Solve with the settings of the references; the first that is done is the reference.
+
+        Parameters
+        ----------
+        settings : tuple of Setting
+        on_step : callable
+
+        Returns
+        -------
+        Reference
 
         Raises
         ------
         SolverError
-            If none does.
+            If all of them fail.
         Stopped
+            If a signal stopped a run.
         """
         runs, names, reasons = [], [], []
         for setting in settings:
             self._warm_up(setting, on_step)
-            patience = self._max_wall * REFERENCE_TIME_FACTOR
-            found = _run(self._variants.judged(setting), on_step, patience)
+            max_wall = self._max_wall * REFERENCE_TIME_FACTOR
+            result = _run(self._variants.judged(setting), on_step, max_wall)
             name = f"{setting.line}, {setting.label}"
-            if found.status == "done":
-                runs.append(found)
+            if result.status == "done":
+                runs.append(result)
                 names.append(name)
             else:
-                reasons.append(f"{name}: {found.reason}")
+                reasons.append(f"{name}: {result.reason}")
         if not runs:
-            raise SolverError(f"there is no reference to judge by: {'; '.join(reasons)}")
+            raise SolverError(f"all reference runs failed: {'; '.join(reasons)}")
         duration = runs[0].scenario.solver.duration
         floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
     def row(self, setting: Setting, reference: Comparable, on_step: OnStep) -> Row:
-        """Solve once to judge, and some times more to take the time.
+        """Solve once for the errors, and several times for the wall time.
+
+        Parameters
+        ----------
+        setting : Setting
+        reference : Comparable
+        on_step : callable
+
+        Returns
+        -------
+        Row
 
         Raises
         ------
         Stopped
+            If a signal stopped a run.
         """
         self._warm_up(setting, on_step)
         judged = _run(self._variants.judged(setting), on_step, self._max_wall)
@@ -177,21 +209,21 @@ class Benchmark:
         )
 
     def _warm_up(self, setting: Setting, on_step: OnStep) -> None:
-        """Have loaded and compiled what a line of the diagram needs."""
+        """Load and compile everything that a backend needs, once."""
         if setting.line not in self._warm:
             _run(self._variants.warm_up(setting), on_step, inf)
             self._warm.add(setting.line)
 
     def _timed(self, setting: Setting, on_step: OnStep) -> tuple[RunResult, list[float]]:
         scenario = self._variants.timed(setting)
-        gc.collect()  # it is switched off while the program runs
+        gc.collect()  # automatic garbage collection is off
         seconds: list[float] = []
         while True:
-            found = _run(scenario, on_step, self._max_wall)
-            seconds.append(found.statistics.wall_seconds)
+            result = _run(scenario, on_step, self._max_wall)
+            seconds.append(result.statistics.wall_seconds)
             enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
-            if enough or found.status != "done":
-                return found, seconds
+            if enough or result.status != "done":
+                return result, seconds
 
 
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
@@ -203,16 +235,16 @@ def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
 
     if hasattr(on_step, "compiling"):
         step.compiling = on_step.compiling  # type: ignore[attr-defined]
-    found = run(scenario, step)
-    if found.status == "interrupted":
-        raise Stopped(found)
-    return found
+    result = run(scenario, step)
+    if result.status == "interrupted":
+        raise Stopped(result)
+    return result
 
 
-def _audit_text(found: RunResult, judged: set[str]) -> str:
-    """Return what the audit found wrong, beside what is a measure and has a column of its own."""
-    failed = failures({name: c for name, c in found.checks.items() if name not in judged})
-    return f"self-audit failed: {failed}" if failed and found.status == "done" else ""
+def _audit_text(result: RunResult, metrics: set[str]) -> str:
+    """Return the failed checks of the audit, except those that are metrics."""
+    failed = failures({name: c for name, c in result.checks.items() if name not in metrics})
+    return f"self-audit failed: {failed}" if failed and result.status == "done" else ""
 
 
 def study(
@@ -233,25 +265,25 @@ def study(
     settings : list of Setting
     references : tuple of Setting
         Different methods, tighter than any of the settings.
-    measures : tuple of Measure
+    metrics : tuple of Metric
     max_wall : float, s
-        Of each run.
+        Limit of each run.
     repeats : int
-        At most so many runs of each setting are timed.
+        Maximum number of timed runs of each setting.
     on_step : callable
         Called with the time after each step; it may raise Interrupted.
     show : callable
-        Called with what is done next.
+        Called with a description of the next run.
 
     Returns
     -------
     Study
-        Also of one that a signal stopped, with the rows up to there.
+        If a signal stopped it, with the rows of the settings before.
 
     Raises
     ------
     SolverError
-        If no reference comes to its end.
+        If all reference runs fail.
     """
     benchmark = Benchmark(ScenarioVariants(scenario), metrics, max_wall, repeats)
     rows: list[Row] = []

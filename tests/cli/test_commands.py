@@ -232,7 +232,7 @@ def test_warnings_agree_in_json_result_file_and_stderr(
     del data["effects"]["shaft_friction"]
     Path("s.toml").write_text(tomli_w.dumps(data))
     warnings = [
-        "output.interval = 9.0 s is longer than the run: only its two ends are sampled",
+        "output.interval = 9.0 s is longer than the run: only its start and end are sampled",
         "output.channels: this scenario has no channel 'energy_friction'; it is left out",
     ]
     stderr = [f"frictionsim: warning: {warning}" for warning in warnings]
@@ -259,7 +259,7 @@ def test_check_names_the_file_of_each_warning(
     for name in ("a.toml", "b.toml"):
         Path(name).write_text(tomli_w.dumps(odd))
     assert run_command_line(["check", "a.toml", PULLEY, "b.toml"]) == 0
-    warning = "output.interval = 9.0 s is longer than the run: only its two ends are sampled"
+    warning = "output.interval = 9.0 s is longer than the run: only its start and end are sampled"
     assert capsys.readouterr().err.splitlines() == [
         f"frictionsim: warning: {name}: {warning}" for name in ("a.toml", "b.toml")
     ]
@@ -399,8 +399,8 @@ def test_a_file_named_results_blocks_the_default_output(
 @pytest.mark.parametrize(
     ("options", "reason", "code"),
     [
-        (CHATTERING, "event storm at t = ", 1),
-        (["--set", "solver.max_steps=10"], "10 steps are spent", 5),
+        (CHATTERING, "chattering at t = ", 1),
+        (["--set", "solver.max_steps=10"], "limit solver.max_steps = 10 reached", 5),
     ],
 )
 def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(

@@ -1,4 +1,4 @@
-"""An effect that a scenario does not name is in none of its states, equations, channels, audits."""
+"""Absent effects have no states, terms, channels or checks."""
 
 import numpy as np
 import pytest
@@ -34,20 +34,20 @@ def test_only_named_effects_leave_a_trace(named: tuple[str, ...], law: str, back
     run = simulate(with_method(pulley(**left_out), law, backend))
     assert run.status == "done"
     assert set(run.effects) == set(named)
-    # Angle, velocity, the work of the force, and one kind of heat for each effect.
+    # Angle, velocity, the work of the force, and one dissipated energy for each effect.
     assert run.statistics.states == 3 + len(named)
     assert set(run.channels) == BARE.union(*(OF_EFFECT[name] for name in named))
     assert set(run.checks) == {"energy_balance"}.union(*(AUDITS[name] for name in named))
 
 
-def test_a_scenario_without_effects_has_no_term_of_theirs() -> None:
+def test_absent_effects_have_no_terms() -> None:
     mechanism = mechanism_of(simulate(pulley(effects=None)))
     assert mechanism.contact is None
     assert list(mechanism.power_flows) == ["energy_input"]
     assert mechanism.applied_torque(3000.0, 1.0, 5.0) == mechanism.applied_torque(3000.0, 2.0, -7.0)
 
 
-def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
+def test_absent_effects_are_bit_identical_to_effects_of_zero_strength() -> None:
     absent = simulate(pulley(effects__viscous_damping=None))
     zero = simulate(pulley(effects__viscous_damping={"coefficient": 0.0}))
     assert np.array_equal(absent.time, zero.time)
@@ -56,12 +56,12 @@ def test_an_absent_effect_equals_one_of_zero_strength_bit_for_bit() -> None:
         assert np.array_equal(channel, zero.channels[name]), name
 
 
-def test_absent_friction_moves_as_friction_of_zero_strength() -> None:
+def test_absent_friction_equals_friction_of_zero_strength() -> None:
     none = {"shaft_radius": 0.0254, "mu_s": 0.0, "mu_k": 0.0}
     regular = {"output__at_events": False}  # only one of them has events
     absent = simulate(pulley(effects__shaft_friction=None, **regular))
     zero = simulate(pulley(effects__shaft_friction=none, **regular))
-    # The friction that is there has the run stop where it turns round: other steps.
+    # With friction the solver stops at each reversal, so the steps differ.
     assert zero.channels["angle"] == pytest.approx(absent.channels["angle"], rel=1e-8, abs=1e-9)
 
 

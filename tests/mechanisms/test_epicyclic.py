@@ -44,7 +44,7 @@ def modes(run: RunResult) -> list[tuple[int, int]]:
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("case", cases("epicyclic"), ids=lambda case: case["name"])
-def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> None:
+def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
     run = simulate(data)
@@ -72,7 +72,7 @@ def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> 
         ("published", 33.2911944709596, 73.390264949651),
     ],
 )
-def test_formulations_differ_by_what_the_published_one_counts_twice(
+def test_formulations_differ_by_the_terms_counted_twice(
     formulation: str, angle: float, velocity: float
 ) -> None:
     data = gear(mechanism__formulation=formulation, mechanism__initial_angular_velocity=3.0)
@@ -113,7 +113,7 @@ def test_mean_of_the_uniform_torque_over_a_turn(formulation: str, mean: float) -
 
 
 @pytest.mark.parametrize("speed", [0.0, 3.0, 7.0, 7.38, 7.39, 20.0])
-def test_mean_with_radial_load_is_the_mean_of_the_channel(speed: float) -> None:
+def test_mean_torque_with_radial_load_is_the_mean_of_the_channel(speed: float) -> None:
     data = gear(effects__rolling_friction__normal_load="radial")
     scenario = validate(data, SCENARIOS)
     contact = epicyclic.build(scenario).contact
@@ -124,7 +124,7 @@ def test_mean_with_radial_load_is_the_mean_of_the_channel(speed: float) -> None:
     assert epicyclic.uniform_torque_mean(scenario, speed) == pytest.approx(mean, rel=1e-9)
 
 
-def test_prescribed_speed_takes_the_uniform_torque_and_dissipates_its_mean() -> None:
+def test_prescribed_speed_needs_the_uniform_torque() -> None:
     speed = 4.0
     data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)
     run = simulate(data)
@@ -136,8 +136,8 @@ def test_prescribed_speed_takes_the_uniform_torque_and_dissipates_its_mean() -> 
     assert run.channels["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
 
 
-def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
-    """The torque that a speed takes, given to the free gear, moves it with that speed."""
+def test_torque_of_a_prescribed_speed_reproduces_the_motion() -> None:
+    """The torque of a prescribed speed moves the free gear with this speed."""
     times = [0.0, 0.5, 1.0]
     speeds = [2.0, 5.0, 1.0]
     driven = simulate(
@@ -159,7 +159,7 @@ def test_torque_and_prescribed_speed_are_inverse_to_each_other() -> None:
     assert free.channels["angle"][-1] == pytest.approx(driven.channels["angle"][-1], abs=1e-6)
 
 
-def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
+def test_friction_reverses_with_the_prescribed_speed() -> None:
     data = gear(
         drive={"speed": {"time": [0.0, 1.0, 1.5], "value": [2.0, -2.0, 0.0]}},
         solver__duration=2.0,
@@ -170,7 +170,7 @@ def test_speed_that_changes_its_sign_changes_that_of_the_friction() -> None:
     assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
-def test_free_decay_ends_in_the_stick_band_after_a_finite_number_of_reversals() -> None:
+def test_free_decay_sticks_after_finitely_many_reversals() -> None:
     run = simulate(gear(drive={"torque": 0.0}, solver__duration=60.0))
     contact = mechanism_of(run).contact
     assert contact is not None
@@ -184,7 +184,7 @@ def test_free_decay_ends_in_the_stick_band_after_a_finite_number_of_reversals() 
     assert np.all(np.diff(energy) <= 1e-10)  # rtol 1e-11 of 5 J
 
 
-def test_without_gravity_there_is_none() -> None:
+def test_without_gravity_there_is_no_weight() -> None:
     run = simulate(gear(effects__gravity=None, drive__torque=1.0))
     found = run.channels
     assert "energy_potential" not in found
@@ -203,7 +203,7 @@ def test_tracer_is_on_its_epicycloid(radius: float, x: float, y: float) -> None:
     assert found == pytest.approx((x, y), abs=1e-12)  # the digits that are given
 
 
-def test_a_point_of_the_rim_stays_between_the_radii_and_has_a_path_of_8_lengths() -> None:
+def test_path_of_a_rim_point_has_the_known_range_and_length() -> None:
     angle = np.linspace(0.0, 2 * pi, 100_001)
     x, y = tracer_position(0.18, 3.0, TracerPoint(radius=0.06), angle)
     distance = np.hypot(x, y)
@@ -214,7 +214,7 @@ def test_a_point_of_the_rim_stays_between_the_radii_and_has_a_path_of_8_lengths(
 
 
 @pytest.mark.parametrize(("turns", "count"), [(0.2, 1), (0.5, 2), (0.9, 2), (1.0, 3), (3.4, 7)])
-def test_cusps_are_counted_where_the_point_touches_the_sun(turns: float, count: int) -> None:
+def test_cusps_are_counted(turns: float, count: int) -> None:
     """r1/r2 = 2: every half turn of the crank, and at the start."""
     speed = 2 * pi * turns
     data = gear(drive={"speed": speed}, effects__tracer_point={"radius": 0.06})
@@ -225,7 +225,7 @@ def test_cusps_are_counted_where_the_point_touches_the_sun(turns: float, count: 
     assert run.quantities["tracer_cusps"].value is None
 
 
-def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
+def test_dwell_at_a_cusp_agrees_with_the_epicycloid() -> None:
     """Near a cusp the path is 2 L (1 - cos(phi r1/(2 r2))) long: L phi^2 for r1 = 2 r2."""
     speed, distance = 1.0, 1e-4
     data = gear(
@@ -241,7 +241,7 @@ def test_dwell_at_a_cusp_is_that_of_the_epicycloid() -> None:
 
 
 @pytest.mark.parametrize("load", ["weight", "radial"])
-def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
+def test_static_quantities_agree_with_those_of_a_run(load: str) -> None:
     data = gear(effects__rolling_friction__normal_load=load)
     run = simulate(data)
     statics, solved = epicyclic.statics(run.scenario), run.quantities
@@ -263,8 +263,8 @@ def test_one_name_has_one_number_in_statics_and_in_a_run(load: str) -> None:
 
 
 @pytest.mark.parametrize("forward", [True, False])
-def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
-    """A run from one cusp on, or to the next one, has half of its dwell there."""
+def test_dwell_at_the_start_and_the_end_of_a_run(forward: bool) -> None:
+    """A run that starts or ends at a cusp has half of the dwell there."""
     speed, distance = 1.0, 1e-4
     data = gear(
         mechanism__initial_angle_deg=0.0 if forward else 90.0,
@@ -279,7 +279,7 @@ def test_a_run_dwells_where_it_starts_and_where_it_ends(forward: bool) -> None:
     assert found == pytest.approx(half, rel=0.05)
 
 
-def test_statics_are_the_edges_of_the_stick_band() -> None:
+def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     scenario = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
     found = epicyclic.statics(scenario)
     limit = 0.15 * 2 + 5e-4 * 1.2 * 9.81 * sin(radians(60)) * 3
@@ -320,7 +320,7 @@ def test_statics_are_the_edges_of_the_stick_band() -> None:
         ),
     ],
 )
-def test_a_wrong_gear_is_refused(change: dict[str, Any], where: str, message: str) -> None:
+def test_invalid_gears_are_refused(change: dict[str, Any], where: str, message: str) -> None:
     with pytest.raises(ValidationFailure) as refused:
         validate(gear(**change), SCENARIOS)
     ((path, sentence),) = refused.value.faults
@@ -391,7 +391,7 @@ def test_every_run_passes_its_audit(
 @moderate
 @given(starts, torques, st.floats(0.05, 0.95))
 def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -> None:
-    """A gear at rest is released by a torque: earlier or later, it goes the same way."""
+    """A torque releases a gear at rest; a later release gives the same motion, shifted."""
     still = 2.82528 * cos(radians(angle))  # holds it in balance
     step = 1e-3
 

@@ -1,4 +1,4 @@
-"""The marble machine: the paper's torques, the reconstruction, and the gear in motion."""
+"""The marble machine: torques of the paper, reconstruction, motion."""
 
 from math import pi, radians, sqrt
 from typing import Any
@@ -52,11 +52,11 @@ def statics(**changes: Any) -> dict[str, float | None]:
 
 
 def moves(run: RunResult) -> list[tuple[int, int]]:
-    """Return what the contact did, transfers left out."""
+    """Return the changes of mode, without transfers."""
     return [(e.mode_from, e.mode_to) for e in run.transitions if e.contact == "shaft"]
 
 
-def test_torques_are_those_of_the_paper() -> None:
+def test_torques_agree_with_the_paper() -> None:
     found = statics()
     # What the reconstruction returns, to the digits of its azimuth and circle.
     assert found["torque_to_lift"] == pytest.approx(3.630998e-3, abs=5e-10)
@@ -69,7 +69,7 @@ def test_torques_are_those_of_the_paper() -> None:
 
 
 def test_a_motor_has_no_margin_over_no_load() -> None:
-    """A single marble has no moment at a transfer, and sin(pi) is no load to compare with."""
+    """A single marble has no torque at a transfer, except for rounding."""
     motor = {"stall_torque": 0.1, "no_load_speed": 6.0}
     alone = {"mechanism__slots": 2, "effects__shaft_friction": None, "drive": {"motor": motor}}
     found = statics(**alone)
@@ -98,7 +98,7 @@ def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
     assert not lifts(worst * (1 - 1e-9), radians(18.0))
 
 
-def test_the_motor_s_margin() -> None:
+def test_motor_margin_agrees_with_the_paper() -> None:
     motor = {"stall_torque": 0.1176798, "no_load_speed": 6.3}
     found = statics(drive={"motor": motor})
     assert found["motor_margin"] == pytest.approx(32.4, abs=0.05)  # the paper's, three digits
@@ -107,7 +107,7 @@ def test_the_motor_s_margin() -> None:
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("case", cases("marble_machine"), ids=lambda case: case["name"])
-def test_motion_is_that_of_the_reference(case: dict[str, Any], backend: str) -> None:
+def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
     run = simulate(data)
@@ -158,7 +158,7 @@ def test_torques_are_roots_of_eq_24(
         assert off == pytest.approx(0.0, abs=rounding + 1e-13 * k * abs(torque))
 
 
-def test_torques_tend_to_the_load_as_friction_goes() -> None:
+def test_torques_tend_to_the_load_without_friction() -> None:
     found = statics(effects__shaft_friction={"shaft_radius": 0.003, "mu_s": 0.0, "mu_k": 0.0})
     load = found["load_torque_at_transfer"]
     assert load is not None
@@ -192,8 +192,8 @@ def test_between_hold_and_lift_the_gear_stays(
     assert moves(simulate(machine(drive__torque=torque))) == expected
 
 
-def test_a_torque_that_is_too_weak_stops_where_the_load_grows() -> None:
-    """Enough at the transfer, not for the moment half a pitch further."""
+def test_a_weak_torque_stops_at_the_largest_load() -> None:
+    """The torque suffices at the transfer, but not half a pitch after it."""
     data = machine(drive__torque=3.65e-3, effects__shaft_friction__mu_k=0.5)
     run = simulate(changed(data, solver__duration=5.0))
     assert moves(run) == [(0, 1), (1, 0)]
@@ -216,7 +216,7 @@ def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
     assert running_back.quantities["marbles_delivered"].value == 0.0
 
 
-def test_each_delivered_marble_costs_two_radii_of_lift() -> None:
+def test_each_delivered_marble_is_lifted_by_two_radii() -> None:
     run = simulate(machine(drive__torque=0.006, solver__duration=2.0))
     transfers = [e for e in run.transitions if e.contact == "transfer"]
     quantities = run.quantities
@@ -240,8 +240,8 @@ def test_potential_is_the_integral_of_the_load() -> None:
     assert stored - stored[0] == pytest.approx(work, abs=1e-9)  # trapezia, order h^2
 
 
-def test_with_motor_inertia_the_tooth_force_is_that_of_the_same_instant() -> None:
-    """T_m = T_p - J k theta'' is solved for, not taken from a moment before."""
+def test_tooth_force_with_motor_inertia_is_consistent() -> None:
+    """T_m = T_p - J k theta'' is solved implicitly, not taken from the previous step."""
     inertia = 2e-5
     run = simulate(
         machine(
@@ -266,7 +266,7 @@ def test_with_motor_inertia_the_tooth_force_is_that_of_the_same_instant() -> Non
 
 
 def test_steady_speed_balances_motor_load_and_friction() -> None:
-    """Without slots' moments (no gravity) the motor only turns against its own tooth force."""
+    """Without gravity, the only load is the friction due to the tooth force."""
     motor = {"stall_torque": 0.01, "no_load_speed": 6.0}
     run = simulate(
         machine(
@@ -309,7 +309,7 @@ def test_only_named_effects_leave_a_trace() -> None:
         ),
     ],
 )
-def test_a_wrong_machine_is_refused(change: dict[str, Any], where: str, message: str) -> None:
+def test_invalid_machines_are_refused(change: dict[str, Any], where: str, message: str) -> None:
     with pytest.raises(ValidationFailure) as refused:
         validate(machine(**change), SCENARIOS)
     ((path, sentence),) = refused.value.faults

@@ -1,4 +1,4 @@
-"""The pulley in motion against closed forms, and the backends against each other."""
+"""The pulley in motion: closed forms, references, agreement of the methods."""
 
 import tomllib
 from typing import Any
@@ -50,7 +50,7 @@ def test_ramp_follows_the_closed_form(backend: str) -> None:
         assert run.channels["angular_acceleration"][i] == pytest.approx(acceleration, abs=1e-9)
 
 
-def test_ramp_samples_follow_the_closed_form_between_the_table_s_rows() -> None:
+def test_all_samples_of_the_ramp_follow_the_closed_form() -> None:
     run = simulate(ramp(solver__duration=0.8, output__interval=0.001))
     slip = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
     for t, angle, velocity in zip(
@@ -68,7 +68,7 @@ def test_energies_of_the_ramp_are_exact() -> None:
 
 
 @pytest.mark.parametrize("case", cases("pulley"), ids=lambda case: case["name"])
-def test_events_gives_the_reference(case: dict[str, Any]) -> None:
+def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": "events", "rtol": 1e-10}
     run = simulate(data)
@@ -128,9 +128,7 @@ def test_return_profile_stops_and_stays(backend: str) -> None:
 # What eq 30 gives as printed, for RK4 with steps of 1e-2, 1e-3 and 1e-4 s; another method of
 # higher order has its steps elsewhere about the switch: 0.03 rad is an error of 1e-2 s in it.
 @pytest.mark.parametrize(("step", "tolerance"), [(None, 1e-4), (1e-2, 0.1), (1e-3, 0.01)])
-def test_published_runs_back_where_the_body_should_stay(
-    step: float | None, tolerance: float
-) -> None:
+def test_published_law_runs_back_instead_of_sticking(step: float | None, tolerance: float) -> None:
     data = pulley(
         drive__force=RETURN_FORCE,
         **PUBLISHED,
@@ -143,15 +141,15 @@ def test_published_runs_back_where_the_body_should_stay(
     assert run.transitions[1].position == pytest.approx(RETURN_STICK[1], abs=tolerance)
 
 
-def test_published_loses_all_friction_at_the_instant_of_breakaway() -> None:
-    """At w = 0 beyond the limit sign(0) takes the friction away: (P - W) r_e / I, not 8.93."""
+def test_published_law_has_no_friction_at_breakaway() -> None:
+    """At w = 0 beyond the limit, sign(0) removes the friction: (P - W) r_e / I, not 8.93."""
     data = pulley(drive__force=2707.8, **PUBLISHED, solver__duration=1e-6, output__interval=1)
     assert simulate(data).channels["angular_acceleration"][0] == pytest.approx(
         (2707.8 - LOAD) * 0.0508 / 1.355, rel=1e-15
     )
 
 
-def test_published_chatters_about_rest_and_says_so() -> None:
+def test_published_law_reports_chattering() -> None:
     data = pulley(
         drive__force={"sine": {"mean": LOAD, "amplitude": 500.0, "frequency_hz": 0.2}},
         **PUBLISHED,
@@ -161,20 +159,20 @@ def test_published_chatters_about_rest_and_says_so() -> None:
     assert (run.status, run.exit_code) == ("failed", 1)
     assert "chattering at t = 2.6234" in run.reason
     assert "the contact 'shaft' changed its mode 100 times" in run.reason
-    assert "law 'set-valued' sticks" in run.reason
+    assert "use law 'set-valued'" in run.reason
     assert run.time[-1] == run.transitions[-1].time  # the samples up to there are kept
 
 
-def test_published_that_creeps_by_tiny_steps_says_so() -> None:
-    """Pulled horizontally the velocity keeps its sign while the stages of each step chatter."""
+def test_published_law_reports_creeping() -> None:
+    """With a horizontal force the velocity keeps its sign while the stages chatter."""
     data = tomllib.loads((SCENARIOS / "pulley_horizontal.toml").read_text())
     run = simulate(changed(data, **PUBLISHED))
     assert (run.status, run.exit_code) == ("failed", 1)
     assert "chattering at t = 5.174" in run.reason
-    assert "let the solver creep on 1000 times" in run.reason
+    assert "made the solver creep 1000 times" in run.reason
 
 
-def test_published_with_a_fixed_step_creeps_through_its_chatter() -> None:
+def test_published_law_with_fixed_steps_chatters() -> None:
     data = pulley(
         drive__force={"time": [0.0, 0.8, 4.0, 4.8], "value": [1832.6, 3113.75, 3113.75, LOAD]},
         **PUBLISHED,
@@ -188,7 +186,7 @@ def test_published_with_a_fixed_step_creeps_through_its_chatter() -> None:
 
 
 @pytest.mark.parametrize("backend", EXACT_BACKENDS)
-def test_a_tie_holds_and_one_part_in_a_billion_more_does_not(backend: str) -> None:
+def test_breakaway_is_sharp_at_the_static_limit(backend: str) -> None:
     lift = LOAD * (0.0508 + R_S) / (0.0508 - R_S)
     for factor, moves in ((1.0 - 1e-9, False), (1.0, False), (1.0 + 1e-9, True)):
         force = {"time": [0.0, 1.0], "value": [1832.6, lift * factor]}
@@ -213,7 +211,7 @@ def test_a_spinning_start_needs_no_breakaway() -> None:
 
 
 def test_stick_of_a_million_steps_does_not_drift() -> None:
-    """rkf45 steps through the stick; not a bit of the state may change."""
+    """`rkf45` steps through the sticking phase; the state must stay bit-identical."""
     force = {"sine": {"mean": 2300.0, "amplitude": 400.0, "frequency_hz": 1e3}}
     data = pulley(
         drive__force=force,
@@ -231,8 +229,8 @@ def test_stick_of_a_million_steps_does_not_drift() -> None:
     assert np.all(run.channels["energy_input"] == 0.0)
 
 
-def test_a_rest_within_one_long_step_is_not_passed_over() -> None:
-    """The velocity is a parabola that dips to zero for a moment, and one step spans the dip."""
+def test_a_stop_within_one_long_step_is_found() -> None:
+    """The velocity is a parabola that touches zero within one step."""
 
     def modes_and_times(**solver: Any) -> tuple[list[tuple[int, int]], list[float]]:
         run = simulate(

@@ -1,4 +1,4 @@
-"""What must hold of any pulley: energy, friction law, symmetries, scaling (with Hypothesis)."""
+"""Properties of random pulleys: energy, friction law, symmetries, scaling."""
 
 from typing import Any
 
@@ -202,9 +202,7 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
 
 @moderate
 @given(scenarios(), points, st.floats(0.1, 1.9))
-def test_a_run_that_is_split_and_restarted_ends_the_same(
-    data: Scenario, values: list[float], split: float
-) -> None:
+def test_a_restarted_run_ends_the_same(data: Scenario, values: list[float], split: float) -> None:
     times = [0.3 * i for i in range(len(values))]
     whole = simulate(with_points(data, times, values))
     first = simulate(with_points(data, times, values, duration=split))

@@ -1,4 +1,4 @@
-"""Every quantity of a summary against an independent reader of its result, over drawn scenarios."""
+"""Quantities of random scenarios against their independent evaluation."""
 
 import tempfile
 import tomllib
@@ -40,27 +40,27 @@ STATICS: dict[str, Callable[[Table], dict[str, Seen]]] = {
 
 
 @pytest.fixture(scope="module")
-def room() -> Iterator[Path]:
+def folder() -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as name:
         yield Path(name)
 
 
-def recorded(done: RunResult, room: Path) -> Record:
-    """Return what stands in the file of a run."""
-    hdf5_writer.write(done, room / "a.h5")
-    return read(room / "a.h5")
+def recorded(done: RunResult, folder: Path) -> Record:
+    """Return the content of the result file of a run."""
+    hdf5_writer.write(done, folder / "a.h5")
+    return read(folder / "a.h5")
 
 
 def disagreements(found: Quantities, seen: dict[str, Seen]) -> dict[str, Any]:
-    """Return the quantities that the reader does not find; it must know each, and no other."""
+    """Return the quantities on which both ways disagree; their names must agree."""
     assert found.keys() == seen.keys()
     return {n: (q.value, seen[n]) for n, q in found.items() if not seen[n].agrees(q.value)}
 
 
-def assert_second_way(data: Scenario, room: Path) -> Record:
+def assert_second_way(data: Scenario, folder: Path) -> Record:
     done = simulate(data)
     assert done.status == "done", done.reason
-    record = recorded(done, room)
+    record = recorded(done, folder)
     assert disagreements(done.quantities, READERS[data["kind"]](record)) == {}
     for name, seen in motion(record).items():
         assert seen.agrees(float(record.channels[name][-1])), name
@@ -75,13 +75,13 @@ def test_every_kind_of_one_coordinate_has_a_reader() -> None:
     assert READERS.keys() == STATICS.keys() == KINDS.keys() - {"belt_drive"}
 
 
-# A turn of the start, so that no quantity is counted from an angle of zero by chance.
+# Initial angles, so that no quantity depends on a start at zero.
 angles = st.one_of(st.just(0.0), st.floats(-400.0, 400.0))
 
 
 @st.composite
 def visible_signals(draw: st.DrawFn, size: float, jumps: bool) -> Any:
-    """Signals whose pieces some samples see, a hundredth of a second long; one may jump."""
+    """Signals whose segments last at least 0.01 s, to be resolved by samples; one may jump."""
     table = draw(signals(size))
     if isinstance(table, float) or "sine" in table:
         return table
@@ -96,7 +96,7 @@ def visible_signals(draw: st.DrawFn, size: float, jumps: bool) -> Any:
 
 
 def interval_of(data: Scenario) -> float:
-    """Return a twentieth of the time in which a motor brings its gear up to speed, 1 ms at most.
+    """Return a twentieth of the time constant of the motor with its gear, at most 1 ms.
 
     That time is made a millisecond at least: strong motors have heavy gears.
     """
@@ -112,7 +112,7 @@ def interval_of(data: Scenario) -> float:
 def scenarios(draw: st.DrawFn, kind: Any, size: float) -> Scenario:
     data = draw(kind)
     for name in {"force", "torque", "speed"} & data["drive"].keys():
-        # The torque of a speed that jumps is a stroke, which no sample sees.
+        # The torque of a jump in speed is an impulse, which no sample resolves.
         data["drive"][name] = draw(visible_signals(size, jumps=name != "speed"))
     if draw(st.booleans()):
         data["mechanism"]["initial_angle_deg"] = draw(angles)
@@ -140,8 +140,8 @@ def gears_with_points(draw: st.DrawFn) -> Scenario:
 
 @some(60)
 @given(scenarios(pulleys(), 5000.0))
-def test_figures_of_pulleys(room: Path, data: Scenario) -> None:
-    record = assert_second_way(data, room)
+def test_quantities_of_pulleys(folder: Path, data: Scenario) -> None:
+    record = assert_second_way(data, folder)
     starts_at_rest = data["mechanism"]["initial_angular_velocity"] == 0.0
     if "shaft_friction" in data["effects"] and starts_at_rest:
         first = next((e.time for e in record.events if e.mode_from == 0), None)
@@ -150,24 +150,24 @@ def test_figures_of_pulleys(room: Path, data: Scenario) -> None:
 
 @some(60)
 @given(scenarios(marble_machines(), 0.02))
-def test_figures_of_marble_machines(room: Path, data: Scenario) -> None:
-    assert_second_way(data, room)
+def test_quantities_of_marble_machines(folder: Path, data: Scenario) -> None:
+    assert_second_way(data, folder)
 
 
 @some(60)
 @given(scenarios(gears_with_points(), 8.0))
-def test_figures_of_gears(room: Path, data: Scenario) -> None:
-    assert_second_way(data, room)
+def test_quantities_of_gears(folder: Path, data: Scenario) -> None:
+    assert_second_way(data, folder)
 
 
 @pytest.mark.parametrize(
     "name", ["pulley", "pulley_horizontal", "pulley_return", "marble_machine", "epicyclic"]
 )
-def test_the_second_way_is_sharp(name: str, room: Path) -> None:
-    """Of a shipped scenario each quantity is known to a part in a thousand, but for a dwell."""
+def test_the_uncertainty_of_the_second_way_is_small(name: str, folder: Path) -> None:
+    """For shipped scenarios, all quantities except the dwell are known to 0.1 %."""
     text = (SCENARIOS / f"{name}.toml").read_text()
     data = changed(tomllib.loads(text), output__interval=1e-3)
-    seen = READERS[data["kind"]](assert_second_way(data, room))
+    seen = READERS[data["kind"]](assert_second_way(data, folder))
     for quantity, (value, uncertainty) in seen.items():
         if quantity != "tracer_dwell_time":
             assert uncertainty <= 1e-3 * abs(value or 0.0), quantity

@@ -1,4 +1,4 @@
-"""Impending motion of the pulley, eq 24, against closed forms and the paper's numbers."""
+"""Forces of impending motion of the pulley, eq 24, against closed forms and the paper."""
 
 import pytest
 from hypothesis import given
@@ -41,7 +41,7 @@ def test_statics_are_exact(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_statics_agree_with_print(name: str) -> None:
+def test_statics_agree_with_the_paper(name: str) -> None:
     # The paper rounds r_s to 4.981 mm before it uses it and cuts digits instead of rounding;
     # the radii are printed with four digits.
     rel = 1.6e-4 if name.startswith("friction") else 5e-5
@@ -50,7 +50,7 @@ def test_statics_agree_with_print(name: str) -> None:
     )
 
 
-def test_the_scenario_s_direction_decides_which_force_is_meant() -> None:
+def test_static_forces_use_the_direction_of_the_scenario() -> None:
     found = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
     assert found["force_to_lift"] == found["force_to_lift_horizontal"]
     assert found["force_to_hold"] == found["force_to_hold_horizontal"]
@@ -91,7 +91,7 @@ def test_product_of_lift_and_hold_is_the_square_of_the_load(
 
 
 @given(arms, mus, st.floats(1.001, 2.0), loads, directions)
-def test_more_friction_asks_for_more_lift_and_less_hold(
+def test_more_friction_increases_lift_and_decreases_hold(
     arm: float, mu: float, more: float, load: float, vertical: bool
 ) -> None:
     little = limit_forces(arm, friction_radius(0.5 * arm, mu), load, vertical)
@@ -102,7 +102,7 @@ def test_more_friction_asks_for_more_lift_and_less_hold(
     assert much.hold <= little.hold <= load
 
 
-def test_forces_tend_to_the_load_as_friction_goes() -> None:
+def test_forces_tend_to_the_load_without_friction() -> None:
     lift, hold = limit_forces(CORD_RADIUS, friction_radius(SHAFT_RADIUS, 1e-12), LOAD, True)
     assert lift == pytest.approx(LOAD, rel=2e-12)  # of the order of mu r/r_e
     assert hold == pytest.approx(LOAD, rel=2e-12)

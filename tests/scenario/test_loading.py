@@ -1,4 +1,4 @@
-"""Loading: what is wrong is said with its place and ends the command; what loads is kept."""
+"""Loading of scenarios: error messages with line and key, overrides, round trip to TOML."""
 
 import datetime
 import tomllib
@@ -67,13 +67,13 @@ EDITS = [
     ("3.0 -> 3.0\n[output]\ninterval = 1e-12", ":15: output.interval: 1e-12 s over 3.0 s ..."),
     ("load = 100.0 -> # none", ":2: mechanism.load: missing; expected a number in N"),
     ("0.1 -> 0.1\nmu_kk = 1", ":12: effects.shaft_friction.mu_kk: unknown ... mean 'mu_k'?)"),
-    ("0.1 -> 0.3", ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; sliding ..."),
+    ("0.1 -> 0.3", ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; kinetic ..."),
     ("_friction -> _frict", ":8: effects.shaft_frict: unknown ... mean 'shaft_friction'?)"),
     ("[solver] -> [[solver]]", ":12: solver: expected a table, got a list of 1"),
     ('duration = 3.0 -> backend = "event"', ":13: solver.backend: unknown ... mean 'events'?)"),
     (
         "3.0 -> 3.0\nstep = 0.1",
-        ":14: solver.step: ... what has fixed steps: rkf45 with law 'published'",
+        ":14: solver.step: ... use fixed steps: rkf45 with law 'published'",
     ),
     (f"{OUTPUT}'angle'", ":15: output.channels: expected a list of names in brackets, got 'angle'"),
     (f"{OUTPUT}[1]", ":15: output.channels.0: expected text in quotes, got 1"),
@@ -86,8 +86,8 @@ EDITS = [
     ("FORCE -> {}", ":7: drive.force: expected a number, {...}, got an empty table"),
     ("FORCE -> {sine = {amplitude = 1}}", ":7: drive.force.sine.frequency_hz: missing; ... Hz"),
     ('FORCE -> {csv = "no.csv"}', ":7: drive.force.csv: cannot read ..."),
-    ('FORCE -> {csv = "binary.csv"}', ":7: drive.force.csv: cannot read ...not text in UTF-8..."),
-    ('FORCE -> {csv = "empty.csv"}', ":7: drive.force.csv: ... has no line with a time and a ..."),
+    ('FORCE -> {csv = "binary.csv"}', ":7: drive.force.csv: cannot read ...not UTF-8 text..."),
+    ('FORCE -> {csv = "empty.csv"}', ":7: drive.force.csv: ... has no lines with a time and a ..."),
     ('FORCE -> {csv = "nan.csv"}', ":7: drive.force.value.1: expected a finite number in N, ..."),
     ('kind -> "<" = 1\nkind', ":1: '<': unknown key '<'..."),
     ('load -> "<points>" = 1\nload', ":5: mechanism.'<points>': unknown key '<points>'..."),
@@ -97,8 +97,8 @@ FAULTS: dict[str, tuple[str | bytes, list[str]]] = {
     **{change: (edited(change), [message]) for change, message in EDITS},
     "empty file": ("", [":1: kind: the file is empty; a scenario starts with kind, ..."]),
     "not TOML": ("kind = 'pulley'\nforce =\n", [":2: not valid TOML: ..."]),
-    "not text": (bytes(range(256)), [": not a text in UTF-8, at byte 128"]),
-    "UTF-16": (TEXT.encode("utf-16"), [": not a text in UTF-8, at byte 0"]),
+    "not text": (bytes(range(256)), [": invalid UTF-8 at byte 128"]),
+    "UTF-16": (TEXT.encode("utf-16"), [": invalid UTF-8 at byte 0"]),
     "integer beyond a float": (
         edited("100.0 -> " + "9" * 400),
         [":5: mechanism.load: expected a number in N, got 999..."],
@@ -120,8 +120,8 @@ FAULTS: dict[str, tuple[str | bytes, list[str]]] = {
             ":5: mechanism.load: expected a number in N, got 'x'",
             ":7: drive.force.time: times must increase from point to point, but point 2 at 0.0 s"
             " follows one at 0.0 s",
-            ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; sliding friction does not"
-            " exceed the static limit, so give 0 <= mu_k <= mu_s",
+            ":11: effects.shaft_friction.mu_k: 0.3 is above mu_s = 0.2; kinetic friction must not"
+            " exceed static friction, so give 0 <= mu_k <= mu_s",
             ":13: solver.duration: expected a number above 0 s, got 0",
             ":14: outptu: unknown key 'outptu' (did you mean 'output'?)",
         ],
@@ -150,7 +150,7 @@ def fits(message: str, wanted: str) -> bool:
 
 
 @pytest.mark.parametrize(("content", "messages"), FAULTS.values(), ids=FAULTS)
-def test_a_wrong_scenario_is_refused_with_line_and_key_and_the_old_result_stays(
+def test_invalid_scenarios_are_refused_with_line_and_key(
     content: str | bytes, messages: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = write_scenario(tmp_path, content)
@@ -170,16 +170,16 @@ def test_a_wrong_scenario_is_refused_with_line_and_key_and_the_old_result_stays(
 
 
 @pytest.mark.parametrize("name", ["missing.toml", "."])
-def test_what_is_no_file_is_refused(name: str, tmp_path: Path) -> None:
+def test_unreadable_files_are_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="cannot read this scenario"):
         load(tmp_path / name)
 
 
-def test_a_file_that_is_too_large_is_refused(
+def test_files_that_are_too_large_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(loading, "MAX_FILE_SIZE", 1 << 20)
-    with pytest.raises(ScenarioError, match="larger than 1 MiB; put long signals into CSV"):
+    with pytest.raises(ScenarioError, match="file is larger than 1 MiB; use CSV files"):
         load(write_scenario(tmp_path, TEXT + "#" * (1 << 20)))
 
 
@@ -187,16 +187,19 @@ def test_a_file_that_is_too_large_is_refused(
     ("line", "number"),
     [("1, two", 3), ("1", 3), ("1, 2, 3", 3), ("time, force", 3), ("# c\n\n1; x", 5)],
 )
-def test_a_bad_line_of_a_csv_is_named(line: str, number: int, tmp_path: Path) -> None:
+def test_invalid_csv_lines_are_reported(line: str, number: int, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text(f"time, force\n0, 80\n{line}\n")
     path = write_scenario(tmp_path, edited('FORCE -> {csv = "force.csv"}'))
-    with pytest.raises(ScenarioError, match=f":7: drive.force.csv: line {number} of '.*' is not"):
+    with pytest.raises(
+        ScenarioError,
+        match=f":7: drive.force.csv: line {number} of '.*': expected a time and a value",
+    ):
         load(path)
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
-def test_byte_order_mark_and_line_ends_do_not_matter(
+def test_byte_order_mark_and_line_endings_are_accepted(
     mark: bytes, end: bytes, tmp_path: Path
 ) -> None:
     signal = b"0, 80 # start\n0.8; 120\n"
@@ -233,7 +236,7 @@ u = 4  #= o 1 t 0 u
 """
 
 
-def test_lines_of_keys_in_all_ways_to_write_them() -> None:
+def test_key_lines_for_all_forms_of_keys() -> None:
     expected = {
         path: number
         for number, line in enumerate(ALL_WAYS_TO_WRITE_A_KEY.splitlines(), start=1)
@@ -244,7 +247,7 @@ def test_lines_of_keys_in_all_ways_to_write_them() -> None:
     assert {" ".join(map(str, path)): line for path, line in found.items()} == expected
 
 
-def test_a_key_behind_a_signal_of_many_lines_keeps_its_line() -> None:
+def test_key_lines_after_a_long_signal() -> None:
     points = 4 * LONG_STATEMENT
     text = "value = [\n" + "1.0,\n" * points + "]\nafter = 1\n"
     assert key_lines(text) == {("value",): 1, ("after",): points + 3}
@@ -264,7 +267,7 @@ def test_a_key_behind_a_signal_of_many_lines_keeps_its_line() -> None:
         ("effects.viscous_damping={coefficient=2}", "effects.viscous_damping.coefficient", 2.0),
     ],
 )
-def test_an_override_goes_over_the_file(
+def test_overrides_take_precedence_over_the_file(
     override: str, key: str, value: Any, tmp_path: Path
 ) -> None:
     found: Any = load(write_scenario(tmp_path, TEXT), [override])
@@ -273,7 +276,7 @@ def test_an_override_goes_over_the_file(
     assert found == value
 
 
-def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path) -> None:
+def test_the_last_override_wins_and_the_backend_option_over_all(tmp_path: Path) -> None:
     overrides = ["solver.rtol=1e-3", "solver.rtol=1e-4", "solver.backend=events"]
     solver = load(write_scenario(tmp_path, TEXT), overrides, "rkf45").solver
     assert (solver.rtol, solver.backend) == (1e-4, "rkf45")
@@ -285,9 +288,9 @@ def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path
         ("solver.rtol", " solver.rtol: expected KEY=VALUE, as in solver.rtol=1e-9"),
         ("=3", " =3: expected KEY=VALUE, as in solver.rtol=1e-9"),
         ("solver..rtol=1", " solver..rtol=1: expected KEY=VALUE, as in solver.rtol=1e-9"),
-        ("title=two words", " title=two words: 'two words' is no TOML value (a number, ..."),
+        ("title=two words", " title=two words: 'two words' is not a TOML value (number, ..."),
         ("mechanism.load.x=1", " ...: 'mechanism.load' is a value and has no keys"),
-        ("drive.force.value.2=1", " ...: 'drive.force.value' is a list of 2, from 0"),
+        ("drive.force.value.2=1", " ...: 'drive.force.value' is a list of 2; give an index from 0"),
         ("mechanism.load=-1", ": mechanism.load: expected a number of at least 0 N, got -1"),
         ("mechanism.lod=1", ": mechanism.lod: unknown key 'lod' (did you mean 'load'?)"),
         (
@@ -296,9 +299,7 @@ def test_the_last_override_counts_and_the_backend_option_over_all(tmp_path: Path
         ),
     ],
 )
-def test_a_wrong_override_is_a_fault_of_the_option(
-    override: str, message: str, tmp_path: Path
-) -> None:
+def test_invalid_overrides_name_the_option(override: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as refused:
         load(write_scenario(tmp_path, TEXT), [override])
     (fault,) = refused.value.faults

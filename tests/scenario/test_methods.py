@@ -1,4 +1,4 @@
-"""Friction laws and integration methods: every pair is run or refused, and old names are told."""
+"""Friction laws and methods: every pair runs or is refused, and old names are reported."""
 
 import re
 from itertools import product
@@ -19,7 +19,7 @@ SHIPPED = {
     "epicyclic": "epicyclic",
     "belt_drive": "belt_verification",
 }
-# What a law cannot do without.
+# Required parameters of a law.
 PARAMETERS: dict[str, dict[str, Any]] = {
     "regularised": {"transition_speed": 0.1},
     "creep": {"transition_speed": 0.1, "maximum_creep": 1e-6},
@@ -41,7 +41,7 @@ def of_kind(kind: str, law: str, backend: str) -> Scenario:
 
 
 @pytest.mark.parametrize(("kind", "law", "backend"), [*product(KINDS, LAWS, METHODS)])
-def test_a_law_and_a_method_go_together_or_the_error_lists_what_does(
+def test_incompatible_law_and_method_are_refused_with_alternatives(
     kind: str, law: str, backend: str
 ) -> None:
     pairs = mechanism_module(kind).SCENARIO.PAIRS
@@ -58,25 +58,25 @@ def test_a_law_and_a_method_go_together_or_the_error_lists_what_does(
     if not able:  # the kind does not have the law at all
         assert "expected 'set-valued'" in told or "no such parameter" in told
     elif known:
-        assert f"take one of {', '.join(able)} (--set solver.backend={able[0]})" in told
+        assert f"use one of {', '.join(able)} (--set solver.backend={able[0]})" in told
         for advice in re.findall(r"\((--set [^)]+)\)", told):
             fixed = changed(data)
             for override in advice.removeprefix("--set ").split(" --set "):
                 apply_override(fixed, override)
             validate(fixed, SCENARIOS)
     else:
-        assert f"'{backend}' cannot do" in told
+        assert f"'{backend}' does not support" in told
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "belt_drive"])
 @pytest.mark.parametrize("pair", SINGLE_DOF, ids=", ".join)
-def test_every_pair_comes_to_its_end(kind: str, pair: tuple[str, str]) -> None:
+def test_every_pair_of_law_and_method_runs(kind: str, pair: tuple[str, str]) -> None:
     data = changed(of_kind(kind, *pair), solver__duration=0.02, solver__rtol=1e-5)
     assert simulate(data).status == "done"
 
 
 def test_methods_agree_on_a_law() -> None:
-    """All methods integrate one equation: what is left is their tolerance."""
+    """They integrate the same equation and differ by their tolerances only."""
     data = changed(pulley(), solver__rtol=1e-9, effects__shaft_friction__law=REGULARISED)
     data["effects"]["shaft_friction"]["transition_speed"] = 0.05
     angles = [
@@ -101,17 +101,19 @@ def test_methods_agree_on_a_law() -> None:
         ("effects.air_drag.coefficient=1.0", "write [effects.viscous_damping]"),
     ],
 )
-def test_an_old_name_is_refused_with_the_new_one(
+def test_old_names_are_refused_with_the_new_one(
     key: str, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["check", str(SCENARIOS / "pulley.toml"), "--set", key]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"frictionsim: --set: {key.split('=')[0].removesuffix('.coefficient')}")
-    assert told in said
+    captured = capsys.readouterr().err
+    assert captured.startswith(
+        f"frictionsim: --set: {key.split('=')[0].removesuffix('.coefficient')}"
+    )
+    assert told in captured
 
 
 @pytest.mark.parametrize("backend", ["published", "regularised"])
-def test_the_option_refuses_old_backends_too(
+def test_the_backend_option_refuses_old_names(
     backend: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["solve", str(SCENARIOS / "pulley.toml"), "--backend", backend]) == 2
@@ -125,7 +127,7 @@ def gear(**effects: Any) -> Scenario:
     return changed(data, solver__backend="rkf45")
 
 
-def test_one_of_two_effects_on_one_contact_may_name_the_law() -> None:
+def test_one_of_two_friction_effects_may_name_the_law() -> None:
     smoothed = {"law": REGULARISED, "transition_speed": 1e-2}
     for effects in (
         {"hinge_friction": smoothed},
@@ -141,23 +143,35 @@ def test_one_of_two_effects_on_one_contact_may_name_the_law() -> None:
     [
         (
             {"hinge_friction": {"law": REGULARISED}, "rolling_friction": {"law": "published"}},
-            "hinge_friction 'regularised' and rolling_friction 'published'; name it in one of them",
+            "hinge_friction 'regularised' and rolling_friction 'published'; give it in one of them",
         ),
-        ({"hinge_friction": {"transition_speed": 1e-2}}, "does not smooth friction; leave"),
+        ({"hinge_friction": {"transition_speed": 1e-2}}, "has no transition speed; remove"),
     ],
 )
-def test_two_effects_on_one_contact_do_not_contradict_each_other(
-    effects: dict[str, Any], told: str
-) -> None:
+def test_two_friction_effects_must_name_the_same_law(effects: dict[str, Any], told: str) -> None:
     with pytest.raises(ValidationFailure) as refused:
         validate(gear(**effects), SCENARIOS)
     assert told in refused.value.faults[0][1]
 
 
-def test_the_published_gear_has_no_law() -> None:
+def test_the_published_gear_refuses_a_law() -> None:
     data = changed(gear(), mechanism__formulation="published")
     assert validate(data, SCENARIOS).law == ""
     data["effects"]["hinge_friction"]["law"] = REGULARISED
     with pytest.raises(ValidationFailure) as refused:
         validate(data, SCENARIOS)
-    assert "has its friction in the equation; leave law out" in refused.value.faults[0][1]
+    assert "has its friction in the equation; remove law" in refused.value.faults[0][1]
+
+
+@pytest.mark.parametrize("backend", [m for m in METHODS if m != "moreau"])
+def test_without_friction_any_method_works(backend: str) -> None:
+    data = changed(pulley(solver__backend=backend), effects={}, solver__duration=0.5)
+    assert simulate(data).status == "done"
+
+
+def test_without_friction_steps_may_be_fixed() -> None:
+    data = changed(pulley(solver__backend="rkf45", solver__step=1e-3), effects={})
+    assert simulate(changed(data, solver__duration=0.5)).statistics.steps == 500
+    with pytest.raises(ValidationFailure) as refused:
+        validate(changed(data, solver__backend="events"), SCENARIOS)
+    assert refused.value.faults[0][1].endswith("take what has fixed steps: rkf45")

@@ -1,4 +1,4 @@
-"""Signals in time: their values, and that they tell where they kink and turn."""
+"""Signals: values, derivatives, discontinuities and extrema."""
 
 from math import inf, pi, sin
 from pathlib import Path
@@ -35,7 +35,7 @@ def test_a_number_is_a_constant() -> None:
         assert (force(0.0), force(1e9), force.next_discontinuity(0.0)) == (3.0, 3.0, inf)
 
 
-def test_points_are_joined_by_lines_and_constant_outside() -> None:
+def test_points_are_interpolated_linearly_and_constant_outside() -> None:
     force = signal({"time": [1, 2, 4], "value": [10, 20, 0]})
     assert [force(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] == [10, 10, 15, 20, 10, 0, 0]
     assert [force.next_discontinuity(t) for t in (0.0, 1.0, 1.5, 2.0, 4.0)] == [1, 2, 2, 4, inf]
@@ -142,12 +142,12 @@ TIME_FORMS += ' or {csv = "file.csv"}'
         ("x", f"torque: expected a number in N m, or {ALL_FORMS}, got 'x'"),
     ],
 )
-def test_a_wrong_signal_of_speed_is_told(table: Any, fault: str) -> None:
+def test_an_invalid_signal_of_speed_is_reported(table: Any, fault: str) -> None:
     (found,) = faults_of(BeltDrive, table)
     assert found.startswith(fault)
 
 
-def test_a_signal_in_time_refuses_one_of_speed() -> None:
+def test_a_time_signal_refuses_a_table_of_speed() -> None:
     found = faults_of(PulleyDrive, {"speed": [0.0], "value": [1.0]})
     assert any("torque.speed: unknown key 'speed'" in fault for fault in found)
     assert faults_of(PulleyDrive, {"speed": [0.0]}) == [
@@ -191,7 +191,7 @@ def test_derivative_is_the_derivative(force: Signal, t: float) -> None:
 
 
 @given(signals, st.floats(0, 20))
-def test_a_signal_is_monotone_up_to_its_next_turn(force: Signal, t: float) -> None:
+def test_a_signal_is_monotone_up_to_its_next_extremum(force: Signal, t: float) -> None:
     turn = force.next_extremum(t)
     assert turn > t
     assert force.next_discontinuity(t) >= turn

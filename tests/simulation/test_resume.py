@@ -225,7 +225,7 @@ def test_max_steps_is_stored_and_applies_to_resume(
     target = str(tmp_path / "a.h5")
     pulley_toml = str(SCENARIOS / "pulley.toml")
     assert run_command_line(["solve", pulley_toml, "-q", "-o", target, "--max-steps", "10"]) == 5
-    assert "10 steps are spent at t = " in capsys.readouterr().err
+    assert "limit solver.max_steps = 10 reached at t = " in capsys.readouterr().err
     assert run_command_line(["resume", target, "-q", "-o", str(tmp_path / "b.h5")]) == 5
     assert run_command_line(["solve", pulley_toml, "-o", target, "--max-steps", "0"]) == 2
     assert run_command_line(["solve", pulley_toml, "-o", target, "--max-wall", "nan"]) == 2

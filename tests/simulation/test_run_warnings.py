@@ -119,6 +119,7 @@ def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -
 def test_regularised_friction_gets_no_stick_slip_warning() -> None:
     data = pulley(
         drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
+        effects__shaft_friction__law="regularised",
         solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
     )
     found = simulate(data)

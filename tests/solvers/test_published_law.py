@@ -1,4 +1,4 @@
-"""The switch of eq 30 in the five cases that the paper goes through, eqs 31 to 35.
+"""The switch of eq 30 in the five cases of the paper, eqs 31 to 35.
 
     I theta'' = {-sign(theta') r_k R + M} sign(|sign(|x| - x)| + |sign(theta')|),  x = r_s - |c|,
     c = M/R
@@ -19,7 +19,7 @@ from tests.support.scenarios import SCENARIOS, pulley, with_method
 
 
 class Case(NamedTuple):
-    """A line of the table: the two terms under the outer sign(), and what it makes of them."""
+    """A row of the table: the two terms in the outer sign(), and its value."""
 
     number: str
     force: float  # N, on the cord
@@ -52,7 +52,7 @@ def moment(case: Case) -> float:
 
 
 @pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
-def test_the_switch_in_each_case_of_the_paper(case: Case) -> None:
+def test_the_switch_of_eq_30_in_the_five_cases(case: Case) -> None:
     reaction = case.force + LOAD
     x = R_S - abs(moment(case) / reaction)
     assert abs(sign(abs(x) - x)) == case.beyond
@@ -62,7 +62,7 @@ def test_the_switch_in_each_case_of_the_paper(case: Case) -> None:
 
 
 @pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
-def test_the_friction_in_each_case_is_that_of_the_printed_equation(case: Case) -> None:
+def test_the_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
     mechanism = build(scenario)
     eq30 = make_solver(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
@@ -71,10 +71,10 @@ def test_the_friction_in_each_case_is_that_of_the_printed_equation(case: Case) -
     # What stands to the right of I theta'', less the moment, to the rounding of both.
     assert found + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)
     at_rest_and_beyond = case.number.startswith("2")
-    assert (found == 0.0) == at_rest_and_beyond  # sign(0) takes all friction away
+    assert (found == 0.0) == at_rest_and_beyond  # sign(0) removes all friction
 
 
-def test_a_tie_counts_as_within_the_limit() -> None:
+def test_a_torque_equal_to_the_limit_is_within_it() -> None:
     """x = 0 leaves sign(0) = 0."""
     assert switch(20.0, 20.0, 0.0) == 0
     assert switch(-20.0, 20.0, 0.0) == 0

@@ -1,4 +1,4 @@
-"""The smoothed friction law and the integrators that it is given to."""
+"""The regularised friction law, with our own integrator and those of SciPy."""
 
 import subprocess
 import sys
@@ -38,7 +38,7 @@ def smoothed(backend: str, speed: float, **changes: Any) -> RunResult:
     return simulate(changed(data, effects__shaft_friction__transition_speed=speed))
 
 
-def test_the_curve_rises_to_the_static_and_falls_to_the_kinetic_limit() -> None:
+def test_the_curve_passes_the_static_and_the_kinetic_limit() -> None:
     x = np.linspace(0.0, 2.0, 2001)
     curve = np.array([friction_curve(float(at), 3.0, 2.0) for at in x])
     assert curve[0] == 0.0
@@ -53,7 +53,7 @@ def test_the_curve_rises_to_the_static_and_falls_to_the_kinetic_limit() -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_the_smoothed_ramp_is_near_the_exact_one(backend: str) -> None:
+def test_the_regularised_ramp_approximates_the_exact_one(backend: str) -> None:
     run = smoothed(backend, 1e-4)
     assert (run.status, len(run.transitions)) == ("done", 1)
     # 2e-4 s late, as a test below has it, times some 20 rad/s.
@@ -65,14 +65,14 @@ def test_the_smoothed_ramp_is_near_the_exact_one(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_only_energy_is_audited_and_it_closes(backend: str) -> None:
+def test_only_the_energy_balance_is_audited(backend: str) -> None:
     run = smoothed(backend, 1e-2)
     assert run.checks.keys() == {"energy_balance"}
     assert run.checks["energy_balance"].ok
 
 
 def sliding_error(speed: float) -> float:
-    """Return the error of the angle at 1 s, sliding from 1 rad/s to rest and creeping on."""
+    """Return the error of the angle at 1 s, after sliding from 1 rad/s to a stop and creeping."""
     force = 2300.0  # N, which holds
     run = smoothed(
         "radau",
@@ -86,14 +86,14 @@ def sliding_error(speed: float) -> float:
     return float(abs(run.channels["angle"][-1] - 0.5 * INERTIA / torque))
 
 
-def test_the_error_of_a_rest_is_of_first_order_in_the_speed() -> None:
+def test_the_error_of_a_stop_is_of_first_order_in_the_transition_speed() -> None:
     errors = [sliding_error(speed) for speed in (1e-2, 1e-3, 1e-4)]
     for coarse, fine in pairwise(errors):
         # What is passed on the way to rest is of second order, and seen in the first quotient.
         assert log10(coarse / fine) == pytest.approx(1.0, abs=0.01)
 
 
-def test_below_the_tolerance_a_smaller_speed_does_not_help() -> None:
+def test_a_transition_speed_below_the_tolerance_does_not_help() -> None:
     exact = simulate(pulley(solver__rtol=1e-12)).channels["angle"][-1]
 
     def error(speed: float) -> float:
@@ -103,12 +103,12 @@ def test_below_the_tolerance_a_smaller_speed_does_not_help() -> None:
 
     errors = [error(speed) for speed in (1e-2, 1e-4, 1e-8, 1e-10)]
     assert errors[1] < 0.1 * errors[0]
-    # 34 rad and energies of 5 kJ to 1e-4 a step: what is left is the integrator's.
+    # The remaining error is that of the integrator.
     assert min(errors[2:]) > 1e-4
 
 
 def test_the_delay_of_breakaway_on_a_ramp_is_of_order_two_thirds() -> None:
-    """The moment passes the top of the curve, a fold, at a finite rate."""
+    """The torque passes the maximum of the curve, a fold, at a finite rate."""
     late = [
         smoothed("radau", speed).transitions[0].time - BREAKAWAY for speed in (1e-2, 1e-3, 1e-4)
     ]
@@ -116,7 +116,7 @@ def test_the_delay_of_breakaway_on_a_ramp_is_of_order_two_thirds() -> None:
         assert log10(coarse / fine) == pytest.approx(2.0 / 3.0, abs=0.02)  # next order, as above
 
 
-def test_it_creeps_where_it_should_stick() -> None:
+def test_regularised_friction_creeps_instead_of_sticking() -> None:
     force, speed = 2500.0, 1e-3  # between what holds and what lifts
     run = smoothed("radau", speed, drive__force=force, effects__viscous_damping=None)
     moment, limit = (force - LOAD) * CORD_RADIUS, R_S * (force + LOAD)
@@ -125,7 +125,7 @@ def test_it_creeps_where_it_should_stick() -> None:
     assert np.all(run.channels["mode"] == 0)
 
 
-def test_rest_is_found_on_the_return_profile() -> None:
+def test_the_stop_is_recorded_on_the_return_profile() -> None:
     run = simulate(
         load_with(
             "pulley_return",
@@ -145,7 +145,7 @@ def load_with(name: str, *overrides: str) -> Any:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_a_scenario_without_friction_needs_no_speed(backend: str) -> None:
+def test_a_scenario_without_friction_needs_no_transition_speed(backend: str) -> None:
     exact = simulate(pulley(effects=None))
     run = simulate(pulley(effects=None, solver__backend=backend))
     # SciPy's bound is on a mean over the states, whose energies are thousands: rtol 1e-9 of them.
@@ -154,7 +154,7 @@ def test_a_scenario_without_friction_needs_no_speed(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_a_prescribed_speed_is_followed_with_the_set_valued_law(backend: str) -> None:
+def test_a_prescribed_speed_uses_the_set_valued_law(backend: str) -> None:
     scenario = load_with("epicyclic")
     scenario["drive"] = {"speed": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 1.0}}}
     scenario["mechanism"].pop("initial_angular_velocity", None)
@@ -166,10 +166,10 @@ def test_a_prescribed_speed_is_followed_with_the_set_valued_law(backend: str) ->
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_failures_are_told_in_our_words(backend: str) -> None:
+def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
     run = smoothed(backend, 1e-3, solver__max_steps=20)
     assert run.status == "failed"
-    assert run.reason.startswith("20 steps are spent at t = ")
+    assert run.reason.startswith("limit solver.max_steps = 20 reached at t = ")
     huge = smoothed(backend, 1e-3, drive__force={"time": [0.0, 1.0], "value": [0.0, 1e49]})
     if huge.status == "failed":
         assert "step size" not in huge.reason
@@ -177,7 +177,7 @@ def test_failures_are_told_in_our_words(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_poll_is_called_along_the_way_and_may_stop_it(backend: str) -> None:
+def test_on_step_is_called_and_may_stop_the_run(backend: str) -> None:
     def stop(t: float) -> None:
         if t > 0.5:
             raise Interrupted(2, t)
@@ -188,14 +188,14 @@ def test_poll_is_called_along_the_way_and_may_stop_it(backend: str) -> None:
     assert 0.4 < done.time[-1] < 0.9
 
 
-def test_a_transition_speed_without_smoothing_is_refused(
+def test_a_transition_speed_needs_the_regularised_law(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     key = "effects.shaft_friction.transition_speed"
     assert run_command_line(["check", str(SCENARIOS / "pulley.toml"), "--set", f"{key}=1e-3"]) == 2
     assert capsys.readouterr().err == (
-        f"frictionsim: --set: {key}: law = 'set-valued' does not smooth friction; leave"
-        " transition_speed out, or give law = 'regularised'\n"
+        f"frictionsim: --set: {key}: law = 'set-valued' has no transition speed; remove"
+        " transition_speed, or use law = 'regularised'\n"
     )
 
 
@@ -217,7 +217,7 @@ def test_scipy_is_not_imported_by_our_own_backends() -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_our_own_steps_are_resumed_to_the_same_bits_and_scipys_are_not(backend: str) -> None:
+def test_runs_with_scipy_methods_cannot_be_resumed(backend: str) -> None:
     def stop(t: float) -> None:
         if t > 0.6:
             raise Interrupted(2, t)
@@ -225,7 +225,7 @@ def test_our_own_steps_are_resumed_to_the_same_bits_and_scipys_are_not(backend: 
     scenario = load(SCENARIOS / "pulley.toml", [REGULARISED], backend)
     begun = simulate_scenario(scenario, stop)
     if backend != "rkf45":
-        assert begun.checkpoint is None  # nothing tells the user that it can go on
+        assert begun.checkpoint is None  # so that the user is not told to resume it
         return
     whole = simulate_scenario(scenario, lambda t: None)
     resumed = simulate_scenario(scenario, lambda t: None, checkpoint=begun.checkpoint)

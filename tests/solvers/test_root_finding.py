@@ -38,7 +38,7 @@ def test_smooth_functions_take_few_evaluations() -> None:
     assert len(calls) < 20  # bisection would take 52
 
 
-def test_stops_at_the_resolution_that_is_asked_for() -> None:
+def test_stops_at_the_required_resolution() -> None:
     lo, hi = bracket_root(lambda x: x * x - 2.0, 0.0, 2.0, 1e-3)
     assert 1e-6 < hi - lo <= 1e-3
 
@@ -49,6 +49,6 @@ def test_a_zero_counts_as_not_positive() -> None:
     assert hi > 0.5
 
 
-def test_no_change_of_sign_is_an_error() -> None:
+def test_equal_signs_at_both_ends_are_an_error() -> None:
     with pytest.raises(ValueError, match="no change of sign"):
         bracket_root(lambda x: 1.0 + x, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The Runge-Kutta-Fehlberg integrator by itself, on problems with closed solutions."""
+"""The Runge-Kutta-Fehlberg integrator on problems with closed solutions."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -79,7 +79,7 @@ def test_fixed_steps_keep_their_order_through_located_events() -> None:
 
 
 def test_error_estimate_is_of_order_5() -> None:
-    """It is the error of the solution of order 4: one step of it is of order h^5."""
+    """The local error of the solution of order 4 is of order h^5."""
     sizes = []
     for h in (0.1, 0.05):
         k: list[State] = [[0.0] for _ in range(6)]
@@ -101,7 +101,7 @@ def test_adaptive_error_is_near_its_tolerance(rtol: float) -> None:
     assert rkf.rejected < 0.2 * rkf.steps
 
 
-def test_state_inside_a_step_is_as_exact_as_the_step() -> None:
+def test_interpolation_is_as_accurate_as_the_step() -> None:
     rkf = stepper(2, 1e-10)
     rkf.start(oscillator, 0.0, [0.0, 1.0])
     for _ in range(30):
@@ -111,7 +111,7 @@ def test_state_inside_a_step_is_as_exact_as_the_step() -> None:
             assert rkf.interpolate(t)[0] == pytest.approx(sin(t), abs=1e-8)  # 30 steps of 1e-10
 
 
-def test_steps_end_on_the_limit_exactly() -> None:
+def test_steps_end_exactly_at_the_limit() -> None:
     rkf = stepper(2)
     rkf.start(oscillator, 0.0, [0.0, 1.0])
     for limit in (0.1, 0.1 + 1e-9, 0.3, 1.0):
@@ -130,24 +130,24 @@ def test_a_short_limit_does_not_shorten_the_steps_after_it() -> None:
 
 
 def test_a_state_that_is_not_finite_is_reported() -> None:
-    def blow_up(t: float, y: State, dy: State) -> None:
+    def diverging(t: float, y: State, dy: State) -> None:
         dy[0] = y[0] * y[0]  # y = 1/(1 - t)
 
     for start, time in ((1.0, "1"), (1e200, "0")):
-        with pytest.raises(SolverError, match=f"the state is not finite after t = {time} s"):
-            integrate(stepper(1), blow_up, [start], 2.0)
+        with pytest.raises(SolverError, match=f"is not finite after t = {time} s"):
+            integrate(stepper(1), diverging, [start], 2.0)
 
 
 def test_tolerances_that_cannot_be_met_are_reported() -> None:
     def jump(t: float, y: State, dy: State) -> None:
         dy[0] = 1e9 if t > 1.0 else 0.0
 
-    with pytest.raises(SolverError, match=r"at t = 1 s the tolerances ask for a step of"):
+    with pytest.raises(SolverError, match=r"at t = 1 s the tolerances require a step of"):
         integrate(stepper(1, 1e-13, 1e-13), jump, [0.0], 2.0)
 
 
-def test_a_spent_budget_is_reported() -> None:
-    with pytest.raises(SolverError, match="10 steps are spent at t = "):
+def test_the_step_limit_is_reported() -> None:
+    with pytest.raises(SolverError, match=r"limit solver\.max_steps = 10 reached at t = "):
         integrate(stepper(2, max_steps=10), oscillator, [0.0, 1.0], 100.0)
 
 
@@ -155,8 +155,8 @@ WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "solution_5", "er
 
 
 @pytest.mark.parametrize("name", WAYS)
-def test_the_ways_from_stage_to_stage_compile_and_give_the_same_numbers(name: str) -> None:
-    """The lines that step lists of floats are those that numba compiles for large systems."""
+def test_compiled_stages_give_the_same_numbers(name: str) -> None:
+    """The same functions run on lists of floats and are compiled for large systems."""
     numba = pytest.importorskip("numba")
     way = getattr(runge_kutta_fehlberg, name)
     arrays = list(np.random.default_rng(1).normal(size=(way.__code__.co_argcount - 2, 40)))

@@ -1,4 +1,4 @@
-"""`solve --estimate-error`: is the estimate near the error?"""
+"""`solve --estimate-error`: the estimate is close to the error."""
 
 import json
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, A
     assert 0.4 * error < (found or 0.0) < 4.0 * error
 
 
-def test_it_is_shown_beside_each_figure(cli: Callable) -> None:
+def test_errors_are_shown_beside_each_quantity(cli: Callable) -> None:
     scenario = str(SCENARIOS / "pulley.toml")
     shown = cli("solve", scenario, "--estimate-error")
     assert shown.returncode == 0
@@ -49,7 +49,7 @@ def test_it_is_shown_beside_each_figure(cli: Callable) -> None:
     assert head.split() == ["quantity", "value", "error", "unit"]
     assert row.split()[0] == "final_angle"
     assert 1e-12 < float(row.split()[2]) < 1e-8
-    assert "error: the difference from a run with rtol 1e-10, atol 1e-13\n" in shown.stdout
+    assert "error: the difference to a run with rtol 1e-10, atol 1e-13\n" in shown.stdout
     told = json.loads(cli("solve", scenario, "--estimate-error", "--json").stdout)
     assert 1e-12 < told["quantities"]["final_angle"]["error"] < 1e-8
     assert told["quantities"]["last_rest_time"]["error"] is None
@@ -59,12 +59,12 @@ def test_it_is_shown_beside_each_figure(cli: Callable) -> None:
 
 
 @pytest.mark.parametrize("name", ["marble_machine", "epicyclic"])
-def test_it_works_for_other_kinds(name: str, tmp_path: Path) -> None:
+def test_the_estimate_works_for_other_kinds(name: str, tmp_path: Path) -> None:
     arguments = ["solve", str(SCENARIOS / f"{name}.toml"), "-q", "-o", str(tmp_path / "a.h5")]
     assert run_command_line([*arguments, "--estimate-error"]) == 0
 
 
-def test_a_belt_halves_the_step_that_it_chooses_itself() -> None:
+def test_a_belt_halves_its_automatic_step() -> None:
     scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"], "moreau")
     setting = tighter(scenario)
     assert setting.backend == "moreau"
@@ -72,14 +72,14 @@ def test_a_belt_halves_the_step_that_it_chooses_itself() -> None:
     assert tighter(load(SCENARIOS / "belt_drive.toml", [], "rkf45")).label == "rtol 1e-6"
 
 
-def test_a_second_run_that_fails_leaves_the_first_as_it_is(
+def test_a_failed_second_run_keeps_the_first(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["solve", str(SCENARIOS / "pulley.toml"), "-o", str(tmp_path / "a.h5")]
     arguments += ["--estimate-error", "--set", "solver.max_steps=150"]
     assert run_command_line(arguments) == 0
-    said = capsys.readouterr()
-    assert "quantity                      value  unit\n" in said.out
-    assert said.err.startswith(
-        "frictionsim: warning: no error estimate: with rtol 1e-10, atol 1e-13 failed: 150 steps"
+    captured = capsys.readouterr()
+    assert "quantity                      value  unit\n" in captured.out
+    assert captured.err.startswith(
+        "frictionsim: warning: no error estimate: run with rtol 1e-10, atol 1e-13 failed: limit"
     )

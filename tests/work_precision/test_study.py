@@ -1,4 +1,4 @@
-"""What accuracy costs: settings, judgement, advice, and the command."""
+"""Work-precision studies: errors, settings, recommendations, the command `cost`."""
 
 import csv
 import json
@@ -32,7 +32,7 @@ PULLEY, RETURN = (str(SCENARIOS / f"{name}.toml") for name in ("pulley", "pulley
 
 
 def ignore(what: Any) -> None:
-    """Watch nothing."""
+    """Do nothing."""
 
 
 def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> Study:
@@ -54,10 +54,10 @@ def row(backend: str, error: float | None, seconds: float) -> Row:
     return Row(setting, status, "", seconds, 1, 1, 0, 6, 5, 1, errors)
 
 
-# --- advice ---------------------------------------------------------------------------------
+# --- recommendations ------------------------------------------------------------------------
 
 
-def test_the_cheapest_setting_that_is_exact_enough_is_advised() -> None:
+def test_the_fastest_sufficient_setting_is_recommended() -> None:
     rows = [
         row("slow", 1e-9, 3.0),
         row("rough", 5e-3, 0.1),
@@ -67,22 +67,22 @@ def test_the_cheapest_setting_that_is_exact_enough_is_advised() -> None:
     ]
     assert [a.row and a.row.setting.backend for a in advise(rows, 0.0)] == ["rough", "good", "slow"]
     assert advise(rows, 0.0)[1].sentence == "for 0.1 %: good with rtol 1, 1e+03 ms, error 5.0e-04"
-    assert advise(rows[1:2], 0.0)[1].sentence == "for 0.1 %: none reached it"
+    assert advise(rows[1:2], 0.0)[1].sentence == "for 0.1 %: no setting reached it"
     assert [a.row for a in advise([], 0.0)] == [None, None, None]
 
 
-def test_times_that_are_alike_are_not_told_apart() -> None:
+def test_equal_times_prefer_the_first_setting() -> None:
     rows = [row("default", 1e-9, 1.05), row("same", 1e-9, 1.0), row("other", 1e-9, 1.2)]
     assert {a.row and a.row.setting.backend for a in advise(rows, 0.0)} == {"default"}
 
 
-def test_nothing_is_advised_below_the_floor_of_the_references() -> None:
+def test_nothing_is_recommended_below_the_reference_uncertainty() -> None:
     advice = advise([row("events", 1e-6, 1.0)], 2e-3)
     assert [a.row is None for a in advice] == [False, True, True]
-    assert advice[2].sentence == "for 0.01 %: cannot be told, the references differ by 2.0e-03"
+    assert advice[2].sentence == "for 0.01 %: unknown, the reference uncertainty is 2.0e-03"
 
 
-# --- judgement ------------------------------------------------------------------------------
+# --- errors ---------------------------------------------------------------------------------
 
 
 class Told:
@@ -98,13 +98,13 @@ class Told:
 EVENTS, FIGURE = Metric("time", "events"), Metric("angle", "quantity", "angle")
 
 
-def test_errors_are_relative_to_what_matters() -> None:
+def test_errors_are_scaled() -> None:
     errors = metric_errors((EVENTS, FIGURE), Told(1.2, 3.0), Told(1.0, 2.0), duration=4.0)
     assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
     assert errors["angle"] == (1.0, 0.5)
 
 
-def test_other_events_and_missing_figures_are_wrong_altogether() -> None:
+def test_different_events_and_missing_quantities_are_total_errors() -> None:
     errors = metric_errors((EVENTS, FIGURE), Told(1.0, None, mode=-1), Told(1.0, 2.0), duration=4.0)
     assert set(errors.values()) == {Error(None, 1.0)}
     both_none = metric_errors((FIGURE,), Told(1.0, None), Told(1.0, None), duration=4.0)
@@ -132,19 +132,21 @@ def test_the_error_falls_with_the_tolerance(backend: str, of_return: Any) -> Non
 
 
 def test_eq_30_does_not_converge(of_return: Any) -> None:
-    # It runs back where it should stay: other events, and the angle is off by 58 % of the way.
+    # It runs back instead of sticking: other events, and an error of the angle of 58 %.
     assert of_return["rkf45, published"] == [1.0, 1.0, 1.0]
 
 
 @pytest.mark.parametrize("backend", ["rkf45", "rk45", "dop853", "radau", "bdf", "lsoda"])
-def test_smoothed_friction_converges_with_its_speed(backend: str, of_return: Any) -> None:
+def test_regularised_friction_converges_with_the_transition_speed(
+    backend: str, of_return: Any
+) -> None:
     errors = of_return[f"{backend}, regularised"]
     # By 10 in speed: at first order 10, where the breakaway decides 10^(2/3) = 4.6.
     assert all(fine < coarse / 4.0 for coarse, fine in pairwise(errors))
     assert errors[0] < 0.02
 
 
-def test_the_references_are_as_exact_as_they_say() -> None:
+def test_the_reference_uncertainty_is_realistic() -> None:
     scenario = validate(pulley(solver__duration=5.0), SCENARIOS)
     metrics = (Metric("final_angle", "quantity", "final_angle"),)
     benchmark = Benchmark(ScenarioVariants(scenario), metrics, 60.0, 1)
@@ -160,7 +162,7 @@ def test_the_references_are_as_exact_as_they_say() -> None:
 COUNTS = GOLDEN / "pulley_cost.json"
 
 
-def test_counts_are_the_golden_ones(request: pytest.FixtureRequest) -> None:
+def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) -> None:
     """Those of our own integrator; SciPy's change with its version."""
     chosen = [s for s in ladders_of(PULLEY) if s.backend in ("events", "rkf45")]
     rows = study_of(PULLEY, chosen).rows
@@ -184,7 +186,7 @@ def ladders_of(path: str) -> list[Setting]:
     return settings.ladders(scenario, TOLERANCES, mechanism)
 
 
-def test_counts_are_those_of_a_run_without_samples_between() -> None:
+def test_step_counts_exclude_samples() -> None:
     found = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
     bare = simulate(pulley(solver__rtol=1e-9, solver__atol=1e-12, output__interval=3.0))
     assert (found.steps, found.rhs_evaluations) == (
@@ -194,7 +196,7 @@ def test_counts_are_those_of_a_run_without_samples_between() -> None:
     assert found.repeats == 2
 
 
-def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
+def test_settings_of_a_study_override_the_scenario() -> None:
     scenario = validate(with_method(pulley(solver__step=1e-2), "published", "rkf45"), SCENARIOS)
     variant = ScenarioVariants(scenario).judged(with_tolerance("events", 1e-5))
     assert (variant.solver.backend, variant.solver.step, variant.solver.rtol) == (
@@ -205,7 +207,7 @@ def test_what_a_ladder_sets_is_not_what_the_scenario_says() -> None:
     assert ScenarioVariants(scenario).judged(with_tolerance("events", 1e-5)).output.channels is None
 
 
-def test_without_friction_the_references_are_still_two_methods() -> None:
+def test_references_without_friction_use_two_methods() -> None:
     scenario = validate(pulley(effects=None), SCENARIOS)
     mechanism = mechanism_module("pulley").build(scenario)
     names = [setting.backend for setting in settings.references(scenario, mechanism, 1e-12)]
@@ -216,21 +218,21 @@ def test_without_friction_the_references_are_still_two_methods() -> None:
     ]
 
 
-# --- what goes wrong -----------------------------------------------------------------------
+# --- failures ------------------------------------------------------------------------------
 
 
-def test_a_setting_that_fails_is_reported_with_its_reason() -> None:
+def test_failed_settings_are_reported_with_the_reason() -> None:
     few = Setting(
         *("rk45", "few", ("solver.max_steps=20",), "regularised"),
         ("effects.shaft_friction.law=regularised",),
     )
     found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
     assert [r.status for r in found.rows] == ["failed", "done"]
-    assert found.rows[0].reason.startswith("20 steps are spent at t = ")
+    assert found.rows[0].reason.startswith("limit solver.max_steps = 20 reached at t = ")
     assert found.rows[0].error is None
 
 
-def test_a_run_that_takes_too_long_is_reported() -> None:
+def test_runs_over_the_wall_time_limit_are_reported() -> None:
     slow = Setting(
         *("rkf45", "tiny steps", ("solver.step=1e-5",), "published"),
         ("effects.shaft_friction.law=published",),
@@ -243,15 +245,15 @@ def test_a_run_that_takes_too_long_is_reported() -> None:
     assert found.reason.startswith("wall-time limit --max-wall 0.001 s reached at t = ")
 
 
-def test_no_reference_is_an_error() -> None:
+def test_failure_of_all_references_is_an_error() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     scenario = load(Path(PULLEY))
     metrics = mechanism_module("pulley").METRICS
-    with pytest.raises(SolverError, match="no reference to judge by: events, few: 2 steps are sp"):
+    with pytest.raises(SolverError, match=r"all reference runs failed: events, few: limit"):
         study(scenario, [], (few,), metrics, 60.0, 1, ignore, ignore)
 
 
-def test_one_reference_of_two_is_enough_and_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_failed_reference_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     scenario = load(Path(PULLEY))
     both = (few, with_tolerance("rkf45", 1e-10))
@@ -282,7 +284,7 @@ def stop_after(calls: int) -> Callable[..., Any]:
 
 
 @pytest.mark.parametrize(("calls", "rows"), [(10, 0), (8_000, 2)])
-def test_what_was_measured_before_a_signal_is_shown(
+def test_an_interrupted_study_shows_its_results(
     calls: int,
     rows: int,
     monkeypatch: pytest.MonkeyPatch,
@@ -292,10 +294,10 @@ def test_what_was_measured_before_a_signal_is_shown(
     monkeypatch.setattr(cost_study, "monitor_run", stop_after(calls))
     table = tmp_path / "table.csv"
     assert run_command_line(["cost", PULLEY, "--csv", str(table)]) == 130
-    said = capsys.readouterr()
-    assert "error against run time (interrupted)" in said.out
-    assert said.out.count("events   ") >= min(rows, 1)
-    assert said.err.startswith("frictionsim: study interrupted by SIGINT at t = ")
+    captured = capsys.readouterr()
+    assert "error against run time (interrupted)" in captured.out
+    assert captured.out.count("events   ") >= min(rows, 1)
+    assert captured.err.startswith("frictionsim: study interrupted by SIGINT at t = ")
     assert len(table.read_text().splitlines()) >= 1 + rows
 
 
@@ -315,7 +317,7 @@ def test_what_was_measured_before_a_signal_is_shown(
         ),
     ],
 )
-def test_bad_options_are_told_in_a_sentence(
+def test_invalid_options_are_reported(
     options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["cost", PULLEY, *options]) == 2
@@ -323,7 +325,7 @@ def test_bad_options_are_told_in_a_sentence(
 
 
 @pytest.mark.parametrize("option", ["--csv", "--plot", "-o"])
-def test_a_place_that_cannot_be_written_is_told_before_the_study(
+def test_unwritable_outputs_are_reported_before_the_study(
     option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run_command_line(["cost", PULLEY, option, str(tmp_path / "nowhere" / "a.png")]) == 4
@@ -365,7 +367,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
     assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
 
 
-def test_the_table_has_a_line_for_each_setting_and_the_advice(
+def test_the_table_has_each_setting_and_the_recommendations(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     arguments = ["cost", PULLEY, "--laws", "set-valued,published", "--tolerances", "1e-4"]
@@ -415,6 +417,6 @@ def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
     assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4
 
 
-def test_a_kind_that_names_no_measures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kind_without_metrics_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(mechanism_module("pulley"), "METRICS")
     assert run_command_line(["cost", PULLEY]) == 2
