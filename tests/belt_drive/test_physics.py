@@ -133,7 +133,7 @@ def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPa
     limit = 2.0 / max_frequency_and_decay(model.system, model.equilibrium)[0]
     assert limit <= 2.0 / highest
     assert energy_at(0.99 * limit) < 10.0
-    monkeypatch.setattr(moreau, "LONGEST", 3.0)
+    monkeypatch.setattr(moreau, "MAX_OMEGA_H", 3.0)
     # A hundredth beyond 2/omega the highest wave grows by exp(0.28) in each step.
     assert energy_at(1.01 * 2.0 / highest) > 1e10
 

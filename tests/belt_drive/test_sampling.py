@@ -211,10 +211,10 @@ def test_static_prints_the_rest_position(
     path = write(tmp_path, pair())
     assert run_command_line(["static", str(path), "--json"]) == 0
     quantities = json.loads(capsys.readouterr().out)["quantities"]
+    assert quantities["residual_force"]["unit"] == "N"
     quantities = {name: entry["value"] for name, entry in quantities.items()}
     assert quantities["pretension"] == pytest.approx(200.0, rel=1e-7)
     assert quantities["residual_force"] <= 1e-7 * 200.0
-    assert quantities["residual_force"]["unit"] == "N"
     assert quantities["wrap_angle_driver"] == pytest.approx(np.pi)
     assert quantities["capstan_ratio_driver"] == pytest.approx(np.exp(0.6 * np.pi))
     assert quantities["path_length"] == pytest.approx(0.5 + 0.16 * np.pi)

@@ -151,7 +151,7 @@ def test_json_is_one_object_with_the_documented_keys(
 ) -> None:
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 0
     found = json_of(capsys)
-    documented = {"scenario", "kind", "backend", "status", "quantities", "solver", "effects"}
+    documented = {"scenario", "kind", "law", "backend", "status", "quantities", "solver", "effects"}
     assert found.keys() == documented | {
         "audit",
         "output",

@@ -174,4 +174,4 @@ def test_without_friction_steps_may_be_fixed() -> None:
     assert simulate(changed(data, solver__duration=0.5)).statistics.steps == 500
     with pytest.raises(ValidationFailure) as refused:
         validate(changed(data, solver__backend="events"), SCENARIOS)
-    assert refused.value.faults[0][1].endswith("take what has fixed steps: rkf45")
+    assert refused.value.faults[0][1].endswith("or use fixed steps: rkf45")
