@@ -1,6 +1,6 @@
 """The reference of scenarios, from the models that validate them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from inspect import cleandoc
 from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -8,8 +8,11 @@ from markdown import table
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from frictionsim.scenario.friction_law import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.schema import Params
+from frictionsim.scenario.settings import DEFAULT_SAMPLES, Output, Scenario
 
 BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
 # Described last: how a scenario is solved comes after what it is.
@@ -17,6 +20,12 @@ LAST = ("solver", "output")
 # What there is to choose from has a page of its own.
 METHODS = "[How to choose](../methods.md)."
 CHOICES = {"backend": METHODS, "law": METHODS}
+MEANINGS = {"kind": "Kind of mechanism."}
+# What is taken where a key has no default of its own.
+TAKEN: Mapping[tuple[type[BaseModel], str], str] = {
+    (FrictionLaw, "transition_speed"): f"{TRANSITION_SPEED:g}",
+    (Output, "interval"): f"duration/{DEFAULT_SAMPLES}",
+}
 # The key that stands for a name which the scenario is free to choose.
 FREE_NAME = "NAME"
 
@@ -31,11 +40,14 @@ class Table(NamedTuple):
     model : type
     optional : bool
         It may be left out.
+    description : str
+        Of the field that holds it; empty where the model's docstring says it.
     """
 
     header: str
     model: type[BaseModel]
     optional: bool
+    description: str = ""
 
 
 class Key(NamedTuple):
@@ -52,8 +64,9 @@ class Key(NamedTuple):
 def keys(kind: str) -> str:
     """Return a section for each table of a kind, with a row for each key."""
     parts = []
-    for found in tables(model_of(kind)):
-        rows = [tuple(key) for key in keys_of(found.model)]
+    scenario = model_of(kind)
+    for found in tables(scenario):
+        rows = [tuple(key) for key in keys_of(found.model, methods_of(scenario.PAIRS))]
         if not rows:
             continue
         parts += [f"## `{found.header}`" if found.header else "## Top level", _about(found)]
@@ -61,16 +74,18 @@ def keys(kind: str) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def model_of(kind: str) -> type[BaseModel]:
+def model_of(kind: str) -> type[Scenario]:
     """Return the model of the scenarios of a kind."""
-    found: type[BaseModel] = mechanism_module(kind).SCENARIO
+    found: type[Scenario] = mechanism_module(kind).SCENARIO
     return found
 
 
-def tables(model: type[BaseModel], path: str = "", optional: bool = False) -> Iterator[Table]:
+def tables(
+    model: type[BaseModel], path: str = "", optional: bool = False, description: str = ""
+) -> Iterator[Table]:
     """Yield the tables of a scenario, those within others after them."""
     listed = path.startswith("[")
-    yield Table(f"[{path}]" if path else "", model, optional)
+    yield Table(f"[{path}]" if path else "", model, optional, description)
     for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] in LAST):
         inner = table_model(field.annotation)
         if inner is None:
@@ -80,28 +95,34 @@ def tables(model: type[BaseModel], path: str = "", optional: bool = False) -> It
             key = f"{key}.{FREE_NAME}"
         elif _holds(field.annotation, tuple):
             key = f"[{key}]"
-        yield from tables(inner, key, optional or listed or not field.is_required())
+        left_out = optional or listed or not field.is_required()
+        yield from tables(inner, key, left_out, field.description or "")
 
 
-def keys_of(model: type[BaseModel]) -> Iterator[Key]:
-    """Yield the keys of a table that are no tables themselves."""
+def keys_of(model: type[BaseModel], backends: Sequence[str] = ()) -> Iterator[Key]:
+    """Yield the keys of a table that are no tables themselves.
+
+    `backends` are the methods of the kind, from which its `backend` is chosen.
+    """
     for name, field in model.model_fields.items():
-        if table_model(field.annotation) is None and name != "kind":
-            yield Key(
-                name=f"`{field.alias or name}`",
-                form=_form(field.annotation),
-                unit=unit_of(field),
-                default=_default(field),
-                range=_range(field),
-                meaning=" ".join(filter(None, (field.description, CHOICES.get(name)))),
-            )
+        # A key that takes nothing is there to be refused with a reason.
+        if table_model(field.annotation) is not None or field.annotation is type(None):
+            continue
+        meaning = field.description or MEANINGS.get(name)
+        yield Key(
+            name=f"`{field.alias or name}`",
+            form=_choice(backends) if name == "backend" else _form(field.annotation),
+            unit=unit_of(field),
+            default=_taken(model, name) or _default(field),
+            range=_range(field),
+            meaning=" ".join(filter(None, (meaning, CHOICES.get(name)))),
+        )
 
 
 def unit_of(field: FieldInfo) -> str:
-    """Return the unit of a key; empty for pure numbers and text."""
+    """Return the unit of a key, "1" for pure numbers; empty for text."""
     extra = field.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    return "" if unit == "1" else unit
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
 def table_model(annotation: Any) -> type[BaseModel] | None:
@@ -124,8 +145,12 @@ def _holds(annotation: Any, container: type) -> bool:
 
 
 def _about(found: Table) -> str:
-    """Return the first paragraph of the model's docstring, without what names the table."""
-    text = cleandoc(found.model.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+    """Return the first paragraph of the model's docstring, without what names the table.
+
+    The description of the field that holds it goes before.
+    """
+    docstring = found.description or cleandoc(found.model.__doc__ or "")
+    text = docstring.split("\n\n")[0].replace("\n", " ")
     if not found.header:
         text = ""
     elif text.startswith("`["):
@@ -137,7 +162,7 @@ def _about(found: Table) -> str:
 def _form(annotation: Any) -> str:
     choices = [a for a in _leaves(annotation) if isinstance(a, str)]
     if choices:
-        return ", ".join(f"`{choice!r}`".replace("'", '"') for choice in choices)
+        return _choice(choices)
     if len(list(_models(annotation))) > 1:
         return "[signal](../scenarios.md#signals)"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
@@ -150,6 +175,10 @@ def _form(annotation: Any) -> str:
     return f"list of {len(types)} numbers" if len(types) > 1 else "list of numbers"
 
 
+def _choice(names: Sequence[str]) -> str:
+    return ", ".join(f'`"{name}"`' for name in names)
+
+
 def _leaves(annotation: Any) -> Iterator[Any]:
     """Yield the types and literal values of an annotation."""
     if get_origin(annotation) is Literal:
@@ -160,6 +189,10 @@ def _leaves(annotation: Any) -> Iterator[Any]:
         yield annotation
     for argument in arguments:
         yield from _leaves(argument)
+
+
+def _taken(model: type[BaseModel], name: str) -> str:
+    return next((t for (of, key), t in TAKEN.items() if key == name and issubclass(model, of)), "")
 
 
 def _default(field: FieldInfo) -> str:

@@ -45,7 +45,11 @@ class SolverSettings(Params):
     atol: float = unit_field("1", "Absolute tolerance, in the unit of each state.", 1e-12, gt=0)
     max_step: float | None = unit_field("s", "Longest step; without it no limit.", None, gt=0)
     step: float | None = unit_field(
-        "s", "Length of fixed steps; the default of a belt is a stable one.", None, gt=0
+        "s",
+        "Length of fixed steps, of methods that have them (`moreau`; `rkf45` with law `published`);"
+        " a belt chooses a stable one if it is left out.",
+        None,
+        gt=0,
     )
     max_steps: int = unit_field(
         "1", "Limit of steps; a resumed run may take as many again.", 10_000_000, gt=0

@@ -13,6 +13,7 @@ PAGES = {
     for path in (
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
+        ROOT / "results" / "README.md",
         *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts),
     )
 }

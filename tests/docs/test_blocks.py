@@ -1,6 +1,7 @@
 """Every code block of the README and of the pages runs, and prints what the page says.
 
 Blocks of one page run one after another in a folder of their own that has a copy of the scenarios.
+What they leave there is known to git, so that following a page keeps the checkout clean.
 A comment right above a block says what is particular about it:
 
     <!-- not run: REASON -->          it is not run
@@ -65,6 +66,22 @@ def test_the_blocks_of_a_page_run(page: str, folder: Path) -> None:
             exec(compile(block.text, block.place, "exec"), {})
         else:
             pytest.fail(f"{block.place}: nothing tests a block of '{block.language}'")
+    assert not unknown_to_git(folder), "add them to .gitignore"
+
+
+def unknown_to_git(folder: Path) -> list[str]:
+    """Return the files in a folder that git would show as new if they were in the checkout."""
+    if not (ROOT / ".git").exists():  # a copy of the sources
+        return []
+    files = [str(p.relative_to(folder)) for p in sorted(folder.rglob("*")) if p.is_file()]
+    made = [name for name in files if not name.startswith(".")]
+    done = [
+        subprocess.run(
+            ["git", "-C", ROOT, *command, *made], capture_output=True, text=True, check=False
+        )
+        for command in (("ls-files", "--"), ("check-ignore", "--"))
+    ]
+    return sorted(set(made) - {name for run in done for name in run.stdout.splitlines()})
 
 
 def run_commands(block: Block) -> "subprocess.CompletedProcess[str]":

@@ -79,6 +79,16 @@ def test_the_files_of_the_architecture_exist() -> None:
         assert any((place / name).exists() for place in places), name
 
 
+def test_each_folder_of_the_package_has_its_modules_listed() -> None:
+    text = PAGES["docs/developers.md"].read_text(encoding="utf-8")
+    package = ROOT / "frictionsim"
+    for folder in {path.parent for path in package.rglob("*.py")}:
+        parts = folder.relative_to(package).parts
+        title = "/".join(("### `frictionsim", *parts)) + "/`"
+        part = f"<!-- generated: {' '.join(filter(None, ('layout', '.'.join(parts))))} -->"
+        assert f"{title}\n\n{part}\n" in text, folder
+
+
 def test_the_glossary_is_sorted() -> None:
     lines = PAGES["docs/glossary.md"].read_text(encoding="utf-8").splitlines()
     terms = [term for term, below in pairwise(lines) if below.startswith(": ")]

@@ -101,12 +101,22 @@ class BeltFrictionTable(CoefficientsTable):
         "set-valued", description="Friction law."
     )
     transition_speed: float | None = unit_field(
-        "m/s", "Speed over which a regularised law rises to its full friction.", None, gt=0
+        "m/s",
+        "Speed over which `regularised` and `creep` friction rises to its full size; needed by"
+        " both.",
+        None,
+        gt=0,
     )
     maximum_creep: float | None = unit_field(
-        "m", "Creep at which a contact without slip has its full friction, eq 13.", None, gt=0
+        "m",
+        "Creep at which a contact without slip has its full friction, eq 13; `creep` needs it.",
+        None,
+        gt=0,
     )
-    pulleys: dict[str, CoefficientsTable] = Field(default_factory=dict)
+    pulleys: dict[str, CoefficientsTable] = Field(
+        default_factory=dict,
+        description="Coefficients of a pulley that differs from the others, by its name.",
+    )
 
     @model_validator(mode="after")
     def _law_has_its_parameters(self) -> Self:
