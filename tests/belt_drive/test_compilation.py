@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,7 +20,7 @@ from frictionsim.cli.tables import print_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.kernels.jit import announce_compilation
+from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
@@ -79,6 +79,18 @@ def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
     assert signal.set_wakeup_fd(before) == before
 
 
+class NotedKernel(Kernel):
+    """A kernel that notes what Python calls it with; to other kernels it is the kernel itself."""
+
+    def __init__(self, kernel: Kernel, note: Callable[..., None]) -> None:
+        self.__dict__.update(kernel.__dict__)
+        self._note = note
+
+    def __call__(self, *arguments: Any) -> Any:
+        self._note(*arguments)
+        return super().__call__(*arguments)
+
+
 class Calls:
     """Notes the types of what the kernels that Python calls are given: each is compiled for."""
 
@@ -94,12 +106,11 @@ class Calls:
             for name in names:
                 monkeypatch.setattr(module, name, self._noting(name, getattr(module, name)))
 
-    def _noting(self, name: str, kernel: Any) -> Any:
-        def call(*arguments: Any) -> Any:
+    def _noting(self, name: str, kernel: Kernel) -> Kernel:
+        def note(*arguments: Any) -> None:
             self.seen.add((name, *(str(numba.typeof(argument)) for argument in arguments)))
-            return kernel(*arguments)
 
-        return call
+        return NotedKernel(kernel, note)
 
 
 @pytest.mark.parametrize(

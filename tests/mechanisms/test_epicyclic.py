@@ -296,7 +296,7 @@ def test_torques_of_impending_motion_bound_the_stick_band() -> None:
         (
             {"mechanism__planet_mass": 0.0, "mechanism__crank_mass": 0.0},
             "mechanism.crank_mass",
-            "no mass at all",
+            "crank and planet have no mass",
         ),
         ({"drive": {}}, "drive", "give one of torque and speed"),
         ({"drive__speed": 1.0}, "drive", "give one of torque and speed"),
@@ -311,12 +311,12 @@ def test_torques_of_impending_motion_bound_the_stick_band() -> None:
                 "effects__rolling_friction__normal_load": "radial",
             },
             "effects.rolling_friction.normal_load",
-            "knows the weight alone",
+            "has no radial load",
         ),
         (
             {"drive": {"speed": 1.0}, "mechanism__initial_angular_velocity": 1.0},
             "mechanism.initial_angular_velocity",
-            "the speed of the drive gives it",
+            "the drive prescribes the speed",
         ),
     ],
 )
