@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError, OutputError
+from frictionsim.scenario.methods import SET_VALUED
 
 if TYPE_CHECKING:
     from frictionsim.io.hdf5_reader import Result
@@ -125,12 +126,23 @@ def new_figure(result: "Result", height: float, *notes: str) -> Figure:
 def _title(result: "Result", notes: Sequence[str]) -> str:
     attributes = result.attributes
     title = escape_mathtext(attributes["title"] or attributes["kind"])
-    parts = [f"backend {attributes['backend']}"]
+    parts = [*_other_laws(result), f"backend {attributes['backend']}"]
     if attributes["status"] != "done":
         parts.append(attributes["status"])
     elif attributes["reason"]:
         parts.append("self-audit failed")
     return f"{title} ({'; '.join([*parts, *notes])})"
+
+
+def _other_laws(result: "Result") -> list[str]:
+    """Return the friction law of a result, unless it is the default; none if it cannot be told."""
+    try:
+        effects = scenario_of(result).get("effects", {})
+    except InputError:
+        return []
+    tables = [table for table in effects.values() if isinstance(table, dict)]
+    laws = {str(table["law"]) for table in tables if "law" in table}
+    return [f"law {escape_mathtext(law)}" for law in sorted(laws - {SET_VALUED})]
 
 
 def escape_mathtext(text: str) -> str:

@@ -15,7 +15,7 @@ from frictionsim.plots import VIEWS, plot, plot_all, views_of
 from frictionsim.plots.time_history import label_rows
 from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
-from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
 KINDS_SHIPPED = {"pulley", "marble_machine", "epicyclic"}
@@ -243,3 +243,9 @@ def test_label_rows_avoid_overlap() -> None:
     assert label_rows([0.0, 0.5, 1.0], 0.9, max_rows=2) == [0, 1, 0]
     assert label_rows(np.array([0.0, 0.1, 0.2]), 0.9, max_rows=2) == []
     assert label_rows([], 0.9, max_rows=2) == []
+
+
+def test_the_title_names_another_law_than_the_set_valued(tmp_path: Path) -> None:
+    published = simulate(with_method(pulley(solver__duration=0.1), "published", "rkf45"))
+    assert "law published; backend rkf45" in drawn(published, tmp_path)
+    assert "law" not in drawn(simulate(pulley(solver__duration=0.1)), tmp_path)
