@@ -74,7 +74,7 @@ def test_friction_never_exceeds_its_limit(done: RunResult) -> None:
     assert np.all(np.abs(friction) <= limit * (1.0 + 1e-12))
     assert np.any(done.channels["sticking"] == 0.0)
     assert np.any(done.channels["sticking"] == 1.0)
-    assert done.checks["friction"].ok
+    assert done.checks["friction_law"].ok
 
 
 def test_friction_brakes_what_slides(done: RunResult) -> None:
