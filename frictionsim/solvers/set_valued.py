@@ -20,7 +20,7 @@ from frictionsim.solvers.common import (
     row,
 )
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -49,6 +49,7 @@ def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: Samp
 class SetValuedSolver(Solver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
+    stepper: RungeKuttaFehlberg45
     CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
 
     def __init__(
@@ -104,8 +105,37 @@ class SetValuedSolver(Solver):
             self.segment_end = monotone_segment_end(
                 self.mechanism, self.contact, stepper.t, self.end
             )
-        self.record_crossing(self.advance(self.segment_end, JUMP_ULPS * ulp(stepper.t)))
+        floor = JUMP_ULPS * ulp(stepper.t)
+        crossing = self.advance(self.segment_end, floor)
+        slowest = self.time_of_possible_rest()
+        if slowest < inf:
+            # Take the step again, to there: a rest between its stages would go unnoticed.
+            stepper.start(self.rhs, stepper.t_old, list(stepper.y_old))
+            crossing = self.advance(slowest, floor)
+        self.record_crossing(crossing)
         self.is_new = True
+
+    def time_of_possible_rest(self) -> float:
+        """Return when the last step was slowest, s, if it may have been at rest there; else inf.
+
+        While it slides in one direction, slower at first and faster at the end, the velocity stays
+        above its tangents at both ends. Where these meet below zero, the cubic through both ends
+        has its minimum about where the velocity has.
+        """
+        stepper, s = self.stepper, self.mode
+        v_old, v = s * stepper.y_old[1], s * stepper.y[1]
+        a_old, a = s * stepper.f_old[1], s * stepper.f[1]
+        if s == STICK or not (v_old > 0.0 and v > 0.0 and a_old < 0.0 < a):
+            return inf
+        h = stepper.t - stepper.t_old
+        if v_old + a_old * (v - v_old - a * h) / (a_old - a) > 0.0:
+            return inf
+        # v_old + a_old x + c x^2 + d x^3 with x = t - t_old; its slope is zero once after a fall.
+        c = (3.0 * (v - v_old) / h - 2.0 * a_old - a) / h
+        d = (a_old + a - 2.0 * (v - v_old) / h) / (h * h)
+        x = -a_old / (c + (c * c - 3.0 * a_old * d) ** 0.5)
+        t: float = stepper.t_old + x
+        return t if stepper.t_old < t < stepper.t else inf
 
     def process_step(self) -> None:
         if self.is_new:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.support.scenarios import Scenario, mechanism_of, simulate
+from tests.support.scenarios import Scenario, changed, mechanism_of, pulley, simulate
 
 moderate = settings(
     max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
@@ -111,6 +111,25 @@ def test_backends_agree(data: Scenario) -> None:
     events = simulate(data)
     data["solver"]["backend"] = "rkf45"
     assert close(simulate(data).channels["angle"], events.channels["angle"])
+
+
+def test_backends_agree_on_a_rest_between_the_stages_of_a_step() -> None:
+    """On straight lines of force the motion is a cubic, which rkf45 steps at once, rest or not."""
+    times = [0.0, 0.3, 0.6, 0.9, 1.2, 1.5]
+    data = pulley(
+        mechanism={"cord_radius": 0.0508, "inertia": 3.97, "load": 3618.3},
+        drive__force={"time": times, "value": [429.0, 881.5, 2336.0, 0.3, 5253.0, 0.0]},
+        effects={"shaft_friction": {"shaft_radius": 0.0257, "mu_s": 1.0, "mu_k": 0.9}},
+        solver={"duration": 2.0},
+    )
+    events, rkf45 = simulate(data), simulate(changed(data, solver__backend="rkf45"))
+    assert [(e.mode_from, e.mode_to) for e in events.transitions] == [(0, -1), (-1, 0), (0, -1)]
+    for one, other in zip(events.transitions, rkf45.transitions, strict=True):
+        assert (one.mode_from, one.mode_to) == (other.mode_from, other.mode_to)
+        assert one.time == pytest.approx(
+            other.time, abs=1e-6
+        )  # a stop is late by rkf45's tolerance
+    assert close(rkf45.quantities["final_angle"].value, events.quantities["final_angle"].value)
 
 
 @moderate
