@@ -111,7 +111,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
     "mu_s below mu_k": (
         pair(effects__belt_friction__mu_s=0.1),
         f"{FRICTION}.mu_k",
-        "0.6 is above mu_s = 0.1; sliding friction does not exceed the static limit",
+        "0.6 is above mu_s = 0.1; kinetic friction must not exceed static friction",
     ),
     "regularised without its speed": (
         pair(effects__belt_friction__law="regularised"),
@@ -134,17 +134,17 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
             solver__backend="moreau",
         ),
         "solver.backend",
-        "'moreau' does not integrate the friction law 'regularised'; take one of rkf45,",
+        "'moreau' does not integrate the friction law 'regularised'; use one of rkf45,",
     ),
     "a backend for one coordinate": (
         pair(solver__backend="events"),
         "solver.backend",
-        "'events' cannot do a belt drive; these can: rkf45, moreau",
+        "'events' does not support a belt drive; use one of: rkf45, moreau",
     ),
     "a step for an adaptive method": (
         pair(solver__step=1e-5),
         "solver.step",
-        "or take what has fixed steps: moreau with law 'set-valued'",
+        "or use fixed steps: moreau with law 'set-valued'",
     ),
     "an unknown channel": (
         pair(output__channels=["tenson"]),
@@ -164,7 +164,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
     "huge": (
         pair(effects__contact__c2=1e60),
         "effects.contact.c2",
-        "1e+60 is beyond any use; numbers go up to 1e+50",
+        "1e+60 is too large; the magnitude must not exceed 1e+50",
     ),
     "bodies that are no whole number": (
         pair(mechanism__belt__bodies=24.5),

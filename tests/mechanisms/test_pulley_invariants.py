@@ -56,7 +56,8 @@ forces = st.one_of(
 
 @st.composite
 def scenarios(draw: st.DrawFn, force: Any = forces) -> Scenario:
-    mu_s = draw(st.floats(0.0, 1.0))
+    # No smaller one: friction below the rounding of the moments is neither there nor absent.
+    mu_s = round(draw(st.floats(0.0, 1.0)), 9)
     effects: dict[str, Any] = {
         "shaft_friction": {
             "shaft_radius": draw(st.floats(0.005, 0.05)),
