@@ -12,7 +12,7 @@ from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.settings import SolverSettings
 from frictionsim.scenario.signals import Constant
-from frictionsim.solvers import solver_factory
+from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
 from tests.support.scenarios import SCENARIOS, pulley, simulate
@@ -63,9 +63,7 @@ def test_steps_end_on_switching_surfaces(
 ) -> None:
     buffer = SampleBuffer(SampleTimes(DURATION, DURATION))
     settings = SolverSettings(backend=backend, duration=DURATION)
-    solver_factory(backend, "set-valued")(wheel(friction, surface), settings, buffer).run(
-        lambda t: None
-    )
+    new_solver(wheel(friction, surface), settings, buffer).run(lambda t: None)
     # From rest with 2 N m to pi, then with 3 N m to 2 pi, then with 2 N m to the end.
     t, v = 0.0, 0.0
     expected = []

@@ -11,7 +11,7 @@ from frictionsim.simulation.audit import audit
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
-from frictionsim.solvers import solver_factory
+from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
@@ -43,8 +43,7 @@ class SingleDofSimulation:
         self._set_valued = None if regularised else contact
         self._resumable = methods.METHODS[backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
-        make_solver = solver_factory(backend, law, mechanism.prescribed)
-        self._solver = make_solver(mechanism, scenario.solver, self._recording)
+        self._solver = new_solver(mechanism, scenario.solver, self._recording)
         self._width = SampleBuffer.COLUMNS + len(mechanism.energy_integrals)
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)

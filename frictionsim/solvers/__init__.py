@@ -1,39 +1,46 @@
 """Solvers for mechanisms of one coordinate.
 
-Each module has make_solver(mechanism, settings, buffer), which returns a `Solver`. Its `run`
-integrates to settings.duration, fills the buffer with samples and transitions, and calls on_step
-between steps.
+Each module of a pair of friction law and method names its class, a `ContactSolver`, as SOLVER. Its
+`run` integrates to settings.duration, fills the buffer with samples and transitions, and calls
+on_step between steps.
 """
 
-from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from frictionsim.scenario.methods import SINGLE_DOF, pair_of
 
 if TYPE_CHECKING:
+    from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.base import Solver
+    from frictionsim.solvers.common import SampleBuffer
+    from frictionsim.solvers.mechanism import Mechanism
 
 
-# Replaces any backend if the drive prescribes the velocity.
-PRESCRIBED = "frictionsim.solvers.prescribed_motion"
-
-
-def solver_factory(method: str, law: str, prescribed: bool = False) -> Callable[..., "Solver"]:
-    """Import the solver for a friction law and a method, and return its `make_solver`.
+def new_solver(
+    mechanism: "Mechanism", settings: "SolverSettings", buffer: "SampleBuffer"
+) -> "Solver":
+    """Return the solver for the friction law of a mechanism and the method of its settings.
 
     Parameters
     ----------
-    method : str
-    law : str
-        Empty without dry friction.
-    prescribed : bool
-        The drive prescribes the velocity.
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
 
     Returns
     -------
-    callable
+    Solver
+        Without dry friction, or if the drive prescribes the velocity, the same for all methods.
     """
-    module = PRESCRIBED if prescribed else pair_of(SINGLE_DOF, law, method).module
-    make_solver: Callable[..., Any] = import_module(module).make_solver
-    return make_solver
+    if mechanism.prescribed:
+        from frictionsim.solvers.prescribed_motion import PrescribedMotionSolver
+
+        return PrescribedMotionSolver(mechanism, settings, buffer)
+    if mechanism.contact is None:
+        from frictionsim.solvers.base import FrictionlessSolver
+
+        return FrictionlessSolver(mechanism, settings, buffer)
+    module = pair_of(SINGLE_DOF, mechanism.contact.law, settings.backend).module
+    solver: Solver = import_module(module).SOLVER(mechanism, settings, buffer)
+    return solver

@@ -249,6 +249,23 @@ class Solver:
         self.buffer.record_event(transition, sample_before, sample_after)
 
 
+class ContactSolver(Solver):
+    """Base of the solvers of a mechanism with dry friction.
+
+    Attributes
+    ----------
+    contact : DryFriction
+    """
+
+    def __init__(
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
+    ) -> None:
+        if mechanism.contact is None:
+            raise ValueError("a mechanism without dry friction takes FrictionlessSolver")
+        super().__init__(mechanism, settings, buffer)
+        self.contact = mechanism.contact
+
+
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
 

@@ -10,7 +10,7 @@ from math import copysign, inf
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import FrictionlessSolver, Solver
+from frictionsim.solvers.base import ContactSolver
 from frictionsim.solvers.common import (
     ChatteringDetector,
     Row,
@@ -34,21 +34,7 @@ CHATTERING_WINDOW = 1e-6
 NEVER = -1.0  # s
 
 
-def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return the event-driven solver of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-    """
-    if mechanism.contact is None:
-        return FrictionlessSolver(mechanism, settings, buffer)
-    return EventDrivenSolver(mechanism, mechanism.contact, settings, buffer)
-
-
-class EventDrivenSolver(Solver):
+class EventDrivenSolver(ContactSolver):
     """Event-driven solver.
 
     In a stick phase, a step is a segment on which the drive is monotone, and `y` is the state. In
@@ -57,7 +43,7 @@ class EventDrivenSolver(Solver):
 
     stepper: RungeKuttaFehlberg45
     CHECKPOINT_FIELDS = (
-        *Solver.CHECKPOINT_FIELDS,
+        *ContactSolver.CHECKPOINT_FIELDS,
         "y",
         "mode",
         "sampled_until",
@@ -68,14 +54,10 @@ class EventDrivenSolver(Solver):
     )
 
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "DryFriction",
-        settings: "SolverSettings",
-        buffer: SampleBuffer,
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.contact = contact
+        contact = self.contact
         self.chattering = ChatteringDetector(
             CHATTERING_WINDOW * min(1.0, settings.duration),
             100,
@@ -254,6 +236,9 @@ class EventDrivenSolver(Solver):
             return s * dy[1]
 
         return bracket_root(acceleration, stepper.t_old, stepper.t, RESOLUTION * h)[1]
+
+
+SOLVER = EventDrivenSolver
 
 
 def _slip_rhs(mechanism: "Mechanism", contact: "DryFriction", s: int) -> Rhs:

@@ -23,18 +23,6 @@ if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
 
 
-def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return the solver for a prescribed velocity.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-    """
-    return PrescribedMotionSolver(mechanism, settings, buffer)
-
-
 class PrescribedMotionSolver(Solver):
     """Solver that integrates over segments with a smooth velocity of one direction, `mode`."""
 

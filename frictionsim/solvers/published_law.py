@@ -16,7 +16,7 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import FrictionlessSolver, Solver
+from frictionsim.solvers.base import ContactSolver
 from frictionsim.solvers.common import (
     ChatteringDetector,
     Row,
@@ -29,7 +29,7 @@ from frictionsim.solvers.runge_kutta_fehlberg import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism
+    from frictionsim.solvers.mechanism import Mechanism
 
 # 100 changes of direction within this fraction of the duration are chattering.
 CHATTERING_WINDOW = 1e-4
@@ -60,34 +60,16 @@ def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 
 
-def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return the solver for eq 30, with adaptive steps or those of settings.step.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-    """
-    if mechanism.contact is None:
-        return FrictionlessSolver(mechanism, settings, buffer)
-    return PublishedSolver(mechanism, mechanism.contact, settings, buffer)
-
-
-class PublishedSolver(Solver):
+class PublishedSolver(ContactSolver):
     """Solver for eq 30, which detects chattering of adaptive steps."""
 
-    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
+    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "DryFriction",
-        settings: "SolverSettings",
-        buffer: SampleBuffer,
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.contact = contact
+        contact = self.contact
         changed = f"the contact '{contact.name}' changed its mode"
         self.chattering = ChatteringDetector(
             CHATTERING_WINDOW * settings.duration, 100, changed, ADVICE
@@ -159,3 +141,6 @@ class PublishedSolver(Solver):
             torque = -mode * self.contact.kinetic_limit(u, q, v, mode)
         acceleration = (applied_torque + torque) / self.mechanism.inertia
         return row(t, u, y, acceleration, torque, mode)
+
+
+SOLVER = PublishedSolver

@@ -11,7 +11,7 @@ other methods with SciPy's. What counts as stick is |v| < v_t.
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import FrictionlessSolver, Solver
+from frictionsim.solvers.base import ContactSolver
 from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
@@ -19,37 +19,19 @@ from frictionsim.solvers.runge_kutta_fehlberg import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism
+    from frictionsim.solvers.mechanism import Mechanism
 
 
-def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return the solver with regularised friction.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-    """
-    if mechanism.contact is None:
-        return FrictionlessSolver(mechanism, settings, buffer)
-    return RegularisedSolver(mechanism, mechanism.contact, settings, buffer)
-
-
-class RegularisedSolver(Solver):
+class RegularisedSolver(ContactSolver):
     """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
-    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
+    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end")
 
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "DryFriction",
-        settings: "SolverSettings",
-        buffer: SampleBuffer,
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.contact = contact
+        contact = self.contact
         self.speed = contact.transition_speed
         self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
@@ -114,3 +96,6 @@ class RegularisedSolver(Solver):
         friction = self.friction(u, q, v, applied_torque)
         acceleration = (applied_torque + friction) / mechanism.inertia
         return row(t, u, y, acceleration, friction, mode)
+
+
+SOLVER = RegularisedSolver

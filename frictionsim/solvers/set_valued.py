@@ -10,7 +10,7 @@ from math import copysign, inf, ulp
 from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import FrictionlessSolver, Solver
+from frictionsim.solvers.base import ContactSolver
 from frictionsim.solvers.common import (
     Row,
     SampleBuffer,
@@ -24,7 +24,7 @@ from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism
+    from frictionsim.solvers.mechanism import Mechanism
 
 # Across a jump of the friction no step meets the tolerance. A step of so many units in the last
 # place of the time leaves an error of the order of the roundoff.
@@ -32,35 +32,16 @@ JUMP_ULPS = 16.0
 NEVER = -1.0  # s
 
 
-def make_solver(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Solver:
-    """Return the solver with set-valued friction.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-    """
-    if mechanism.contact is None:
-        return FrictionlessSolver(mechanism, settings, buffer)
-    return SetValuedSolver(mechanism, mechanism.contact, settings, buffer)
-
-
-class SetValuedSolver(Solver):
+class SetValuedSolver(ContactSolver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
     stepper: RungeKuttaFehlberg45
-    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
+    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
 
     def __init__(
-        self,
-        mechanism: "Mechanism",
-        contact: "DryFriction",
-        settings: "SolverSettings",
-        buffer: SampleBuffer,
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.contact = contact
         self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
         self.segment_end = 0.0  # of the segment on which the drive is monotone
@@ -225,3 +206,6 @@ class SetValuedSolver(Solver):
         friction = self.friction_in(mode, u, q, v, applied_torque)
         acceleration = (applied_torque + friction) / self.mechanism.inertia
         return row(t, u, y, acceleration, friction, mode)
+
+
+SOLVER = SetValuedSolver

@@ -13,7 +13,7 @@ import pytest
 from frictionsim.mechanisms.pulley import build
 from frictionsim.scenario.loading import validate
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.published_law import make_solver, switch
+from frictionsim.solvers.published_law import PublishedSolver, switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
 from tests.support.scenarios import SCENARIOS, pulley, with_method
 
@@ -67,7 +67,7 @@ def test_the_switch_of_eq_30_in_the_five_cases(case: Case) -> None:
 def test_the_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
     mechanism = build(scenario)
-    eq30 = make_solver(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
+    eq30 = PublishedSolver(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
     found = eq30.friction(case.force, 0.0, case.velocity, moment(case))
     printed = moment(case) - sign(case.velocity) * R_K * (case.force + LOAD)
     # What stands to the right of I theta'', less the moment, to the rounding of both.

@@ -11,7 +11,7 @@ from frictionsim.errors import SolverError
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.settings import SolverSettings
-from frictionsim.solvers import runge_kutta_fehlberg, solver_factory
+from frictionsim.solvers import new_solver, runge_kutta_fehlberg
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State, stages
 from tests.support.scenarios import SCENARIOS
@@ -67,7 +67,7 @@ def final_angle_by_fixed_steps(count: int) -> float:
     buffer = SampleBuffer(SampleTimes(end, end))
     # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
     solver = SolverSettings(duration=end, step=end / count)
-    solver_factory("events", "set-valued")(mechanism, solver, buffer).run(lambda t: None)
+    new_solver(mechanism, solver, buffer).run(lambda t: None)
     assert len(buffer.transitions) == 7
     return buffer.rows[-SampleBuffer.COLUMNS - len(mechanism.energy_integrals) + 2]
 
