@@ -17,6 +17,20 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 STICK, FORWARD, BACKWARD = 0, 1, -1
+# Of a belt: a pulley that no body touches; a span with and without tension.
+OPEN, TAUT, SLACK = 2, 3, 4
+
+Flags = tuple[tuple[int, str], ...]
+"""The meanings of the values of an integer channel: (value, meaning in one word) each."""
+
+MODES: Flags = (
+    (BACKWARD, "sliding_backward"),
+    (STICK, "stick"),
+    (FORWARD, "sliding_forward"),
+    (OPEN, "open"),
+    (TAUT, "taut"),
+    (SLACK, "slack"),
+)
 
 
 class Channel(NamedTuple):
@@ -29,11 +43,17 @@ class Channel(NamedTuple):
     long_name : str
     axis : str
         The axis of the columns, `body` or `pulley`; empty for a channel without columns.
+    integer : bool
+        Its values are integers: a count, an index or a mode.
+    flags : Flags
+        The meanings of these integers; empty for a count.
     """
 
     unit: str
     long_name: str
     axis: str = ""
+    integer: bool = False
+    flags: Flags = ()
 
 
 class Transition(NamedTuple):
@@ -44,7 +64,7 @@ class Transition(NamedTuple):
     time : float, s
     contact : str
     mode_from, mode_to : int
-        0 sticking, +1 and -1 sliding.
+        0 sticking, +1 and -1 sliding; of belts also OPEN, TAUT and SLACK, see MODES.
     position : float or None, rad
         None for mechanisms of several coordinates.
     """
@@ -125,6 +145,33 @@ def finite(value: float | None) -> float | None:
 def quantities_json(quantities: Quantities) -> dict[str, Any]:
     """Return quantities for JSON; non-finite values become None."""
     return {name: {"value": finite(q.value), "unit": q.unit} for name, q in quantities.items()}
+
+
+class Record(NamedTuple):
+    """The content of a result file.
+
+    Attributes
+    ----------
+    attributes : dict of str
+    channels : dict of arrays (n,) or (n, k), including `time`
+    units, long_names : dict of str
+    axes : dict of str
+        The axis of the columns of each channel; empty for a channel of shape (n,).
+    members : dict of tuple of str
+        The names of the members of each axis, or their numbers.
+    events : dict of arrays (m,), including `time`
+    contacts : list of str
+        The names that the indices `events["contact"]` refer to.
+    """
+
+    attributes: dict[str, str]
+    channels: dict[str, Any]
+    units: dict[str, str]
+    long_names: dict[str, str]
+    axes: dict[str, str]
+    members: dict[str, tuple[str, ...]]
+    events: dict[str, Any]
+    contacts: list[str]
 
 
 class Metric(NamedTuple):

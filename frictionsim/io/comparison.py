@@ -14,7 +14,7 @@ from frictionsim.io import hdf5_reader
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 
 class Row(NamedTuple):
@@ -139,7 +139,7 @@ def _tolerance_ratio(row: Row) -> tuple[bool, float]:
     return not row.ok, row.difference / row.allowed
 
 
-def _compare_status(result: "Result", golden: "Result", comparison: Comparison) -> None:
+def _compare_status(result: "Record", golden: "Record", comparison: Comparison) -> None:
     statuses = result.attributes["status"], golden.attributes["status"]
     if statuses[0] != statuses[1]:
         note = f"'{statuses[0]}', expected '{statuses[1]}'"
@@ -157,7 +157,7 @@ class _CommonSamples(NamedTuple):
     complete: bool
 
 
-def _common_samples(result: "Result", golden: "Result") -> _CommonSamples:
+def _common_samples(result: "Record", golden: "Record") -> _CommonSamples:
     times, expected = result.channels["time"], golden.channels["time"]
     (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
@@ -181,7 +181,7 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
 
 
 def _compare_times(
-    result: "Result", golden: "Result", common: _CommonSamples, comparison: Comparison, pair: str
+    result: "Record", golden: "Record", common: _CommonSamples, comparison: Comparison, pair: str
 ) -> None:
     """Raise InputError if two runs that are done differ in sample times; else add a row."""
     times, expected = result.channels["time"], golden.channels["time"]
@@ -199,8 +199,8 @@ def _compare_times(
 
 def _compare_channel(
     name: str,
-    result: "Result",
-    golden: "Result",
+    result: "Record",
+    golden: "Record",
     common: _CommonSamples,
     rtol: float,
     atol: float,
@@ -242,7 +242,7 @@ def _difference(found: Any, expected: Any) -> Any:
     return np.where(equal, 0.0, np.where(np.isnan(difference), np.inf, difference))
 
 
-def _columns(result: "Result", name: str) -> tuple[str, tuple[str, ...]]:
+def _columns(result: "Record", name: str) -> tuple[str, tuple[str, ...]]:
     """Return the axis of a channel and the names of its members; both empty without columns."""
     axis = result.axes[name]
     return axis, result.members[axis] if axis else ()
@@ -257,7 +257,7 @@ def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
     return away
 
 
-def _compare_events(result: "Result", golden: "Result", time_atol: float) -> Row:
+def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Row:
     found, expected = _named_events(result), _named_events(golden)
     if len(found) != len(expected):
         note = f"{len(found)} events, expected {len(expected)}"
@@ -273,7 +273,7 @@ def _compare_events(result: "Result", golden: "Result", time_atol: float) -> Row
     return worst
 
 
-def _named_events(result: "Result") -> list[tuple[float, str, int, int]]:
+def _named_events(result: "Record") -> list[tuple[float, str, int, int]]:
     e = result.events
     return [
         (float(time), result.contacts[int(contact)], int(mode_from), int(mode_to))
@@ -284,8 +284,8 @@ def _named_events(result: "Result") -> list[tuple[float, str, int, int]]:
 
 
 def _compare_sides(
-    result: "Result",
-    golden: "Result",
+    result: "Record",
+    golden: "Record",
     wanted: "Callable[[str], bool]",
     rtol: float,
     atol: float,
@@ -312,7 +312,7 @@ def _compare_sides(
         yield worst
 
 
-def _rate_beside(golden: "Result", name: str, values: Any, step: int) -> Any:
+def _rate_beside(golden: "Record", name: str, values: Any, step: int) -> Any:
     """Return the rate of a channel between the events and the samples before or after them."""
     time, at = golden.channels["time"], golden.events["time"]
     if step < 0:

@@ -12,6 +12,7 @@ from frictionsim import __version__
 from frictionsim.errors import InputError
 from frictionsim.io.checksum import checksum_mismatch
 from frictionsim.io.result_format import FORMAT_VERSION, numbered_members, state_digest
+from frictionsim.results import Record
 
 ATTRIBUTES = (
     "backend",
@@ -27,34 +28,7 @@ GROUPS = ("events", "checkpoint")
 MAX_GZIP_RATIO = 1032
 
 
-class Result(NamedTuple):
-    """The content of a result file.
-
-    Attributes
-    ----------
-    attributes : dict of str
-    channels : dict of arrays (n,) or (n, k), including `time`
-    units, long_names : dict of str
-    axes : dict of str
-        The axis of the columns of each channel; empty for a channel of shape (n,).
-    members : dict of tuple of str
-        The names of the members of each axis, or their numbers.
-    events : dict of arrays (m,), including `time`
-    contacts : list of str
-        The names that the indices `events["contact"]` refer to.
-    """
-
-    attributes: dict[str, str]
-    channels: dict[str, Any]
-    units: dict[str, str]
-    long_names: dict[str, str]
-    axes: dict[str, str]
-    members: dict[str, tuple[str, ...]]
-    events: dict[str, Any]
-    contacts: list[str]
-
-
-def read(path: Path) -> Result:
+def read(path: Path) -> Record:
     """Read a result file.
 
     Raises
@@ -162,14 +136,14 @@ def _attributes(file: Any) -> dict[str, str]:
     return {key: _text(value) for key, value in file.attrs.items()}
 
 
-def _read(file: Any) -> Result:
+def _read(file: Any) -> Record:
     attributes = _attributes(file)
     every = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
     scales = {name for name, item in every.items() if item.is_scale and name != "time"}
     datasets = {name: item for name, item in every.items() if name not in scales}
     events = {name: _values(_check_size(item)) for name, item in file["events"].items()}
     contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
-    result = Result(
+    result = Record(
         attributes=attributes,
         channels={name: _values(item) for name, item in datasets.items()},
         units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
@@ -201,7 +175,7 @@ def _members(scale: Any) -> tuple[str, ...]:
     return members
 
 
-def _check_shapes(result: Result) -> None:
+def _check_shapes(result: Record) -> None:
     """Check that all channels have the length of the time, and that contacts have names."""
     for channels, axes in ((result.channels, result.axes), (result.events, {})):
         n = channels["time"].size

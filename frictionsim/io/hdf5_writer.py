@@ -129,7 +129,7 @@ def _image(run: "RunResult") -> bytes:
         time = _add_scale(file, run.time, "time", "s", "time")
         axes: dict[str, Any] = {}
         for name, values in run.channels.items():
-            unit, long_name, axis = run.channel_info[name]
+            unit, long_name, axis, *_ = run.channel_info[name]
             if axis and axis not in axes:
                 axes[axis] = _add_axis(file, axis, run.axes[axis])
             scales = (time, axes[axis]) if axis else (time,)
@@ -183,7 +183,7 @@ def _add_transitions(events: Any, run: "RunResult") -> None:
         _add(events, "angle", angles, "rad", "angle at the transition", scale)
     for name, side_values in run.sides.items():
         channel, _, side = name.rpartition("_")
-        unit, long_name, _ = run.channel_info[channel]
+        unit, long_name, *_ = run.channel_info[channel]
         _add(events, name, side_values, unit, f"{long_name}, right {side} the event", scale)
 
 

@@ -17,7 +17,7 @@ from frictionsim.scenario.kinds import KINDS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 ALL, BODY = "all", "body"
 
@@ -52,7 +52,7 @@ def views_of(kind: str) -> Views:
     return {"response": response}
 
 
-def plot(result: "Result", path: Path, view: str | None = None, body: int | None = None) -> None:
+def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:
     """Draw a view of a result.
 
     Parameters
@@ -87,7 +87,7 @@ def plot(result: "Result", path: Path, view: str | None = None, body: int | None
     save(figure, path)
 
 
-def plot_all(result: "Result", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
+def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
     """Draw all views of a result, each into its own file: FILE-<view>.png for FILE.png.
 
     Parameters

@@ -12,7 +12,7 @@ from frictionsim.plots.style import scenario_of, scenario_value
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ class Pulley(NamedTuple):
     radius: float
 
 
-def pulleys_of(result: "Result") -> list[Pulley]:
+def pulleys_of(result: "Record") -> list[Pulley]:
     """Return the pulleys of the scenario, in their order.
 
     Raises
@@ -49,7 +49,7 @@ def pulleys_of(result: "Result") -> list[Pulley]:
     return pulleys
 
 
-def has_friction(result: "Result") -> bool:
+def has_friction(result: "Record") -> bool:
     """Return whether the scenario has friction between belt and pulleys."""
     return "belt_friction" in scenario_of(result).get("effects", {})
 
@@ -90,7 +90,7 @@ def middle_of_first_span(touched: "Array") -> int:
     return int(start + (stops[0] if stops.size else 0) // 2) % len(touched)
 
 
-def joints_at(result: "Result", sample: int) -> "Array":
+def joints_at(result: "Record", sample: int) -> "Array":
     """Return the positions (n, 2) of the joints, m; joint k is between the bodies k - 1 and k."""
     bodies = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
     return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
@@ -107,7 +107,7 @@ class BeltLine:
         Distances of the joints along the line; the last is the length of the line.
     """
 
-    def __init__(self, result: "Result", sample: int) -> None:
+    def __init__(self, result: "Record", sample: int) -> None:
         joints = joints_at(result, sample)
         start = first_free_body(result.channels["pulley_index"][sample])
         self.order = np.roll(np.arange(len(joints)), -start)
@@ -134,7 +134,7 @@ class BeltLine:
         lengths = np.diff(self.place)[legs]
         return (self.place[legs] + fraction * lengths)[closer]
 
-    def mean(self, result: "Result", samples: Any) -> "Array":
+    def mean(self, result: "Record", samples: Any) -> "Array":
         """Return the mean tension over samples at the positions `place`, which are fixed in space.
 
         Parameters

@@ -29,7 +29,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"
@@ -88,7 +88,7 @@ class _Belt(NamedTuple):
     colours: ScalarMappable
 
 
-def drive(result: "Result") -> "Figure":
+def drive(result: "Record") -> "Figure":
     """Draw the belt and its pulleys at the last sample, and details of the pulleys with forces.
 
     The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
@@ -127,7 +127,7 @@ def drive(result: "Result") -> "Figure":
     return figure
 
 
-def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
+def _notes(result: "Record", pulleys: Sequence[Pulley]) -> list[str]:
     """Return the notes for the title: the time, and whether pulleys are omitted in the details."""
     notes = [f"at {result.channels['time'][-1]:.6g} s"]
     if len(pulleys) > MAX_DETAILS:
@@ -135,7 +135,7 @@ def _notes(result: "Result", pulleys: Sequence[Pulley]) -> list[str]:
     return notes
 
 
-def _belt(result: "Result") -> _Belt:
+def _belt(result: "Record") -> _Belt:
     bodies = np.column_stack([result.channels["x"][-1], result.channels["y"][-1]])
     tension = result.channels["tension"][-1]
     scale = Normalize(float(np.min(tension)), float(np.max(tension)))
@@ -145,7 +145,7 @@ def _belt(result: "Result") -> _Belt:
 
 
 def _touch(
-    result: "Result", number: int, pulley: Pulley, belt: _Belt, has_friction: bool
+    result: "Record", number: int, pulley: Pulley, belt: _Belt, has_friction: bool
 ) -> _ContactArc:
     channels = result.channels
     on = channels["pulley_index"][-1] == number
@@ -290,7 +290,7 @@ def _round_below(value: float) -> float:
     return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
 
 
-def _caption(result: "Result", number: int, pulley: Pulley) -> str:
+def _caption(result: "Record", number: int, pulley: Pulley) -> str:
     """Return the name of a pulley, and below it its recorded speed and torque."""
     known = [
         f"{result.channels[name][-1, number]:.4g} {result.units[name]}"

@@ -35,7 +35,7 @@ from frictionsim.simulation.averages import last_part, time_mean
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 TENSION_HEIGHT = 4.0  # inches
 MAX_SAMPLES = 200  # in the mean of the tension
@@ -43,7 +43,7 @@ TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, 
 NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
 
 
-def speeds(result: "Result") -> "Figure":
+def speeds(result: "Record") -> "Figure":
     """Draw the speeds of the pulleys and the torques on them over time."""
     names = ("pulley_speed", "pulley_torque")
     require_channels(result, "speeds", names)
@@ -54,7 +54,7 @@ def speeds(result: "Result") -> "Figure":
     return figure
 
 
-def _draw_pulleys(ax: Any, result: "Result", name: str) -> list[Any]:
+def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:
     """Draw a channel of each pulley; return the handles."""
     time, columns = result.channels["time"], result.channels[name].T
     members = result.members[result.axes[name]]
@@ -64,7 +64,7 @@ def _draw_pulleys(ax: Any, result: "Result", name: str) -> list[Any]:
     ]
 
 
-def tension(result: "Result") -> "Figure":
+def tension(result: "Record") -> "Figure":
     """Draw the tension over the position along the belt: at the last sample, and its mean.
 
     The mean is over the last fifth of the run, at positions fixed in space.
@@ -93,13 +93,13 @@ def tension(result: "Result") -> "Figure":
     return figure
 
 
-def _last(result: "Result") -> Any:
+def _last(result: "Record") -> Any:
     """Return the samples of the last fifth, at most MAX_SAMPLES evenly spread ones."""
     samples = np.flatnonzero(last_part(result.channels["time"]))
     return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
-def _draw_spans(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
+def _draw_spans(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     """Draw the mean tension of each span, as in the summary, at its position at the last sample."""
     touched = result.channels["pulley_index"][-1][belt.order]
     means, style = mean_spans(result), line_style(2)
@@ -116,7 +116,7 @@ def _draw_spans(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
     return drawn[:1]
 
 
-def mean_spans(result: "Result") -> Any:
+def mean_spans(result: "Record") -> Any:
     """Return the mean tension of each span over the last fifth of a run, N."""
     last = np.flatnonzero(last_part(result.channels["time"]))
     tension, touched = result.channels["tension"], result.channels["pulley_index"]
@@ -125,7 +125,7 @@ def mean_spans(result: "Result") -> Any:
     return time_mean(result.channels["time"][last], spans)
 
 
-def _shade_arcs(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
+def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     """Shade where the belt touches a pulley; body k is between the joints k and k + 1."""
     pulleys = pulleys_of(result)
     touched = result.channels["pulley_index"][-1][belt.order]
@@ -145,7 +145,7 @@ def _shade_arcs(ax: Any, result: "Result", belt: BeltLine) -> list[Any]:
     return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
 
 
-def body(result: "Result", number: int | None = None) -> "Figure":
+def body(result: "Record", number: int | None = None) -> "Figure":
     """Draw the tension before one body of the belt, the forces on it and its slip velocity.
 
     Parameters
@@ -185,14 +185,14 @@ def _check_body(number: int, count: int) -> None:
         raise InputError(f"there is no body {number}; the bodies of this belt are 0 to {count - 1}")
 
 
-def _draw_body(ax: Any, result: "Result", name: str, number: int) -> None:
+def _draw_body(ax: Any, result: "Record", name: str, number: int) -> None:
     values = result.channels[name][:, number]
     if name != "tension":  # the others are defined while the body touches a pulley
         values = np.where(result.channels["pulley_index"][:, number] < 0, np.nan, values)
     ax.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
 
 
-def _shade_touch(axes: Sequence[Any], result: "Result", number: int) -> list[Any]:
+def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any]:
     """Shade the times in which the body touches a pulley, with a grey for each pulley."""
     time = result.channels["time"]
     names = [pulley.name for pulley in pulleys_of(result)]
@@ -213,7 +213,7 @@ def _shade_touch(axes: Sequence[Any], result: "Result", number: int) -> list[Any
     return [handles[pulley] for pulley in sorted(handles)]
 
 
-def _mark_sticking(ax: Any, result: "Result", number: int) -> list[Any]:
+def _mark_sticking(ax: Any, result: "Record", number: int) -> list[Any]:
     if "sticking" not in result.channels:
         return []
     sticks = result.channels["sticking"][:, number] > 0

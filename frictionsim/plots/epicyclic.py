@@ -26,7 +26,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 TORQUES = {
     "drive_torque": "drive",
@@ -40,7 +40,7 @@ SUN_COLOUR = "#D0D0D0"
 STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
 
 
-def torque(result: "Result") -> "Figure":
+def torque(result: "Record") -> "Figure":
     """Draw the torques on the crank over its angle: drive, uniform rotation and friction.
 
     The friction torque is signed: negative where it opposes a forward motion.
@@ -76,7 +76,7 @@ def _radians(turns: Any) -> Any:
     return turns * TURN
 
 
-def path(result: "Result") -> "Figure":
+def path(result: "Record") -> "Figure":
     """Draw the path of the tracer point with sun, planet and crank at the last sample.
 
     Without the channel of the crank's angle, only sun and path are drawn.
@@ -103,7 +103,7 @@ def path(result: "Result") -> "Figure":
     return figure
 
 
-def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]:
+def _path(result: "Record", sun_radius: float, radius: float) -> tuple[Any, Any]:
     """Return the path between the smallest and the largest angle, finer than the samples."""
     if "angle" not in result.channels:
         return result.channels["tracer_x"], result.channels["tracer_y"]
@@ -114,7 +114,7 @@ def _path(result: "Result", sun_radius: float, radius: float) -> tuple[Any, Any]
     return tracer_position(length, length / radius, point, np.linspace(low, high, count))
 
 
-def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]:
+def _draw_path(plane: Any, result: "Record", path: tuple[Any, Any]) -> list[Any]:
     x, y = result.channels["tracer_x"], result.channels["tracer_y"]
     start = {"marker": "o", "mfc": "white", "mec": VERMILION, "markersize": 7, "linestyle": ""}
     end = start | {"mfc": VERMILION}
@@ -125,7 +125,7 @@ def _draw_path(plane: Any, result: "Result", path: tuple[Any, Any]) -> list[Any]
     ]
 
 
-def _draw_planet(plane: Any, result: "Result", length: float, radius: float) -> list[Any]:
+def _draw_planet(plane: Any, result: "Record", length: float, radius: float) -> list[Any]:
     """Draw planet and crank at the last sample."""
     angle = result.channels["angle"][-1]
     centre = length * float(np.cos(angle)), length * float(np.sin(angle))

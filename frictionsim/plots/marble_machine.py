@@ -20,7 +20,7 @@ from frictionsim.plots.time_history import OTHER_EVENT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 HEIGHT = 5.5  # inches
 MARGIN = 0.25  # of the range of load and friction, above and below it
@@ -28,7 +28,7 @@ TRANSFER = "transfer"
 MAX_TRANSFERS = 60  # marks of more transfers would hide the channels
 
 
-def torque(result: "Result") -> "Figure":
+def torque(result: "Record") -> "Figure":
     """Draw the torques on the gear over its angle: all, and again at the scale of the load.
 
     The torque of the motor is multiplied by the gear ratio. In steady motion it equals the load
@@ -52,7 +52,7 @@ def torque(result: "Result") -> "Figure":
     return figure
 
 
-def _resisting(result: "Result") -> dict[str, Any]:
+def _resisting(result: "Record") -> dict[str, Any]:
     """Return the recorded torques of the marbles and of friction, and their difference."""
     channels = result.channels
     torques = {}
@@ -81,7 +81,7 @@ def _scale_to(ax: Any, channels: Sequence[Any]) -> None:
         ax.set_ylim(low - margin, high + margin)
 
 
-def _mark_transfers(result: "Result", axes: Any) -> list[Any]:
+def _mark_transfers(result: "Record", axes: Any) -> list[Any]:
     if TRANSFER not in result.contacts or "angle" not in result.events:
         return []
     which = result.events["contact"] == result.contacts.index(TRANSFER)

@@ -14,8 +14,7 @@ from frictionsim.scenario.loading import ValidationFailure, validate
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
-    from frictionsim.results import Quantities
+    from frictionsim.results import Quantities, Record
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
 # Labels are above the upper line and below the lower one, so that they do not overlap.
@@ -23,7 +22,7 @@ LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to ho
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
-def response(result: "Result") -> "Figure":
+def response(result: "Record") -> "Figure":
     """Draw force, friction torque, angular velocity and angle over time.
 
     Lines show the forces of impending motion and the static limit of the friction torque.
@@ -39,7 +38,7 @@ def response(result: "Result") -> "Figure":
     return figure
 
 
-def _limits(result: "Result") -> "Quantities":
+def _limits(result: "Record") -> "Quantities":
     """Return the quantities of impending motion; none if another version wrote the scenario."""
     try:
         scenario = validate(scenario_of(result), Path())
@@ -48,7 +47,7 @@ def _limits(result: "Result") -> "Quantities":
     return mechanism_module(scenario.kind).statics(scenario)
 
 
-def _draw_limit_forces(ax: Any, result: "Result", limits: "Quantities") -> None:
+def _draw_limit_forces(ax: Any, result: "Record", limits: "Quantities") -> None:
     highest = MAX_LIMIT * np.max(np.abs(result.channels["drive_force"]))
     for name, (words, side) in LIMIT_FORCES.items():
         force = limits[name].value if name in limits else None
@@ -65,7 +64,7 @@ def _draw_limit_forces(ax: Any, result: "Result", limits: "Quantities") -> None:
             )
 
 
-def _draw_static_limit(ax: Any, result: "Result", limits: Mapping[str, Any]) -> Any:
+def _draw_static_limit(ax: Any, result: "Record", limits: Mapping[str, Any]) -> Any:
     time = result.channels["time"]
     limit = limits["friction_radius_static"].value * result.channels["shaft_reaction"]
     ax.plot(time, -limit, **LIMIT_LINE)

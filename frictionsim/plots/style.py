@@ -13,7 +13,7 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.scenario.methods import SET_VALUED
 
 if TYPE_CHECKING:
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 # Okabe and Ito: colour-blind safe.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
@@ -47,7 +47,7 @@ def check_format(path: Path) -> None:
         raise InputError(f"{path}: expected a picture name that ends in .png, .pdf or .svg")
 
 
-def require_channels(result: "Result", view: str, names: Sequence[str]) -> None:
+def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
     """Check that a result has the channels of a view.
 
     Parameters
@@ -70,7 +70,7 @@ def require_channels(result: "Result", view: str, names: Sequence[str]) -> None:
         )
 
 
-def scenario_of(result: "Result") -> dict[str, Any]:
+def scenario_of(result: "Record") -> dict[str, Any]:
     """Return the scenario of a result as data.
 
     Raises
@@ -84,7 +84,7 @@ def scenario_of(result: "Result") -> dict[str, Any]:
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 
-def scenario_value(result: "Result", *keys: str | int) -> Any:
+def scenario_value(result: "Record", *keys: str | int) -> Any:
     """Return a value of the scenario of a result.
 
     Parameters
@@ -108,7 +108,7 @@ def scenario_value(result: "Result", *keys: str | int) -> Any:
     return value
 
 
-def new_figure(result: "Result", height: float, *notes: str) -> Figure:
+def new_figure(result: "Record", height: float, *notes: str) -> Figure:
     """Return an empty figure with the title of a result.
 
     Parameters
@@ -123,7 +123,7 @@ def new_figure(result: "Result", height: float, *notes: str) -> Figure:
     return figure
 
 
-def _title(result: "Result", notes: Sequence[str]) -> str:
+def _title(result: "Record", notes: Sequence[str]) -> str:
     attributes = result.attributes
     title = escape_mathtext(attributes["title"] or attributes["kind"])
     parts = [*_other_laws(result), f"backend {attributes['backend']}"]
@@ -134,7 +134,7 @@ def _title(result: "Result", notes: Sequence[str]) -> str:
     return f"{title} ({'; '.join([*parts, *notes])})"
 
 
-def _other_laws(result: "Result") -> list[str]:
+def _other_laws(result: "Record") -> list[str]:
     """Return the friction law of a result, unless it is the default; none if it cannot be told."""
     try:
         effects = scenario_of(result).get("effects", {})
@@ -159,7 +159,7 @@ def line_style(number: int) -> Style:
     }
 
 
-def label(result: "Result", name: str, words: str = "") -> str:
+def label(result: "Record", name: str, words: str = "") -> str:
     """Return the axis label of a channel with its unit.
 
     Parameters
@@ -173,7 +173,7 @@ def label(result: "Result", name: str, words: str = "") -> str:
     return f"{words or name.replace('_', ' ')},\n{unit(result, name)}"
 
 
-def unit(result: "Result", name: str) -> str:
+def unit(result: "Record", name: str) -> str:
     """Return the unit of a channel for display."""
     return result.units[name].replace("^2", "²")
 

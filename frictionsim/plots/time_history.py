@@ -28,7 +28,7 @@ from frictionsim.scenario.kinds import mechanism_module
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 PANEL_HEIGHT = 1.7  # inches
 MAX_MARKS = 60  # events; marks of more would hide the channels
@@ -43,14 +43,14 @@ EVENT_LINES: dict[str, Style] = {
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
-def response(result: "Result") -> "Figure":
+def response(result: "Record") -> "Figure":
     """Draw the channels in PANELS of the kind, or all others if the file has none of them."""
     figure, _, handles = draw_channels(result)
     add_legend(figure, handles)
     return figure
 
 
-def draw_channels(result: "Result") -> "tuple[Figure, dict[str, Any], list[Any]]":
+def draw_channels(result: "Record") -> "tuple[Figure, dict[str, Any], list[Any]]":
     """Draw the channels of `response`; return figure, Axes by channel, and legend handles."""
     figure, axes = stacked_axes(result, _names(result))
     handles = []
@@ -59,7 +59,7 @@ def draw_channels(result: "Result") -> "tuple[Figure, dict[str, Any], list[Any]]
     return figure, axes, [*handles, *mark_modes(result, list(axes.values()))]
 
 
-def _names(result: "Result") -> list[str]:
+def _names(result: "Record") -> list[str]:
     drawable = [
         name
         for name, axis in result.axes.items()
@@ -72,7 +72,7 @@ def _names(result: "Result") -> list[str]:
     return names
 
 
-def stacked_axes(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
+def stacked_axes(result: "Record", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
     """Return a figure with stacked, empty Axes over time, one for each channel.
 
     Parameters
@@ -99,7 +99,7 @@ def stacked_axes(result: "Result", names: Sequence[str]) -> "tuple[Figure, dict[
     return figure, dict(zip(names, axes, strict=True))
 
 
-def _draw_channel(ax: Any, result: "Result", name: str) -> list[Any]:
+def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     """Draw a channel; return the legend handles of its columns, if it has any."""
     time, values = with_jumps(result, name)
     axis = result.axes[name]
@@ -117,7 +117,7 @@ def _draw_channel(ax: Any, result: "Result", name: str) -> list[Any]:
     ]
 
 
-def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
+def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
     """Return the samples of a channel for a line with gaps at its jumps.
 
     Parameters
@@ -145,7 +145,7 @@ def with_jumps(result: "Result", name: str) -> tuple[Any, Any]:
     return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
 
 
-def mark_modes(result: "Result", axes: Sequence[Any]) -> list[Any]:
+def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     """Shade sticking phases and mark events in all Axes; return the legend handles.
 
     Parameters
@@ -170,7 +170,7 @@ def mark_modes(result: "Result", axes: Sequence[Any]) -> list[Any]:
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
 
-def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
+def _sticks(result: "Record") -> Iterator[tuple[float, float]]:
     """Yield start and end of each sticking phase."""
     if result.axes.get("mode") != "":  # no mode, or several contacts
         return
@@ -186,7 +186,7 @@ def _sticks(result: "Result") -> Iterator[tuple[float, float]]:
         yield resting_since, time[-1]
 
 
-def _mark_events(result: "Result", axes: Sequence[Any], row: int) -> list[Any]:
+def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     """Mark the events, and write their times above the first Axes from `row` upwards."""
     times = result.events["time"]
     if len(times) > MAX_MARKS:
@@ -226,7 +226,7 @@ def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
     return []
 
 
-def _event_names(result: "Result") -> list[str]:
+def _event_names(result: "Record") -> list[str]:
     """Return the label of each event: by its change of mode, else the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     return [

@@ -21,7 +21,7 @@ from tests.benchmarks.results_common import (
 )
 
 if TYPE_CHECKING:
-    from frictionsim.io.hdf5_reader import Result
+    from frictionsim.results import Record
 
 START = 0.5  # s, from which on means are taken
 PRINTED_SPEED, EXPECTED_SPEED = -22.5, -25.1  # rad/s, of the drive
@@ -52,7 +52,7 @@ CODES = 0, 1, 3  # also of a solver or a self-audit that failed: that is what is
 class Solved(NamedTuple):
     """A result, and the wall time that it took."""
 
-    result: "Result"
+    result: "Record"
     seconds: float
 
 
@@ -134,7 +134,7 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
     return figure
 
 
-def _of_body(result: "Result", number: int) -> Any:
+def _of_body(result: "Record", number: int) -> Any:
     touching = result.channels["pulley_index"][:, number] >= 0
     speed = np.maximum(np.abs(result.channels["slip_velocity"][:, number]), LEAST)
     return np.where(touching, speed, np.nan)

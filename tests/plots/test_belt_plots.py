@@ -8,7 +8,6 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.hdf5_reader import Result
 from frictionsim.plots import VIEWS, plot
 from frictionsim.plots.belt_geometry import (
     BeltLine,
@@ -16,6 +15,7 @@ from frictionsim.plots.belt_geometry import (
     first_free_body,
     middle_of_first_span,
 )
+from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
@@ -39,7 +39,7 @@ def picture(tmp_path: Path) -> Callable[..., str]:
     return draw
 
 
-def read_back(run: object, tmp_path: Path) -> Result:
+def read_back(run: object, tmp_path: Path) -> Record:
     hdf5_writer.write(run, tmp_path / "a.h5")  # type: ignore[arg-type]
     return hdf5_reader.read(tmp_path / "a.h5")
 

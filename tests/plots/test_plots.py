@@ -13,6 +13,7 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.plots import VIEWS, plot, plot_all, views_of
 from frictionsim.plots.time_history import label_rows
+from frictionsim.results import Record
 from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
@@ -61,7 +62,7 @@ def test_every_view_is_a_small_and_reproducible_file(name: str, view: str, tmp_p
 
 
 @pytest.fixture
-def result(tmp_path: Path) -> hdf5_reader.Result:
+def result(tmp_path: Path) -> Record:
     path = tmp_path / "pulley.h5"
     hdf5_writer.write(simulate(pulley()), path)
     return hdf5_reader.read(path)
@@ -69,7 +70,7 @@ def result(tmp_path: Path) -> hdf5_reader.Result:
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
 def test_pictures_are_reproducible_in_every_format(
-    result: hdf5_reader.Result, suffix: str, tmp_path: Path
+    result: Record, suffix: str, tmp_path: Path
 ) -> None:
     pictures = [tmp_path / f"{name}{suffix}" for name in ("a", "b")]
     for picture in pictures:
@@ -77,7 +78,7 @@ def test_pictures_are_reproducible_in_every_format(
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
-def test_panels_name_channel_and_unit(result: hdf5_reader.Result, tmp_path: Path) -> None:
+def test_panels_name_channel_and_unit(result: Record, tmp_path: Path) -> None:
     picture = tmp_path / "pulley.svg"
     plot(result, picture)
     text = picture.read_text()
@@ -85,9 +86,7 @@ def test_panels_name_channel_and_unit(result: hdf5_reader.Result, tmp_path: Path
         assert f"<!-- {label}" in text, label
 
 
-def test_unknown_formats_and_folders_are_refused(
-    result: hdf5_reader.Result, tmp_path: Path
-) -> None:
+def test_unknown_formats_and_folders_are_refused(result: Record, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"ends in \.png, \.pdf or \.svg"):
         plot(result, tmp_path / "pulley.jpg")
     with pytest.raises(OutputError, match="cannot write the picture"):
