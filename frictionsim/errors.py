@@ -1,5 +1,6 @@
 """Exceptions and exit codes of the command line."""
 
+from pathlib import Path
 from signal import Signals
 
 EXIT_DONE = 0
@@ -25,12 +26,33 @@ class InputError(FrictionsimError):
     exit_code = EXIT_BAD_INPUT
 
 
+class ArgumentError(InputError):
+    """An invalid argument of a function, which is an option of the command line.
+
+    Attributes
+    ----------
+    argument : str
+        Its name in Python; the option has dashes.
+    text : str
+    """
+
+    def __init__(self, argument: str, text: str) -> None:
+        super().__init__(f"{argument}: {text}")
+        self.argument, self.text = argument, text
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.argument, self.text)
+
+
 class ScenarioError(InputError):
     """An invalid scenario; the message has one line for each fault."""
 
     def __init__(self, faults: list[str]) -> None:
         super().__init__("\n".join(faults))
         self.faults = faults
+
+    def __reduce__(self) -> tuple[type, tuple[list[str]]]:
+        return type(self), (self.faults,)
 
 
 class SolverError(FrictionsimError):
@@ -87,6 +109,16 @@ class Interrupted(SolverError):
     def __init__(self, signal_number: int, time: float) -> None:
         super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
         self.exit_code = EXIT_SIGNAL + signal_number
+        self._arguments = signal_number, time
+
+    def __reduce__(self) -> tuple[type, tuple[int, float]]:
+        return type(self), self._arguments
+
+
+class AuditError(FrictionsimError):
+    """A run that is done, but whose self-audit failed: its numbers cannot be trusted."""
+
+    exit_code = EXIT_AUDIT_FAILED
 
 
 class OutputError(FrictionsimError):
@@ -117,3 +149,27 @@ def unknown(what: str, found: str, known: list[str]) -> str:
     if near:
         return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
     return f"unknown {what} '{found}'; known: {', '.join(known)}"
+
+
+def near_files(path: Path, suffixes: tuple[str, ...]) -> str:
+    """Return the suggestion of an existing file for a path that does not exist.
+
+    Parameters
+    ----------
+    path : Path
+    suffixes : tuple of str
+        Of the files that may be meant.
+
+    Returns
+    -------
+    str
+        To be added to a message; empty if no name in the folder is near.
+    """
+    from difflib import get_close_matches
+
+    try:
+        names = [found.name for found in path.parent.iterdir() if found.suffix in suffixes]
+    except OSError:
+        return f" (there is no folder '{path.parent}')"
+    near = get_close_matches(path.name, names, n=1)
+    return f" (did you mean '{path.with_name(near[0])}'?)" if near else ""

@@ -137,6 +137,21 @@ class Quantity(NamedTuple):
 Quantities = dict[str, Quantity]
 
 
+class SolverStatistics(NamedTuple):
+    """Statistics of a run, including the parts before an interruption.
+
+    `wall_seconds` does not include `compile_seconds`, which is 0 if no kernel was compiled. Both
+    are None if the run was read from a file, which does not hold them.
+    """
+
+    steps: int
+    rejected: int
+    rhs_evaluations: int
+    states: int
+    wall_seconds: float | None
+    compile_seconds: float | None = 0.0
+
+
 def finite(value: float | None) -> float | None:
     """Return a number for JSON: None if it is not finite."""
     return value if value is not None and isfinite(value) else None
@@ -145,33 +160,6 @@ def finite(value: float | None) -> float | None:
 def quantities_json(quantities: Quantities) -> dict[str, Any]:
     """Return quantities for JSON; non-finite values become None."""
     return {name: {"value": finite(q.value), "unit": q.unit} for name, q in quantities.items()}
-
-
-class Record(NamedTuple):
-    """The content of a result file.
-
-    Attributes
-    ----------
-    attributes : dict of str
-    channels : dict of arrays (n,) or (n, k), including `time`
-    units, long_names : dict of str
-    axes : dict of str
-        The axis of the columns of each channel; empty for a channel of shape (n,).
-    members : dict of tuple of str
-        The names of the members of each axis, or their numbers.
-    events : dict of arrays (m,), including `time`
-    contacts : list of str
-        The names that the indices `events["contact"]` refer to.
-    """
-
-    attributes: dict[str, str]
-    channels: dict[str, Any]
-    units: dict[str, str]
-    long_names: dict[str, str]
-    axes: dict[str, str]
-    members: dict[str, tuple[str, ...]]
-    events: dict[str, Any]
-    contacts: list[str]
 
 
 class Metric(NamedTuple):
@@ -221,3 +209,73 @@ class Column(NamedTuple):
     unit: str
     long_name: str
     values: list[Any]
+
+
+class Record(NamedTuple):
+    """The content of a result file, from which tables, pictures and comparisons are made.
+
+    Attributes
+    ----------
+    attributes : dict of str
+        The root attributes, see `frictionsim.io.hdf5_writer`.
+    channels : dict of arrays (n,) or (n, k), including `time`
+        Integer channels hold integers; those of a file of format version 1 hold floats.
+    units, long_names : dict of str
+    axes : dict of str
+        The axis of the columns of each channel; empty for a channel of shape (n,).
+    members : dict of tuple of str
+        The names of the members of each axis, or their numbers.
+    events : dict of arrays (m,), including `time`
+    contacts : list of str
+        The names that the indices `events["contact"]` refer to.
+    flags : dict of Flags
+        The meanings of the values of integer channels.
+    quantities : Quantities
+    checks : dict of Check
+    statistics : SolverStatistics or None
+        None, as no quantities and checks, of a file of format version 1.
+    """
+
+    attributes: dict[str, str]
+    channels: dict[str, Any]
+    units: dict[str, str]
+    long_names: dict[str, str]
+    axes: dict[str, str]
+    members: dict[str, tuple[str, ...]]
+    events: dict[str, Any]
+    contacts: list[str]
+    flags: dict[str, Flags] = {}  # noqa: RUF012  never changed
+    quantities: Quantities = {}  # noqa: RUF012
+    checks: dict[str, Check] = {}  # noqa: RUF012
+    statistics: SolverStatistics | None = None
+
+    @property
+    def transitions(self) -> list[Transition]:
+        """The events as transitions."""
+        e = self.events
+        angles = e["angle"].tolist() if "angle" in e else [None] * len(e["time"])
+        return [
+            Transition(time, self.contacts[int(contact)], int(mode_from), int(mode_to), angle)
+            for time, contact, mode_from, mode_to, angle in zip(
+                *(e[name].tolist() for name in ("time", "contact", "mode_from", "mode_to")),
+                angles,
+                strict=True,
+            )
+        ]
+
+    def of_event(self, name: str) -> Channel:
+        """Return unit and description of an array of the events."""
+        fixed = {
+            "time": Channel("s", "time of the event"),
+            "contact": Channel(
+                "1", "contact that changes its mode", flags=tuple(enumerate(self.contacts))
+            ),
+            "mode_from": Channel("1", "mode before the event", flags=MODES),
+            "mode_to": Channel("1", "mode after the event", flags=MODES),
+            "angle": Channel("rad", "angle at the event"),
+        }
+        if name in fixed:
+            return fixed[name]
+        channel, _, side = name.rpartition("_")
+        words = f"{self.long_names[channel]}, immediately {side} the event"
+        return Channel(self.units[channel], words, flags=self.flags.get(channel, ()))

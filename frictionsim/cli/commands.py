@@ -171,7 +171,7 @@ def resume(
     from frictionsim.scenario.loading import scenario_from_result
 
     checkpoint = hdf5_reader.read_checkpoint(result)
-    loaded = scenario_from_result(result, checkpoint.scenario)
+    loaded = scenario_from_result(result, checkpoint.attributes)
     job = Job(
         loaded,
         str(result),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,10 +10,16 @@ import h5py
 import numpy as np
 
 from frictionsim import __version__
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, near_files
+from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
-from frictionsim.io.result_format import FORMAT_VERSION, numbered_members, state_digest
-from frictionsim.results import Record
+from frictionsim.io.result_format import (
+    COUNTS,
+    READABLE_VERSIONS,
+    numbered_members,
+    state_digest,
+)
+from frictionsim.results import Check, Flags, Quantities, Quantity, Record, SolverStatistics
 
 ATTRIBUTES = (
     "backend",
@@ -23,7 +30,7 @@ ATTRIBUTES = (
     "status",
     "title",
 )
-GROUPS = ("events", "checkpoint")
+GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
 # DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
 MAX_GZIP_RATIO = 1032
 
@@ -56,9 +63,9 @@ def may_be_done(path: Path) -> bool:
 
 
 class Checkpoint(NamedTuple):
-    """The data to resume a run: its scenario as TOML and the state of its solver."""
+    """The data to resume a run: the attributes of its file and the state of its solver."""
 
-    scenario: str
+    attributes: dict[str, str]
     state: dict[str, Any]
 
 
@@ -75,10 +82,11 @@ def read_checkpoint(path: Path) -> Checkpoint:
         reason = _resume_obstacle(file, attributes)
         if reason:
             raise InputError(f"{path}: cannot resume this run: {reason}")
-        state = {name: _check_size(item)[...] for name, item in file["checkpoint"].items()}
+        stored = {name: _check_size(item) for name, item in file["checkpoint"].items()}
+        state = {name: item[...] for name, item in stored.items() if not item.is_scale}
         if file["checkpoint"].attrs["digest"] != state_digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
-    return Checkpoint(attributes["scenario"], state)
+    return Checkpoint(attributes, state)
 
 
 def _resume_obstacle(file: Any, attributes: dict[str, str]) -> str:
@@ -104,10 +112,10 @@ def _opened(path: Path) -> Iterator[Any]:
             )
         with h5py.File(path, "r") as file:
             version = file.attrs["format_version"]
-            if version != FORMAT_VERSION:
+            if version not in READABLE_VERSIONS:
                 raise InputError(
                     f"{path}: cannot read this result: its format version is {version}, this"
-                    f" program reads version {FORMAT_VERSION}"
+                    f" program reads versions {' and '.join(map(str, READABLE_VERSIONS))}"
                 )
             if "cost" in file:
                 raise InputError(
@@ -125,7 +133,11 @@ def _opened(path: Path) -> Iterator[Any]:
 def _why_not_open(path: Path) -> str:
     if path.is_dir():
         return "this is a folder; give the name of a result file"
-    return "it is not a readable HDF5 file" if path.is_file() else "there is no such file"
+    if not path.is_file():
+        return "there is no such file" + near_files(path, SUFFIXES)
+    if path.suffix == ".toml":
+        return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"
+    return "it is not a readable HDF5 file"
 
 
 def _attributes(file: Any) -> dict[str, str]:
@@ -141,9 +153,8 @@ def _read(file: Any) -> Record:
     every = {name: _check_size(item) for name, item in file.items() if name not in GROUPS}
     scales = {name for name, item in every.items() if item.is_scale and name != "time"}
     datasets = {name: item for name, item in every.items() if name not in scales}
-    events = {name: _values(_check_size(item)) for name, item in file["events"].items()}
-    contacts = _text(file["events/contact"].attrs["flag_meanings"]).split()
-    result = Record(
+    events, contacts = _events(file)
+    record = Record(
         attributes=attributes,
         channels={name: _values(item) for name, item in datasets.items()},
         units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
@@ -152,9 +163,59 @@ def _read(file: Any) -> Record:
         members={name: _members(every[name]) for name in sorted(scales)},
         events=events,
         contacts=contacts,
+        flags={name: _flags(item) for name, item in datasets.items() if _has_flags(item)},
+        quantities=_quantities(file),
+        checks=_checks(file),
+        statistics=_statistics(file),
     )
-    _check_shapes(result)
-    return result
+    _check_shapes(record)
+    return record
+
+
+def _events(file: Any) -> tuple[dict[str, Any], list[str]]:
+    """Return the events as arrays and the names of their contacts; empty arrays without events."""
+    if "events" not in file and file.attrs["format_version"] > 1:
+        return {name: np.zeros(0) for name in ("time", "contact", "mode_from", "mode_to")}, []
+    group = file["events"]
+    events = {name: _values(_check_size(item)) for name, item in group.items() if name != "event"}
+    return events, _text(group["contact"].attrs["flag_meanings"]).split()
+
+
+def _quantities(file: Any) -> Quantities:
+    found: Quantities = {}
+    for name, item in file.get("quantities", {}).items():
+        value = float(_values(_check_size(item)))
+        found[name] = Quantity(None if isnan(value) else value, _text(item.attrs["units"]))
+    return found
+
+
+def _checks(file: Any) -> dict[str, Check]:
+    if "audit" not in file:
+        return {}
+    group = file["audit"]
+    names = _names(_check_size(group["check"]))
+    values, limits = (_values(_check_size(group[name])) for name in ("value", "limit"))
+    return {
+        name: Check(float(value), float(limit))
+        for name, value, limit in zip(names, values, limits, strict=True)
+    }
+
+
+def _statistics(file: Any) -> SolverStatistics | None:
+    if "solver" not in file:
+        return None
+    counts = {name: int(_values(_check_size(file["solver"][name]))) for name in COUNTS}
+    return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
+
+
+def _has_flags(dataset: Any) -> bool:
+    return "flag_values" in dataset.attrs and dataset.dtype.kind in "iu"
+
+
+def _flags(dataset: Any) -> Flags:
+    values = np.asarray(dataset.attrs["flag_values"]).tolist()
+    meanings = _text(dataset.attrs["flag_meanings"]).split()
+    return tuple(zip(map(int, values), meanings, strict=True))
 
 
 def _text(value: Any) -> str:
@@ -168,6 +229,9 @@ def _axis_of(dataset: Any) -> str:
 
 
 def _members(scale: Any) -> tuple[str, ...]:
+    """Return the names of the members of an axis; format version 1 has them as an attribute."""
+    if scale.dtype.kind == "O":
+        return _names(scale)
     names = scale.attrs.get("names")
     members = numbered_members(scale.size) if names is None else tuple(_text(names).split())
     if scale.shape != (len(members),):
@@ -175,16 +239,22 @@ def _members(scale: Any) -> tuple[str, ...]:
     return members
 
 
-def _check_shapes(result: Record) -> None:
+def _names(dataset: Any) -> tuple[str, ...]:
+    if dataset.ndim != 1 or h5py.check_string_dtype(dataset.dtype) is None:
+        raise ValueError(f"{dataset.name} does not hold names")
+    return tuple(_text(name) for name in dataset.asstr(errors="replace")[...])
+
+
+def _check_shapes(record: Record) -> None:
     """Check that all channels have the length of the time, and that contacts have names."""
-    for channels, axes in ((result.channels, result.axes), (result.events, {})):
+    for channels, axes in ((record.channels, record.axes), (record.events, {})):
         n = channels["time"].size
         for name, values in channels.items():
             axis = axes.get(name, "")
-            if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
+            if values.shape != ((n, len(record.members[axis])) if axis else (n,)):
                 raise ValueError(f"{name} is not a channel over time")
-    contact, *_ = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
-    if not np.all(np.isin(contact, np.arange(len(result.contacts)))):
+    contact, *_ = (record.events[name] for name in ("contact", "mode_from", "mode_to"))
+    if not np.all(np.isin(contact, np.arange(len(record.contacts)))):
         raise ValueError("an event has a contact without a name")
 
 
@@ -199,4 +269,5 @@ def _check_size(dataset: Any) -> Any:
 def _values(dataset: Any) -> Any:
     if dataset.dtype.kind not in "fiub":
         raise TypeError(f"{dataset.name} does not hold real numbers")
-    return np.asarray(dataset[...], dtype=np.float64)
+    values = np.asarray(dataset[...])
+    return values if values.dtype.kind == "i" else values.astype(np.float64)

@@ -1,29 +1,45 @@
 """Write result files in HDF5.
 
-A result file, format version 1, holds
+A result file, format version 2, is a file of HDF5 that is also one of netCDF-4. It holds
 
-    /                    attributes format_version, frictionsim_version, scenario (TOML with
-                         overrides, defaults and CSV signals filled in), kind, backend, title,
-                         status (done, failed, interrupted), reason (empty if done and sound),
-                         failure (non_finite, diverged, step_underflow, chattering,
-                         budget_exceeded, belt_off_pulleys; empty if not failed), warnings
-                         (one per line)
+    /                    attributes, all of text but the first:
+                         format_version      2
+                         Conventions         CF-1.11
+                         frictionsim_version
+                         scenario            TOML with overrides, defaults and CSV data filled in
+                         source              name of the scenario's file; empty if it is of none
+                         overrides           KEY=VALUE, one per line
+                         command             that solves the scenario again; without the options
+                                             that the data do not depend on
+                         kind, law, backend, title
+                         effects             that were simulated, separated by blanks
+                         status              done, failed or interrupted
+                         reason              empty if done and sound
+                         failure             non_finite, diverged, step_underflow, chattering,
+                                             budget_exceeded or belt_off_pulleys; empty if not
+                                             failed
+                         warnings            one per line
     /time                (n,) s, the dimension scale of every channel; strictly increasing: every
                          output.interval and, with output.at_events, at every event. At an event a
                          channel has its value on the sticking side, else the value after the event
     /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of belt drives
                          also (n, k), one column for each member of an axis: body, pulley, ...
-    /<axis>              (k,) 0, 1, ..., the dimension scale of those columns; attribute `names`,
-                         separated by blanks, if the members have names
+    /<axis>              (k,) the dimension scale of those columns: the names of the members, or
+                         0, 1, ... if they have none
     /energy_<name>       (n,) J, the energies of the scenario
     /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
-    /events/time         (m,) s, the dimension scale of the transitions
+    /events/event        (m,) 0, 1, ..., the dimension scale of the events
+    /events/time         (m,) s
     /events/contact      (m,) index into the attribute `flag_meanings`
-    /events/mode_from, /events/mode_to    (m,)
+    /events/mode_from, /events/mode_to    (m,) see `flag_meanings`
     /events/angle        (m,) rad, position of the contact; not of belt drives
     /events/<channel>_before, /events/<channel>_after    (m,) immediately before and after the
                          event: all recorded channels except angle, mode and energies; not of belt
                          drives
+    /quantities/<name>   the quantities of the summary; nan if undefined
+    /audit/check         (c,) names, the dimension scale of the checks of the audit
+    /audit/value, /audit/limit, /audit/ok    (c,) ok is 1 if the value does not exceed the limit
+    /solver/steps, /solver/rejected, /solver/rhs_evaluations, /solver/states    counts of the solver
 
     /checkpoint          the state of the solver to resume from, in arrays of float64 or bytes whose
                          names and meaning are internal to the solver, and the run time so far in s,
@@ -31,13 +47,22 @@ A result file, format version 1, holds
                          these, the scenario and the version, checked on resuming. Only if status
                          is interrupted or failure is budget_exceeded
 
+A group without content is left out: /events of a run without events.
+
 The table of `frictionsim cost` has another layout: see `write_table`.
 
 With `output.channels` a file has only those channels, time and events. All datasets outside of
-/checkpoint are float64 with the attributes `units` and `long_name`; two-dimensional ones are
-compressed. A complete file does not depend on when or where it was written: two runs of one
-scenario give identical bytes, however often they were interrupted and resumed. The HDF5 data are
-followed by a line with their CRC-32.
+/checkpoint have the attributes `units` and `long_name`, but for names, which are text. Numbers are
+float64; modes, indices and counts are integers, with `flag_values` and `flag_meanings` if their
+values have meanings. Two-dimensional datasets are compressed.
+
+A complete file does not depend on when or where it was written: two runs of one scenario give
+identical bytes, however often they were interrupted and resumed. Therefore it holds no wall times.
+The HDF5 data are followed by a line with their CRC-32.
+
+Format version 1 is still read. There all numbers are float64, /events/time is the dimension scale
+of the events, an axis has the names of its members as the attribute `names`, separated by blanks,
+and overrides, command, law, effects, quantities, audit and solver are missing.
 """
 
 from pathlib import Path
@@ -46,26 +71,34 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from frictionsim import __version__
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.checksum import checksum_trailer
-from frictionsim.io.result_format import FORMAT_VERSION, numbered_members, state_digest
-from frictionsim.scenario.loading import resolved_toml
+from frictionsim.io.result_format import (
+    CONVENTIONS,
+    COUNTS,
+    FORMAT_VERSION,
+    numbered_members,
+    state_digest,
+)
+from frictionsim.results import Channel, Record
+from frictionsim.simulation.record import record_of, scenario_attributes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from frictionsim.results import Column
+    from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.simulate import RunResult
 
 CHUNK_BYTES = 128 * 1024
 COMPRESSION = {"compression": "gzip", "compression_opts": 4}
-MODES = {"flag_values": [-1.0, 0.0, 1.0], "flag_meanings": "sliding_backward stick sliding_forward"}
+WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
+TEXT = h5py.string_dtype()
+OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
 def write(run: "RunResult", path: Path) -> None:
-    """Write a result file atomically: on any error the existing file is kept.
+    """Write the result file of a run atomically: on any error the existing file is kept.
 
     Parameters
     ----------
@@ -77,7 +110,25 @@ def write(run: "RunResult", path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    image = _image(run)
+    write_record(record_of(run), path, run.checkpoint)
+
+
+def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None = None) -> None:
+    """Write a result file atomically: on any error the existing file is kept.
+
+    Parameters
+    ----------
+    record : Record
+    path : Path
+    checkpoint : dict of arrays, optional
+        State to resume from.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    image = _image(record, checkpoint)
     write_atomically(image + checksum_trailer(image), path)
 
 
@@ -87,7 +138,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     The file has the attributes of a result, and
 
         /cost/row            (k,) the dimension scale of the columns: one row for each setting
-        /cost/<column>       (k,) backend, setting, overrides, status, reason as text; error,
+        /cost/<column>       (k,) law, backend, setting, overrides, status, reason as text; error,
                              wall_seconds, steps, ... as float64, nan if a value is unknown
 
     Parameters
@@ -103,16 +154,17 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     OutputError
         If it cannot be written.
     """
-    with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _write_attributes(file, scenario, status)
+    with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
+        _add_attributes(file, {**scenario_attributes(scenario), "status": status})
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
             if number == 0:
-                scale = _add_scale(group, range(len(values)), "row", "1", "number of the row")
+                scale = _add_scale(group, "row", np.arange(len(values)), "number of the row")
             if unit:
-                _add(group, name, values, unit, long_name, scale)
+                data = np.asarray(values, dtype=np.float64)
+                _add(group, name, data, Channel(unit, long_name), scale)
                 continue
-            texts = group.create_dataset(name, data=values, dtype=h5py.string_dtype())
+            texts = group.create_dataset(name, data=values, dtype=TEXT)
             texts.attrs["long_name"] = long_name
             texts.dims[0].attach_scale(scale)
         file.flush()
@@ -120,100 +172,137 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     write_atomically(image + checksum_trailer(image), path)
 
 
-def _image(run: "RunResult") -> bytes:
-    """Return the bytes of the result file of a run."""
+def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
+    """Return the bytes of a result file."""
     # A core file without backing store is in memory only; its name is not used.
-    with h5py.File("result.h5", "w", driver="core", backing_store=False) as file:
-        _write_attributes(file, run.scenario, run.status, run.reason, run.failure)
-        file.attrs["warnings"] = "\n".join(run.warnings)
-        time = _add_scale(file, run.time, "time", "s", "time")
-        axes: dict[str, Any] = {}
-        for name, values in run.channels.items():
-            unit, long_name, axis, *_ = run.channel_info[name]
-            if axis and axis not in axes:
-                axes[axis] = _add_axis(file, axis, run.axes[axis])
-            scales = (time, axes[axis]) if axis else (time,)
-            dataset = _add(file, name, values, unit, long_name, *scales)
-            if name == "mode":
-                dataset.attrs.update(MODES)
-        _add_transitions(file.create_group("events"), run)
-        if run.checkpoint is not None:
-            _add_checkpoint(file, run.checkpoint)
+    with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
+        _add_attributes(file, record.attributes)
+        scales = {"": _add_time(file, record)}
+        for axis, members in record.members.items():
+            scales[axis] = _add_axis(file, axis, members)
+        for name, values in record.channels.items():
+            if name != "time":
+                axis = record.axes[name]
+                scale = (scales[""], scales[axis]) if axis else (scales[""],)
+                _add(file, name, values, _channel(record, name), *scale)
+        _add_events(file, record)
+        _add_quantities(file, record)
+        _add_audit(file, record)
+        _add_counts(file, record)
+        if checkpoint is not None:
+            _add_checkpoint(file, checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
 
 
-def _write_attributes(
-    file: Any, scenario: "Scenario", status: str, reason: str = "", failure: str = ""
-) -> None:
-    """Set the root attributes."""
+def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
-    file.attrs["frictionsim_version"] = __version__
-    file.attrs["scenario"] = resolved_toml(scenario)
-    file.attrs["kind"] = scenario.kind
-    file.attrs["backend"] = scenario.solver.backend
-    file.attrs["title"] = scenario.title
-    file.attrs["status"] = status
-    file.attrs["reason"] = reason
-    file.attrs["failure"] = failure
+    file.attrs["Conventions"] = CONVENTIONS
+    for name, text in attributes.items():
+        file.attrs[name] = text
 
 
-def _add_transitions(events: Any, run: "RunResult") -> None:
-    transitions = run.transitions
-    names = sorted({transition.contact for transition in transitions})
-    scale = _add_scale(events, [e.time for e in transitions], "time", "s", "time of the transition")
-    contact = _add(
-        events,
-        "contact",
-        [names.index(e.contact) for e in transitions],
-        "1",
-        "contact, index into flag_meanings",
-        scale,
-    )
-    contact.attrs["flag_values"] = np.arange(len(names), dtype=np.float64)
-    contact.attrs["flag_meanings"] = " ".join(names)
-    for name, values in (
-        ("mode_from", [e.mode_from for e in transitions]),
-        ("mode_to", [e.mode_to for e in transitions]),
+def _channel(record: Record, name: str) -> Channel:
+    return Channel(record.units[name], record.long_names[name], flags=record.flags.get(name, ()))
+
+
+def _add_time(file: Any, record: Record) -> Any:
+    scale = _add(file, "time", record.channels["time"], Channel("s", "time"))
+    scale.make_scale("time")
+    return scale
+
+
+def _add_events(file: Any, record: Record) -> None:
+    count = len(record.events["time"])
+    if not count:
+        return
+    group = file.create_group("events", track_order=True)
+    scale = _add_scale(group, "event", np.arange(count), "number of the event, from 0")
+    for name, values in record.events.items():
+        dataset = _add(group, name, values, record.of_event(name), scale)
+        if name != "time":  # as CF wants it; without it readers take the time of the root group
+            dataset.attrs["coordinates"] = "time"
+
+
+def _add_quantities(file: Any, record: Record) -> None:
+    if not record.quantities:
+        return
+    group = file.create_group("quantities", track_order=True)
+    for name, (value, unit) in record.quantities.items():
+        number = np.float64(np.nan if value is None else value)
+        _add(group, name, number, Channel(unit, name.replace("_", " ")))
+
+
+def _add_audit(file: Any, record: Record) -> None:
+    if not record.checks:
+        return
+    group, checks = file.create_group("audit"), record.checks.values()
+    scale = _add_names(group, "check", list(record.checks), "name of the check")
+    for name, values, channel in (
+        ("value", [check.value for check in checks], Channel("1", "value")),
+        ("limit", [check.limit for check in checks], Channel("1", "limit of the value")),
     ):
-        dataset = _add(events, name, values, "1", name.replace("_", " "), scale)
-        dataset.attrs.update(MODES)
-    angles = [e.position for e in transitions]
-    if None not in angles:
-        _add(events, "angle", angles, "rad", "angle at the transition", scale)
-    for name, side_values in run.sides.items():
-        channel, _, side = name.rpartition("_")
-        unit, long_name, *_ = run.channel_info[channel]
-        _add(events, name, side_values, unit, f"{long_name}, right {side} the event", scale)
+        _add(group, name, np.array(values, dtype=np.float64), channel, scale)
+    ok = np.array([check.ok for check in checks], dtype=np.int8)
+    _add(group, "ok", ok, Channel("1", "verdict", flags=OK), scale)
+
+
+def _add_counts(file: Any, record: Record) -> None:
+    if record.statistics is None:
+        return
+    group = file.create_group("solver")
+    for name, long_name in COUNTS.items():
+        value = np.int64(getattr(record.statistics, name))
+        _add(group, name, value, Channel("1", long_name))
 
 
 def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     group = file.create_group("checkpoint")
+    lengths = {length for values in state.values() for length in np.shape(values)}
+    scales = {length: _add_length(group, length) for length in sorted(lengths)}
     for name, values in state.items():
-        group[name] = values
+        dataset = group.create_dataset(name, data=values)
+        for dimension, length in zip(dataset.dims, dataset.shape, strict=True):
+            dimension.attach_scale(scales[length])
     group.attrs["digest"] = state_digest(dict(file.attrs), state)
 
 
-def _add_axis(group: Any, name: str, members: tuple[str, ...]) -> Any:
-    numbers = range(len(members))
-    scale = _add_scale(group, numbers, name, "1", f"number of the {name.replace('_', ' ')}, from 0")
-    if members != numbered_members(len(members)):
-        scale.attrs["names"] = " ".join(members)
+def _add_length(group: Any, length: int) -> Any:
+    """Add a dimension without coordinates, as netCDF-4 stores it; nothing is allocated for it."""
+    scale = group.create_dataset(f"length_{length}", shape=(length,), dtype=">f4")
+    scale.make_scale(f"{WITHOUT_COORDINATES}{length:10d}")
     return scale
 
 
-def _add_scale(group: Any, values: Any, name: str, unit: str, long_name: str) -> Any:
-    scale = _add(group, name, values, unit, long_name)
+def _add_axis(group: Any, name: str, members: tuple[str, ...]) -> Any:
+    words = name.replace("_", " ")
+    if members == numbered_members(len(members)):
+        return _add_scale(group, name, np.arange(len(members)), f"number of the {words}, from 0")
+    return _add_names(group, name, members, f"name of the {words}")
+
+
+def _add_scale(group: Any, name: str, values: Any, long_name: str) -> Any:
+    scale = _add(group, name, values.astype(np.int32), Channel("1", long_name))
     scale.make_scale(name)
     return scale
 
 
-def _add(group: Any, name: str, values: Any, unit: str, long_name: str, *scales: Any) -> Any:
-    values = np.asarray(values, dtype=np.float64)
+def _add_names(group: Any, name: str, names: Any, long_name: str) -> Any:
+    scale = group.create_dataset(name, data=list(names), dtype=TEXT)
+    scale.attrs["long_name"] = long_name
+    scale.make_scale(name)
+    return scale
+
+
+def _add(group: Any, name: str, values: Any, channel: Channel, *scales: Any) -> Any:
     dataset = group.create_dataset(name, data=values, **_storage(values))
-    dataset.attrs["units"] = unit
-    dataset.attrs["long_name"] = long_name
-    for dimension, scale in zip(dataset.dims, scales, strict=False):
+    dataset.attrs["units"] = channel.unit
+    dataset.attrs["long_name"] = channel.long_name
+    if channel.flags:
+        numbers, meanings = zip(*channel.flags, strict=True)
+        dataset.attrs["flag_values"] = np.array(numbers, dtype=dataset.dtype)
+        dataset.attrs["flag_meanings"] = " ".join(meanings)
+    for dimension, scale in zip(dataset.dims, scales, strict=False):  # a scale has none
         dimension.attach_scale(scale)
     return dataset
 

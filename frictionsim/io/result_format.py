@@ -2,7 +2,16 @@
 
 from typing import Any
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+READABLE_VERSIONS = (1, 2)
+CONVENTIONS = "CF-1.11"
+# The datasets of /solver.
+COUNTS = {
+    "steps": "accepted steps",
+    "rejected": "rejected steps",
+    "rhs_evaluations": "evaluations of the right-hand side",
+    "states": "length of the state vector",
+}
 
 
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import radians
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frictionsim.results import SINGLE_DOF_METRICS, Channel, Metric
+from frictionsim.results import MODES, SINGLE_DOF_METRICS, Channel, Metric
 from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
 from frictionsim.solvers.mechanism import Mechanism, Value
@@ -32,7 +32,7 @@ def base_channels(body: str) -> dict[str, Channel]:
         "angular_velocity": Channel("rad/s", f"angular velocity of the {body}"),
         "angular_acceleration": Channel("rad/s^2", f"angular acceleration of the {body}"),
         "friction_torque": Channel("N m", f"torque of the dry friction on the {body}"),
-        "mode": Channel("1", "0 sticking, +1 and -1 sliding"),
+        "mode": Channel("1", "0 sticking, +1 and -1 sliding", integer=True, flags=MODES[:3]),
         "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
     }
 

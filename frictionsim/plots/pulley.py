@@ -9,7 +9,7 @@ import numpy as np
 from frictionsim.plots import time_history
 from frictionsim.plots.style import BLACK, Style, add_legend, scenario_of
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

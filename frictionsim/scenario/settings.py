@@ -1,14 +1,18 @@
 """The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
-from frictionsim.errors import unknown
+from frictionsim.errors import ScenarioError, unknown
 from frictionsim.results import Channel
 from frictionsim.scenario import methods
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.overrides import Overrides
 
 # More samples of all channels do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
@@ -91,8 +95,28 @@ class Output(Params):
     )
 
 
+class Origin(NamedTuple):
+    """Where a scenario came from: its file and the overrides KEY=VALUE; both may be empty."""
+
+    source: str = ""
+    overrides: tuple[str, ...] = ()
+
+    @property
+    def command(self) -> str:
+        """The command that solves the scenario again; empty if it is of no file."""
+        from shlex import join
+
+        if not self.source:
+            return ""
+        options = (part for override in self.overrides for part in ("--set", override))
+        return join(["frictionsim", "solve", Path(self.source).name, *options])
+
+
 class Scenario(Params):
-    """A scenario file; each kind of mechanism adds its `mechanism`, `drive` and `effects`.
+    """A scenario; each kind of mechanism adds its `mechanism`, `drive` and `effects`.
+
+    It cannot be changed: `replace` returns another one. Two are equal if their values are, wherever
+    they came from.
 
     Attributes
     ----------
@@ -109,6 +133,71 @@ class Scenario(Params):
     title: str = Field("", description="One line of text for the summary and for pictures.")
     solver: SolverSettings = SolverSettings()
     output: Output = Output()
+
+    _origin: Origin = PrivateAttr(Origin())
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
+    __hash__ = Params.__hash__
+
+    @property
+    def origin(self) -> Origin:
+        """Where it came from; not a part of its value."""
+        return self._origin
+
+    def with_origin(self, origin: Origin) -> Self:
+        """Return the same scenario with another origin."""
+        found = self.model_copy()
+        found._origin = origin
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the tables, including overrides, defaults and the data of CSV files."""
+        tables = self.model_dump(by_alias=True, exclude_none=True)
+        tables["output"] = {"interval": self.interval} | tables["output"]
+        for section in ("solver", "output"):  # move these sections to the end
+            tables[section] = tables.pop(section)
+        return tables
+
+    def to_toml(self) -> str:
+        """Return the scenario as TOML, including overrides, defaults and the data of CSV files."""
+        import tomli_w
+
+        return tomli_w.dumps(self.to_dict())
+
+    def replace(self, overrides: "Overrides | None" = None, /, **keys: Any) -> Self:
+        """Return a scenario with other values.
+
+        Parameters
+        ----------
+        overrides : mapping or iterable of str, optional
+            As of `frictionsim.load`: ``{"solver.rtol": 1e-9}``, or texts ``solver.rtol=1e-9``.
+        **keys
+            Values of keys of the top level, as ``title="..."``.
+
+        Returns
+        -------
+        Scenario
+
+        Raises
+        ------
+        ScenarioError
+            If a key is unknown or a value does not fit.
+        """
+        from frictionsim.scenario.overrides import apply_overrides
+        from frictionsim.scenario.validation import ValidationFailure, validate
+
+        data, texts = self.to_dict(), self._origin.overrides
+        for given in (overrides, keys):
+            if given:
+                texts += apply_overrides(data, given)[1]
+        try:
+            # No folder is needed: the data of CSV files are included.
+            found = validate(data, Path())
+        except ValidationFailure as failure:
+            raise ScenarioError([f"overrides: {line}" for line in failure.lines()]) from None
+        return found.with_origin(Origin(self._origin.source, texts))  # type: ignore[return-value]
 
     @property
     def interval(self) -> float:

@@ -1,10 +1,6 @@
 """Variants of a scenario with other settings of the solver."""
 
-from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
-
-from frictionsim.scenario.loading import apply_override, resolved_tables, validate
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -58,25 +54,6 @@ class Setting(NamedTuple):
         effects = scenario.friction_effects
         laws = tuple(f"effects.{name}.law={law}" for name in effects)
         return self._replace(law=law, laws=laws) if effects else self
-
-
-def with_overrides(scenario: "Scenario", overrides: Iterable[str]) -> "Scenario":
-    """Return a scenario with overrides.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    overrides : iterable of str
-        `a.b=VALUE` each.
-
-    Returns
-    -------
-    Scenario
-    """
-    data = resolved_tables(scenario)
-    for override in overrides:
-        apply_override(data, override)
-    return validate(data, Path())  # no folder is needed: CSV data are included
 
 
 def with_tolerance(backend: str, rtol: float) -> Setting:

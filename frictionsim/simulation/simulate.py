@@ -13,7 +13,14 @@ from frictionsim.errors import (
     NonFinite,
     SolverError,
 )
-from frictionsim.results import Channel, Check, Quantities, Transition, failures
+from frictionsim.results import (
+    Channel,
+    Check,
+    Quantities,
+    SolverStatistics,
+    Transition,
+    failures,
+)
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.checkpoint import dump_part, load_part
 
@@ -29,20 +36,6 @@ OUT_OF_RANGE = (
     "a number exceeds the range of double precision; check the scenario for forces or inertias"
     " that are far too large or too small"
 )
-
-
-class SolverStatistics(NamedTuple):
-    """Statistics of a run, including the parts before an interruption.
-
-    `wall_seconds` does not include `compile_seconds`, which is 0 if no kernel was compiled.
-    """
-
-    steps: int
-    rejected: int
-    rhs_evaluations: int
-    states: int
-    wall_seconds: float
-    compile_seconds: float = 0.0
 
 
 class RunResult(NamedTuple):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from frictionsim.scenario.friction_law import TRANSITION_SPEED
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import REGULARISED
-from frictionsim.scenario.variants import Setting, short, with_overrides
+from frictionsim.scenario.variants import Setting, short
 from frictionsim.simulation.simulate import RunResult, run
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
     Estimate
     """
     setting = tighter(first.scenario)
-    second = run(with_overrides(first.scenario, setting.overrides), on_step)
+    second = run(first.scenario.replace(setting.overrides), on_step)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)

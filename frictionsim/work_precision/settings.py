@@ -5,8 +5,9 @@ from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.scenario.loading import apply_override, resolved_tables, validate
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
+from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class ScenarioVariants:
     """
 
     def __init__(self, scenario: "Scenario") -> None:
-        self._data: dict[str, Any] = resolved_tables(scenario)
+        self._data: dict[str, Any] = scenario.to_dict()
         for key in SET_BY_LADDERS:
             self._data["solver"].pop(key, None)
         for name, effect in scenario.friction_effects.items():

@@ -185,7 +185,7 @@ class Benchmark:
         """
         self._warm_up(setting, on_step)
         judged = _run(self._variants.judged(setting), on_step, self._max_wall)
-        last, seconds = judged, [judged.statistics.wall_seconds]
+        last, seconds = judged, [_seconds(judged)]
         errors: dict[str, Error] = {}
         if judged.status == "done":
             duration = judged.scenario.solver.duration
@@ -220,7 +220,7 @@ class Benchmark:
         seconds: list[float] = []
         while True:
             result = _run(scenario, on_step, self._max_wall)
-            seconds.append(result.statistics.wall_seconds)
+            seconds.append(_seconds(result))
             enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
             if enough or result.status != "done":
                 return result, seconds
@@ -298,3 +298,7 @@ def study(
         reason, code = stop.run.reason, stop.run.exit_code
         return Study(scenario, metrics, reference, rows, "interrupted", reason, code)
     return Study(scenario, metrics, reference, rows, "done", "", 0)
+
+
+def _seconds(run: RunResult) -> float:
+    return run.statistics.wall_seconds or 0.0  # None is of files only

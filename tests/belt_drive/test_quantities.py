@@ -9,7 +9,7 @@ import pytest
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.scenario.loading import ValidationFailure, resolved_toml, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import some
@@ -138,7 +138,7 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[RunResul
         assume(False)
     done = run(scenario, lambda t: None)
     assert done.status == "done", done.reason
-    scenario = tomllib.loads(resolved_toml(scenario))
+    scenario = tomllib.loads(scenario.to_toml())
     return done, Record(scenario, done.time, dict(done.channels), [])
 
 

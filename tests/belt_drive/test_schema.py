@@ -9,7 +9,8 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.scenario.loading import ValidationFailure, load, resolved_toml
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.validation import ValidationFailure
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import SCENARIOS, Scenario
 
@@ -251,7 +252,7 @@ def test_what_a_result_holds_of_its_scenario_is_that_scenario(
     data: Scenario, tmp_path: Path
 ) -> None:
     path = tmp_path / "again.toml"
-    path.write_text(resolved_toml(scenario_of(data)))
+    path.write_text(scenario_of(data).to_toml())
     again = load(path)
     assert again == scenario_of(data | {"output": {"interval": 1e-3}})
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionsim.scenario.loading import apply_override, validate
+from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

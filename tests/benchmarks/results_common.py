@@ -16,7 +16,8 @@ import numpy as np
 
 from frictionsim.plots.style import save
 from frictionsim.results import failures
-from frictionsim.scenario.loading import apply_override, validate
+from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.work_precision.study import Budget
 

@@ -22,7 +22,7 @@ from typing import Any
 
 import pytest
 
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from tests.docs.pages import PAGES, Block, blocks
 from tests.support.scenarios import ROOT, SCENARIOS
 

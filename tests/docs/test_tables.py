@@ -103,12 +103,23 @@ def test_the_events_of_a_file_are_those_of_the_page(kind: str, tmp_path: Path) -
     with h5py.File(tmp_path / "result.h5") as file:
         recorded = {
             f"{name}_{side}"
-            for name in file
-            if name not in ("time", "angle", "mode", "events") and "energy" not in name
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset)
+            and name not in ("time", "angle", "mode")
+            and "energy" not in name
             for side in ("before", "after")
         }
         named = {name for name in shown if "<" not in name}
         assert set(file["events"]) == named | recorded
+
+
+def test_the_summary_of_a_file_is_that_of_the_page(tmp_path: Path) -> None:
+    write(short_run("pulley"), tmp_path / "result.h5")
+    shown = {name for name in first_names(FILES, "summary") if "<" not in name}
+    with h5py.File(tmp_path / "result.h5") as file:
+        found = {f"{group}/{name}" for group in ("audit", "solver") for name in file[group]}
+        assert found == shown
+        assert set(file["quantities"]) == short_run("pulley").quantities.keys()
 
 
 def quantity_units(*tables: str) -> dict[str, str]:

@@ -11,7 +11,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination, partial_name, whole_name
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, pulley
 

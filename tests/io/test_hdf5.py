@@ -3,6 +3,7 @@
 import errno
 import os
 import re
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from frictionsim import __version__
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer, result_format
-from frictionsim.scenario.loading import load, resolved_toml
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.record import record_of
 from frictionsim.simulation.simulate import RunResult
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
@@ -57,11 +59,17 @@ def test_root_attributes_describe_the_run(done: RunResult, result: Path) -> None
     with h5py.File(result) as file:
         attributes = dict(file.attrs)
     assert attributes == {
-        "format_version": result_format.FORMAT_VERSION,
+        "format_version": 2,
+        "Conventions": "CF-1.11",
         "frictionsim_version": __version__,
-        "scenario": resolved_toml(done.scenario),
+        "scenario": done.scenario.to_toml(),
+        "source": "",
+        "overrides": "",
+        "command": "",
         "kind": "pulley",
+        "law": "set-valued",
         "backend": "events",
+        "effects": "shaft_friction viscous_damping",
         "title": "Pulley on a dry shaft",
         "status": "done",
         "reason": "",
@@ -70,41 +78,104 @@ def test_root_attributes_describe_the_run(done: RunResult, result: Path) -> None
     }
 
 
-def test_the_documented_layout_matches_a_new_file(result: Path) -> None:
+def test_the_documented_layout_matches_a_new_file(done: RunResult, result: Path) -> None:
     layout = hdf5_writer.__doc__ or ""
-    root = layout.partition("attributes ")[2].partition("    /time")[0]
-    names = re.sub(r"\([^)]*\)", "", root).split(",")
-    documented = set(re.findall(r"/[a-z_/<>]*[a-z>]", layout))
+    root = layout.partition("but the first:\n")[2].partition("    /time")[0]
+    names = set(re.findall(r"^ {25}(\w[\w, ]*?)(?:  |$)", root, flags=re.MULTILINE))
+    documented = set(re.findall(r"^    (/[a-z_/<>, ]*[a-z>])  ", layout, flags=re.MULTILINE))
+    documented = {name for names in documented for name in names.split(", ")}
     with h5py.File(result) as file:
-        assert set(file.attrs) == {name.strip() for name in names}
+        assert set(file.attrs) == {name for text in names for name in text.split(", ")}
         found = set(datasets(file))
     channels = {f"/{name}" for name in CHANNELS}
     energies = {f"/energy_{name}" for name in ENERGIES}
     literal = {name for name in documented if "<" not in name}
     sides = {"/events/<channel>_before", "/events/<channel>_after"}
-    assert documented - literal == {"/<channel>", "/energy_<name>", "/<axis>"} | sides
+    families = {"/<channel>", "/energy_<name>", "/<axis>", "/quantities/<name>"} | sides
+    assert documented - literal == families
     jumping = channels - {"/angle", "/mode"}
     beside = {f"/events{name}_{side}" for name in jumping for side in ("before", "after")}
-    assert found == (literal - {"/checkpoint"}) | channels | energies | beside
+    quantities = {f"/quantities/{name}" for name in done.quantities}
+    expected = (literal - {"/checkpoint"}) | channels | energies | beside | quantities
+    assert found == expected
 
 
-def test_every_dataset_is_float64_with_a_unit_and_a_long_name(result: Path) -> None:
+def test_numbers_have_types_units_and_meanings(result: Path) -> None:
+    integers = {"mode", "contact", "mode_from", "mode_to", "event", "ok", "steps", "rejected"}
+    integers |= {"rhs_evaluations", "states"}
     with h5py.File(result) as file:
-        for name, dataset in datasets(file).items():
-            assert dataset.dtype == np.float64, name
-            assert dataset.attrs["units"], name
-            assert dataset.attrs["long_name"], name
+        for path, dataset in datasets(file).items():
+            name = path.rpartition("/")[2]
+            assert dataset.attrs["long_name"], path
+            if path == "/audit/check":
+                continue
+            assert dataset.attrs["units"], path
+            kind = dataset.dtype.kind if dataset.dtype != np.float64 else "float64"
+            assert kind == ("i" if name in integers else "float64"), path
+            if "flag_values" in dataset.attrs:
+                assert dataset.attrs["flag_values"].dtype == dataset.dtype
+                words = dataset.attrs["flag_meanings"].split()
+                assert len(words) == len(dataset.attrs["flag_values"])
+                assert set(np.ravel(dataset[...])) <= set(dataset.attrs["flag_values"])
 
 
-def test_time_is_the_dimension_scale_of_every_channel_in_its_group(result: Path) -> None:
+def test_time_is_the_dimension_scale_of_every_channel(result: Path) -> None:
     with h5py.File(result) as file:
-        for name, dataset in datasets(file).items():
-            time = dataset.parent["time"]
-            if dataset == time:
-                assert time.is_scale
+        for path, dataset in datasets(file).items():
+            group = path.rpartition("/")[0]
+            axis = {"": "time", "/events": "event", "/audit": "check"}.get(group)
+            if axis is None:
+                assert dataset.shape == (), path
+            elif dataset == dataset.parent[axis]:
+                assert dataset.is_scale
             else:
-                assert dataset.shape == time.shape, name
-                assert dataset.dims[0]["time"] == time, name
+                assert dataset.shape == dataset.parent[axis].shape, path
+                assert dataset.dims[0][axis] == dataset.parent[axis], path
+
+
+def test_quantities_audit_and_counts_are_those_of_the_run(done: RunResult, result: Path) -> None:
+    found = hdf5_reader.read(result)
+    assert found.quantities == done.quantities
+    assert list(found.quantities) == list(done.quantities)
+    assert found.checks == done.checks
+    assert found.transitions == done.transitions
+    assert found.statistics is not None
+    assert found.statistics[:4] == done.statistics[:4]
+    assert found.statistics.wall_seconds is None
+
+
+def test_a_quantity_without_a_value_is_nan_and_read_as_none(tmp_path: Path) -> None:
+    done = simulate(pulley(drive__force=2224.1))
+    assert done.quantities["breakaway_time"].value is None
+    hdf5_writer.write(done, tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert np.isnan(file["quantities/breakaway_time"][()])
+        assert "events" not in file
+    assert hdf5_reader.read(tmp_path / "a.h5").quantities == done.quantities
+
+
+def test_a_file_holds_what_a_record_holds(done: RunResult, result: Path) -> None:
+    expected, found = record_of(done), hdf5_reader.read(result)
+    attributes = {k: v for k, v in found.attributes.items() if k in expected.attributes}
+    assert attributes == expected.attributes
+    for name in ("units", "long_names", "axes", "members", "flags", "contacts"):
+        assert getattr(found, name) == getattr(expected, name), name
+    for part in ("channels", "events"):
+        arrays, others = getattr(found, part), getattr(expected, part)
+        assert list(arrays) == list(others)
+        for name, values in others.items():
+            np.testing.assert_array_equal(arrays[name], values, err_msg=name)
+            assert arrays[name].dtype == values.dtype, name
+
+
+def test_format_version_1_is_still_read() -> None:
+    """The file was written by version 0.1.0 before format version 2."""
+    record = hdf5_reader.read(Path(__file__).parent / "format_1.h5")
+    assert record.attributes["format_version"] == "1"
+    assert (record.quantities, record.checks, record.statistics) == ({}, {}, None)
+    assert record.members == {"pulley": ("driver", "driven")}
+    assert record.axes["pulley_speed"] == "pulley"
+    assert record.channels["time"].size == record.channels["pulley_speed"].shape[0]
 
 
 def test_channels_are_those_of_the_run(done: RunResult, result: Path) -> None:
@@ -156,10 +227,26 @@ def test_xarray_opens_a_result_file(force: Any, tmp_path: Path) -> None:
         assert root["angle"].attrs["units"] == "rad"
         np.testing.assert_array_equal(root["time"], done.time)
         np.testing.assert_array_equal(root["angle"], done.channels["angle"])
-    with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
-        assert events["mode_to"].dims == ("time",)
-        times = [transition.time for transition in done.transitions]
-        np.testing.assert_array_equal(events["time"], times)
+    with xarray.open_datatree(path, engine="h5netcdf") as tree:
+        assert ("events" in tree.children) == bool(done.transitions)
+        if done.transitions:
+            events = tree["events"]
+            assert events["mode_to"].dims == ("event",)
+            times = [transition.time for transition in done.transitions]
+            np.testing.assert_array_equal(events["time"], times)
+        assert float(tree["quantities"]["final_time"]) == 3.0
+        assert tree["audit"]["value"].sel(check="stick_drift") == 0.0
+
+
+def test_an_interrupted_result_opens_as_a_tree(tmp_path: Path) -> None:
+    """The arrays of the checkpoint have dimensions, so that no reader needs to invent some."""
+    stopped = simulate(pulley(solver__max_steps=20))
+    assert stopped.checkpoint is not None
+    hdf5_writer.write(stopped, tmp_path / "a.h5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with xarray.open_datatree(tmp_path / "a.h5", engine="h5netcdf") as tree:
+            assert "checkpoint" in tree.children
 
 
 def test_two_runs_of_one_scenario_give_identical_bytes(
@@ -212,9 +299,9 @@ def newer(path: Path) -> None:
         file.attrs["format_version"] = result_format.FORMAT_VERSION + 1
 
 
-def without_events(path: Path) -> None:
+def without_contacts(path: Path) -> None:
     with h5py.File(path, "r+") as file:
-        del file["events"]
+        del file["events/contact"]
 
 
 def without_kind(path: Path) -> None:
@@ -251,8 +338,8 @@ def folder(path: Path) -> None:
         (missing, "there is no such file"),
         (folder, ""),
         (foreign, "it is HDF5, but not a frictionsim result"),
-        (newer, "its format version is 2, this program reads version 1"),
-        (without_events, "it is HDF5, but not a frictionsim result"),
+        (newer, "its format version is 3, this program reads versions 1 and 2"),
+        (without_contacts, "it is HDF5, but not a frictionsim result"),
         (without_kind, "it is HDF5, but not a frictionsim result"),
         (without_time, "it is HDF5, but not a frictionsim result"),
         (with_text_for_numbers, "it is HDF5, but not a frictionsim result"),
@@ -304,4 +391,8 @@ def test_the_stored_scenario_reproduces_the_result(result: Path, tmp_path: Path)
     again.write_text(hdf5_reader.read(result).attributes["scenario"])
     copy = tmp_path / "again.h5"
     assert run_command_line(["solve", str(again), "-o", str(copy), "--quiet"]) == 0
-    assert copy.read_bytes() == result.read_bytes()
+    found, expected = hdf5_reader.read(copy), hdf5_reader.read(result)
+    origin = {"source": "again.toml", "command": "frictionsim solve again.toml", "overrides": ""}
+    assert found.attributes == expected.attributes | origin
+    exact = ["--rtol", "0", "--atol", "0", "--time-atol", "0"]
+    assert run_command_line(["compare", str(copy), str(result), *exact]) == 0

@@ -17,7 +17,7 @@ from frictionsim.io.comparison import Row, compare
 from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
 from frictionsim.results import Channel, Check, Quantity, Transition
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, SolverStatistics
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -88,12 +88,11 @@ def test_only_channels_with_columns_are_compressed(path: Path) -> None:
             assert (wide.compression, wide.compression_opts, wide.shuffle) == ("gzip", 4, True)
             assert wide.chunks[1] == wide.shape[1]
         assert 64 * 1024 <= 8 * file["tension"].chunks[0] * BODIES <= 256 * 1024
-        assert file["pulley"].attrs["names"] == "driver driven"
-        assert "names" not in file["body"].attrs
+        assert file["pulley"].asstr()[...].tolist() == ["driver", "driven"]
         np.testing.assert_array_equal(file["body"], np.arange(BODIES))
-        for axis in ("pulley", "body"):
-            assert file[axis].dtype == np.float64
-            assert (file[axis].attrs["units"], file[axis].is_scale) == ("1", True)
+        assert file["body"].dtype == np.int32
+        assert file["pulley"].is_scale
+        assert file["body"].is_scale
 
 
 def test_unused_axes_are_not_written(run: RunResult, tmp_path: Path) -> None:
@@ -107,6 +106,8 @@ def test_xarray_opens_channels_with_columns(run: RunResult, path: Path) -> None:
         assert root["speed"].dims == ("time", "pulley")
         assert root["tension"].dims == ("time", "body")
         np.testing.assert_array_equal(root["tension"].sel(body=7), run.channels["tension"][:, 7])
+        driven = root["speed"].sel(pulley="driven")
+        np.testing.assert_array_equal(driven, run.channels["speed"][:, 1])
     with xarray.open_dataset(path, engine="h5netcdf", group="events") as events:
         assert events["mode_to"].values.tolist() == [1.0]
 
@@ -136,7 +137,12 @@ def other_axis(file: Any) -> None:
 
 
 def name_too_many(file: Any) -> None:
-    file["pulley"].attrs["names"] = "driver driven idler"
+    scale = file["pulley"]
+    file["speed"].dims[1].detach_scale(scale)
+    del file["pulley"]
+    file.create_dataset("pulley", data=["driver", "driven", "idler"], dtype=h5py.string_dtype())
+    file["pulley"].make_scale("pulley")
+    file["speed"].dims[1].attach_scale(file["pulley"])
 
 
 @pytest.mark.parametrize("damage", [too_few_rows, no_axis, other_axis, name_too_many])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate

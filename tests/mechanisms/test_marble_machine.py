@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine, marble_machine_statics
 from frictionsim.mechanisms.journal_friction import friction_radius
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size, some

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import EXIT_BAD_INPUT, ScenarioError
 from frictionsim.scenario import loading
-from frictionsim.scenario.loading import load, resolved_toml
+from frictionsim.scenario.loading import load
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_positions import LONG_STATEMENT, key_lines
 from tests.support.scenarios import pulley
@@ -319,12 +319,12 @@ def test_invalid_overrides_name_the_option(override: str, message: str, tmp_path
 def test_resolved_text_loads_to_the_same_scenario(force: str, tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text("time, force\n0, 80.1\n0.8, 120\n")
     first = load(write_scenario(tmp_path, edited(f"FORCE -> {force}")), ["solver.rtol=1e-7"])
-    text = resolved_toml(first)
+    text = first.to_toml()
     (tmp_path / "force.csv").unlink()
     again = load(write_scenario(tmp_path, text))
     # The interval of the samples is filled in; all else is as it was.
     assert again.model_copy(update={"output": first.output}) == first
-    assert resolved_toml(again) == text
+    assert again.to_toml() == text
     points = "{time = [0.0, 0.8], value = [80.1, 120.0]}"
     expected = tomllib.loads(f"force = {points if 'csv' in force else force}")
     assert tomllib.loads(text)["drive"]["force"] == expected["force"]
@@ -369,7 +369,7 @@ def loads_or_refuses(path: Path, overrides: list[str] | None = None) -> None:
     except ScenarioError:
         return
     assert isinstance(loaded, Scenario)
-    text = resolved_toml(loaded)
+    text = loaded.to_toml()
     again = load(write_scenario(path.parent, text))
     assert again.model_copy(update={"output": loaded.output}) == loaded, text
 

@@ -9,8 +9,10 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, apply_override, load, validate
+from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
+from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.validation import ValidationFailure, validate
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
 SHIPPED = {

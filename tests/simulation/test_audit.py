@@ -9,7 +9,7 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.pulley import build
 from frictionsim.results import failures
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.audit import audit, energy_check
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers.mechanism import DryFriction, Trajectory

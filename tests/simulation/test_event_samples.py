@@ -145,7 +145,7 @@ def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None
     with h5py.File(path) as file:
         before = file["events/friction_torque_before"].attrs
         assert before["units"] == "N m"
-        assert before["long_name"].endswith("on the pulley, right before the event")
+        assert before["long_name"].endswith("on the pulley, immediately before the event")
 
 
 @pytest.mark.parametrize(("law", "backend"), SINGLE_DOF)

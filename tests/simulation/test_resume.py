@@ -15,7 +15,8 @@ import tomli_w
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.scenario.loading import load, scenario_from_result, validate
+from frictionsim.scenario.loading import load, scenario_from_result
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from tests.support.problems import cases
@@ -50,8 +51,8 @@ def calls_of(data: Scenario) -> int:
 
 def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> RunResult:
     """Resume the run of a file."""
-    scenario, state = hdf5_reader.read_checkpoint(path)
-    return run(scenario_from_result(path, scenario), on_step, checkpoint=state)
+    attributes, state = hdf5_reader.read_checkpoint(path)
+    return run(scenario_from_result(path, attributes), on_step, checkpoint=state)
 
 
 def assert_same_when_interrupted(data: Scenario, folder: Path, places: list[int]) -> None:
@@ -268,7 +269,7 @@ def with_another_version(file: Any) -> None:
         (without_checkpoint, "it has no checkpoint (failed: stopped at t = "),
         (without_array, "its checkpoint is damaged"),
         (with_a_bit_changed, "its checkpoint is damaged"),
-        (with_another_version, "its format version is 7, this program reads version 1"),
+        (with_another_version, "its format version is 7, this program reads versions 1 and 2"),
     ],
 )
 def test_resume_refuses_a_result_without_valid_checkpoint(
@@ -287,10 +288,9 @@ def test_resume_refuses_a_result_without_valid_checkpoint(
 
 def test_resume_refuses_an_invalid_scenario(stopped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     checkpoint = hdf5_reader.read_checkpoint(stopped)
-    text = checkpoint.scenario.replace("inertia", "inertial")
-    monkeypatch.setattr(
-        hdf5_reader, "read_checkpoint", lambda path: checkpoint._replace(scenario=text)
-    )
+    text = checkpoint.attributes["scenario"].replace("inertia", "inertial")
+    changed_file = checkpoint._replace(attributes={**checkpoint.attributes, "scenario": text})
+    monkeypatch.setattr(hdf5_reader, "read_checkpoint", lambda path: changed_file)
     with pytest.raises(InputError, match=r"a\.h5: its scenario is not valid: mechanism\.inertia"):
         resumed(stopped)
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_checks import extremes, period_of
 from frictionsim.scenario.signal_tables import PiecewiseLinearTable
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate

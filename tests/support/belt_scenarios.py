@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
+from frictionsim.scenario.validation import validate
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.scenario.loading import scenario_from_result, validate
+from frictionsim.scenario.loading import scenario_from_result
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.scenarios import SCENARIOS, Scenario, simulate, with_method
 
@@ -233,7 +234,7 @@ def assert_splitting_changes_nothing(data: Scenario, fraction: float, folder: Pa
     first = run(validate(data, SCENARIOS), on_step)
     hdf5_writer.write(first, part)
     if first.reason == "split here":
-        scenario, state = hdf5_reader.read_checkpoint(part)
-        rest = run(scenario_from_result(part, scenario), lambda t: None, checkpoint=state)
+        attributes, state = hdf5_reader.read_checkpoint(part)
+        rest = run(scenario_from_result(part, attributes), lambda t: None, checkpoint=state)
         hdf5_writer.write(rest, part)
     assert part.read_bytes() == whole.read_bytes()

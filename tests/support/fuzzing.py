@@ -26,7 +26,7 @@ import numpy as np
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded
 from frictionsim.io import hdf5_writer
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, changed, pulley, simulate
 

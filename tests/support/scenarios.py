@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.solvers.mechanism import Mechanism
 

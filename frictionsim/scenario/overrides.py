@@ -1,0 +1,160 @@
+"""Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from json import dumps
+from typing import Any
+
+from frictionsim.errors import InputError, ScenarioError
+
+KeyPath = tuple[str | int, ...]
+Overrides = Mapping[str, Any] | Iterable[str]
+"""Values by key, as {"solver.rtol": 1e-9}; or texts KEY=VALUE with VALUE in TOML."""
+
+BY_TEXT, BY_MAPPING = "--set", "overrides"
+
+
+def apply_overrides(
+    data: dict[str, Any], overrides: Overrides
+) -> tuple[dict[KeyPath, str], tuple[str, ...]]:
+    """Set keys of the data of a scenario.
+
+    Parameters
+    ----------
+    data : dict
+        Changed in place.
+    overrides : mapping or iterable of str
+
+    Returns
+    -------
+    dict of str
+        By the path of each key, where the override came from, for messages.
+    tuple of str
+        The overrides as texts KEY=VALUE.
+
+    Raises
+    ------
+    ScenarioError
+        If an override is not valid or its key does not fit the data.
+    """
+    if isinstance(overrides, Mapping):
+        paths = {
+            _set(data, str(key), plain(value, f"{BY_MAPPING}: {key}"), f"{BY_MAPPING}: {key}"): (
+                BY_MAPPING
+            )
+            for key, value in overrides.items()
+        }
+        return paths, tuple(f"{key}={toml_value(plain(v))}" for key, v in overrides.items())
+    if isinstance(overrides, str) or not all(isinstance(text, str) for text in overrides):
+        raise InputError(
+            'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
+            f" {overrides!r}"
+        )
+    texts = tuple(overrides)
+    return {apply_override(data, text): BY_TEXT for text in texts}, texts
+
+
+def apply_override(data: dict[str, Any], override: str) -> KeyPath:
+    """Set one key of the data from ``a.b=VALUE``.
+
+    A bare word is accepted as a string, to avoid nested quotes in shells.
+
+    Parameters
+    ----------
+    data : dict
+        Changed in place.
+    override : str
+
+    Returns
+    -------
+    tuple of str or int
+        The path of the key.
+
+    Raises
+    ------
+    ScenarioError
+        If the override is not valid or its key does not fit the data.
+    """
+    key, equals, text = override.partition("=")
+    where = f"{BY_TEXT} {override}"
+    if not equals or not all(part.strip() for part in key.split(".")):
+        raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
+    return _set(data, key, _parsed(where, text.strip()), where)
+
+
+def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
+    """Set a key such as a.b.0 of the data, and return its path."""
+    parts = [part.strip() for part in key.split(".")]
+    if not all(parts):
+        raise ScenarioError([f"{where}: expected a key with dots, as solver.rtol"])
+    path: KeyPath = ()
+    table: Any = data
+    for part in parts[:-1]:
+        name = _key_in(table, part, path, where)
+        path = (*path, name)
+        table = table[name] if isinstance(table, list) else table.setdefault(name, {})
+    name = _key_in(table, parts[-1], path, where)
+    table[name] = value
+    return (*path, name)
+
+
+def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
+    """Return a part of an override's key: a key of a table, or an index into a list."""
+    if isinstance(table, dict):
+        return part
+    above = ".".join(map(str, path))
+    if not isinstance(table, list):
+        raise ScenarioError([f"{where}: '{above}' is a value and has no keys"])
+    if not part.isdecimal() or int(part) >= len(table):
+        raise ScenarioError([f"{where}: '{above}' is a list of {len(table)}; give an index from 0"])
+    return int(part)
+
+
+def _parsed(where: str, text: str) -> Any:
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+        if len(parsed) == 1:  # the text has no further lines with keys
+            return parsed["value"]
+        raise ValueError
+    except (ValueError, RecursionError):
+        if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
+            return text
+        raise ScenarioError(
+            [f"{where}: '{text}' is not a TOML value (number, true, [1, 2], \"text\")"]
+        ) from None
+
+
+def plain(value: Any, where: str = "scenario") -> Any:
+    """Return a value as TOML has it: numbers of numpy, arrays and tuples become Python's own.
+
+    Parameters
+    ----------
+    value : object
+    where : str
+        For the message.
+
+    Raises
+    ------
+    ScenarioError
+        If TOML has no such value.
+    """
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner, f"{where}.{key}") for key, inner in value.items()}
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(inner, where) for inner in value]
+    if isinstance(value, bool | int | float | str):
+        return value
+    raise ScenarioError(
+        [f"{where}: expected a number, text, boolean, list or table, got {type(value).__name__}"]
+    )
+
+
+def toml_value(value: Any) -> str:
+    """Return a plain value as TOML in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{dumps(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    return dumps(value) if isinstance(value, bool | str) else repr(value)

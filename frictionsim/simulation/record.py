@@ -1,0 +1,103 @@
+"""The content of a result file, from a run."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.results import Quantities, Record
+
+if TYPE_CHECKING:
+    from frictionsim.results import Channel
+    from frictionsim.scenario.settings import Scenario
+    from frictionsim.simulation.simulate import RunResult
+
+
+def record_of(run: "RunResult") -> Record:
+    """Return the content of the result file of a run.
+
+    Parameters
+    ----------
+    run : RunResult
+
+    Returns
+    -------
+    Record
+        Integer channels are converted to integers.
+    """
+    info = {name: run.channel_info[name] for name in run.channels}
+    attributes = scenario_attributes(run.scenario) | {
+        "effects": " ".join(run.effects),
+        "status": run.status,
+        "reason": run.reason,
+        "failure": run.failure,
+        "warnings": "\n".join(run.warnings),
+    }
+    axes = {channel.axis for channel in info.values() if channel.axis}
+    return Record(
+        attributes=attributes,
+        channels={"time": run.time, **{n: _typed(info[n], v) for n, v in run.channels.items()}},
+        units={"time": "s", **{name: channel.unit for name, channel in info.items()}},
+        long_names={"time": "time", **{name: channel.long_name for name, channel in info.items()}},
+        axes={"time": "", **{name: channel.axis for name, channel in info.items()}},
+        members={axis: run.axes[axis] for axis in sorted(axes)},
+        **_events(run, info),
+        flags={name: channel.flags for name, channel in info.items() if channel.flags},
+        quantities=_finite_or_none(run.quantities),
+        checks=run.checks,
+        statistics=run.statistics,
+    )
+
+
+def scenario_attributes(scenario: "Scenario") -> dict[str, str]:
+    """Return the attributes of a file that describe its scenario, as text."""
+    return {
+        "frictionsim_version": __version__,
+        "scenario": scenario.to_toml(),
+        "source": Path(scenario.origin.source).name,
+        "overrides": "\n".join(scenario.origin.overrides),
+        "command": scenario.origin.command,
+        "kind": scenario.kind,
+        "law": scenario.law,
+        "backend": scenario.solver.backend,
+        "title": scenario.title,
+    }
+
+
+def _typed(channel: "Channel", values: Any) -> Any:
+    if not channel.integer:
+        return values
+    return np.asarray(values).astype(np.int8 if _is_small(channel) else np.int32)
+
+
+def _is_small(channel: "Channel") -> bool:
+    """Return whether the values of a channel are known to fit into a byte."""
+    return bool(channel.flags) and all(abs(value) < 128 for value, _ in channel.flags)
+
+
+def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
+    """Return the events as arrays, and the names of their contacts."""
+    transitions = run.transitions
+    contacts = sorted({e.contact for e in transitions})
+    number = {name: i for i, name in enumerate(contacts)}
+    events = {
+        "time": np.array([e.time for e in transitions], dtype=np.float64),
+        "contact": np.array([number[e.contact] for e in transitions], dtype=np.int32),
+        "mode_from": np.array([e.mode_from for e in transitions], dtype=np.int8),
+        "mode_to": np.array([e.mode_to for e in transitions], dtype=np.int8),
+    }
+    angles = [e.position for e in transitions]
+    if None not in angles:
+        events["angle"] = np.array(angles, dtype=np.float64)
+    for name, values in run.sides.items():
+        events[name] = _typed(info[name.rpartition("_")[0]], values)
+    return {"events": events, "contacts": contacts}
+
+
+def _finite_or_none(quantities: Quantities) -> Quantities:
+    """Return the quantities; those that are not a number are None, as in a file."""
+    return {
+        name: q if q.value is None or q.value == q.value else q._replace(value=None)
+        for name, q in quantities.items()
+    }
