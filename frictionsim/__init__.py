@@ -1,3 +1,81 @@
-"""Mechanisms in which dry friction decides: exact stick, located breakaway."""
+"""Mechanisms in which dry friction decides: exact stick, located breakaway.
+
+    import frictionsim as fs
+
+    result = fs.solve("pulley.toml", {"effects.shaft_friction.mu_s": 0.3})
+    print(result.quantities["breakaway_time"], result.dataset["angle"])
+
+Modules are imported when one of their names is first used, so that this import takes no time.
+"""
+
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from frictionsim.api.comparing import compare as compare
+    from frictionsim.api.pictures import plot as plot
+    from frictionsim.api.result import Result as Result
+    from frictionsim.api.result import open_result as open  # noqa: A004
+    from frictionsim.api.solving import resume as resume
+    from frictionsim.api.solving import solve as solve
+    from frictionsim.api.solving import static as static
+    from frictionsim.api.studies import Study as Study
+    from frictionsim.api.studies import cost as cost
+    from frictionsim.errors import AuditError as AuditError
+    from frictionsim.errors import FrictionsimError as FrictionsimError
+    from frictionsim.errors import InputError as InputError
+    from frictionsim.errors import OutputError as OutputError
+    from frictionsim.errors import ScenarioError as ScenarioError
+    from frictionsim.errors import SolverError as SolverError
+    from frictionsim.io.comparison import Comparison as Comparison
+    from frictionsim.results import Check as Check
+    from frictionsim.results import Quantity as Quantity
+    from frictionsim.scenario.loading import load as load
+    from frictionsim.scenario.loading import loads as loads
+    from frictionsim.scenario.settings import Scenario as Scenario
+
+# The module of each public name.
+_MODULES = {
+    "load": "scenario.loading",
+    "loads": "scenario.loading",
+    "Scenario": "scenario.settings",
+    "solve": "api.solving",
+    "resume": "api.solving",
+    "static": "api.solving",
+    "open": "api.result",
+    "Result": "api.result",
+    "cost": "api.studies",
+    "Study": "api.studies",
+    "compare": "api.comparing",
+    "Comparison": "io.comparison",
+    "plot": "api.pictures",
+    "Quantity": "results",
+    "Check": "results",
+    "FrictionsimError": "errors",
+    "InputError": "errors",
+    "ScenarioError": "errors",
+    "SolverError": "errors",
+    "AuditError": "errors",
+    "OutputError": "errors",
+}
+_NAMES_THERE = {"open": "open_result"}  # a name in its module, if it is another
+
+# Without `open`, which `from frictionsim import *` would hide.
+__all__ = [name for name in _MODULES if name != "open"]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name not in _MODULES:
+        raise AttributeError(f"module 'frictionsim' has no attribute '{name}'")
+    from importlib import import_module
+
+    module = import_module(f"frictionsim.{_MODULES[name]}")
+    found = getattr(module, _NAMES_THERE.get(name, name))
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES})

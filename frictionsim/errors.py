@@ -127,6 +127,12 @@ class OutputError(FrictionsimError):
     exit_code = EXIT_NOT_WRITTEN
 
 
+def failure_class(failure: str) -> type[SolverError]:
+    """Return the exception of a kind of failure, as named in files; SolverError if of none."""
+    classes = {found.failure: found for found in SolverError.__subclasses__() if found.failure}
+    return classes.get(failure, SolverError)
+
+
 def unknown(what: str, found: str, known: list[str]) -> str:
     """Return the message for an unknown name.
 

@@ -1,67 +1,59 @@
-"""The commands and their options. Heavy imports are inside the commands, so that --help is fast."""
+"""The commands that solve and check scenarios, and the exit code of all of them.
+
+Every command is a thin layer over `import frictionsim`: it reads options, calls a function and
+prints. Heavy imports happen when a function is called, so that --help is fast.
+"""
 
 import sys
 from pathlib import Path
 from signal import SIGINT
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from frictionsim import __version__
-from frictionsim.cli.messages import print_error, print_json, warn
+import frictionsim as fs
+from frictionsim.cli.app import (
+    AsJson,
+    MaxWall,
+    NoClobber,
+    Overrides,
+    Quiet,
+    ResultFile,
+    ScenarioFile,
+    Verbose,
+    app,
+)
+from frictionsim.cli.messages import print_error, print_json, print_text, warn
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
-    EXIT_DIFFERENT,
     EXIT_DONE,
     EXIT_NOT_WRITTEN,
     EXIT_SIGNAL,
     EXIT_SOLVER_FAILED,
+    ArgumentError,
     FrictionsimError,
     InputError,
-    OutputError,
     ScenarioError,
 )
-
-app = typer.Typer(
-    name="frictionsim",
-    help="Simulate mechanisms governed by dry friction.",
-    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
-    " 4 result not written, 5 step or time limit reached, 130/143 interrupted.",
-    add_completion=False,
-    rich_markup_mode=None,  # halves the start-up time of --help
-    pretty_exceptions_enable=False,
-)
-
-ScenarioFile = Annotated[Path, typer.Argument(help="Scenario in TOML.", show_default=False)]
-ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_default=False)]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),
-]
-MaxWall = Annotated[
-    float | None,
-    typer.Option(metavar="SECONDS", help="Limit the wall time; the run can be resumed."),
-]
-NoClobber = Annotated[
-    bool,
-    typer.Option(
-        "--no-clobber", help="Do not replace existing files (exit 4), except a resumed result."
-    ),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary and no progress.")]
 
 
 def run_command_line(arguments: list[str]) -> int:
     """Run a command and return its exit code; errors are printed to stderr."""
+    from frictionsim.cli import file_commands  # noqa: F401  registers its commands
+
     try:
         code = app(arguments, standalone_mode=False, prog_name="frictionsim")
+    except ArgumentError as error:
+        print_error(f"--{error.argument.replace('_', '-')}: {error.text}")
+        return error.exit_code
     except FrictionsimError as error:
         print_error(str(error))
         return error.exit_code
     except typer.TyperException as error:
-        print_error(f"{error.format_message().rstrip('.')}; see --help")
+        from frictionsim.cli.usage import usage_message
+
+        print_error(usage_message(error))
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
@@ -84,34 +76,24 @@ def run_command_line(arguments: list[str]) -> int:
     return code if isinstance(code, int) else EXIT_DONE
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        print(__version__)
-        raise typer.Exit
-
-
-@app.callback(invoke_without_command=True)
-def program(
-    context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, help="Show the version.")
-    ] = False,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of an internal error.")
-    ] = False,
-) -> None:
-    if context.invoked_subcommand is None:
-        print(context.get_help(), file=sys.stderr)
-        raise typer.Exit(EXIT_BAD_INPUT)
-
-
 @app.command()
 def solve(
-    scenario: ScenarioFile,
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO...",
+            help="Scenarios in TOML; - reads the standard input.",
+            show_default=False,
+        ),
+    ],
     overrides: Overrides = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Result file. [results/<scenario name>.h5]"),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Result file; of several scenarios a folder. [results/<scenario name>.h5]",
+        ),
     ] = None,
     backend: Annotated[
         str | None,
@@ -128,26 +110,27 @@ def solve(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    verbose: Verbose = 0,
 ) -> int:
-    """Simulate a scenario, write the result file and print the summary."""
-    from frictionsim.scenario.loading import load
-
+    """Simulate scenarios, write the result files and print the summaries."""
     if max_steps is not None:
         overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
-    loaded = load(scenario, overrides, backend)
+    if max_wall is not None and not max_wall > 0.0:
+        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
+    # All are read before the first is solved: an error in the last is told at once.
+    loaded = [_load(source, overrides, backend) for source in scenarios]
 
-    from frictionsim.cli.job import Job, simulate
-    from frictionsim.io.destination import Destination
+    from frictionsim.cli.job import Job, Report, run_job, targets_of
 
-    job = Job(
-        loaded,
-        str(scenario),
-        Destination(output or _default_target(scenario)),
-        max_wall,
-        estimate_error=estimate_error,
-        no_clobber=no_clobber,
-    )
-    return simulate(job, as_json=as_json, quiet=quiet)
+    report = Report(as_json, quiet, verbose)
+    for source, scenario, target in zip(
+        scenarios, loaded, targets_of(scenarios, output), strict=True
+    ):
+        job = Job(scenario, source, target, max_wall, estimate_error, no_clobber)
+        if run_job(job, report) > EXIT_SIGNAL:
+            break
+    report.close(several=len(scenarios) > 1)
+    return report.exit_code
 
 
 @app.command()
@@ -160,110 +143,82 @@ def resume(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    verbose: Verbose = 0,
 ) -> int:
     """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
 
     When the run is done, NAME.partial.h5 is replaced by NAME.h5.
     """
-    from frictionsim.cli.job import Job, simulate
-    from frictionsim.io import hdf5_reader
-    from frictionsim.io.destination import Destination, whole_name
-    from frictionsim.scenario.loading import scenario_from_result
+    from frictionsim.cli.job import Report, resume_job
 
-    checkpoint = hdf5_reader.read_checkpoint(result)
-    loaded = scenario_from_result(result, checkpoint.attributes)
-    job = Job(
-        loaded,
-        str(result),
-        Destination(output or whole_name(result), resumed=result),
-        max_wall,
-        checkpoint.state,
-        no_clobber=no_clobber,
-    )
-    try:
-        return simulate(job, as_json=as_json, quiet=quiet)
-    except InputError as error:
-        raise InputError(f"{result}: cannot resume this run: {error}") from None
-
-
-def _default_target(scenario: Path) -> Path:
-    folder = Path("results")
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"cannot create the folder '{folder}' ({error.strerror}); give a result file with -o"
-        ) from None
-    return folder / f"{scenario.stem}.h5"
+    report = Report(as_json, quiet, verbose)
+    resume_job(result, output, max_wall, no_clobber, report)
+    report.close(several=False)
+    return report.exit_code
 
 
 @app.command()
 def check(
-    scenarios: Annotated[list[Path], typer.Argument(help="Scenarios in TOML.", show_default=False)],
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO...",
+            help="Scenarios in TOML, or folders of them.",
+            show_default=False,
+        ),
+    ],
     overrides: Overrides = None,
+    as_json: AsJson = False,
 ) -> int:
     """Validate scenarios without running them."""
-    from frictionsim.scenario.loading import load
-
-    code = EXIT_DONE
-    for path in scenarios:
+    code, found = EXIT_DONE, []
+    for source in _scenarios_in(scenarios):
+        data: dict[str, Any] = {"scenario": source, "ok": True, "faults": [], "warnings": []}
         try:
-            loaded = load(path, overrides)
+            loaded = _load(source, overrides)
         except ScenarioError as error:
-            print_error(str(error))
+            if not as_json:
+                print_error(str(error))
+            data |= {"ok": False, "faults": error.faults}
             code = error.exit_code
         else:
-            effects = ", ".join(loaded.effect_names) or "none"
-            print(f"{path}: ok; effects {effects}; backend {loaded.solver.backend}")
-            warn(loaded.warnings(), f"{path}: ")
+            warnings, effects = loaded.warnings(), loaded.effect_names
+            if not as_json:
+                named = ", ".join(effects) or "none"
+                print(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
+                warn(warnings, f"{source}: ")
+            data |= {
+                "warnings": warnings,
+                "kind": loaded.kind,
+                "effects": list(effects),
+                "law": loaded.law or None,
+                "backend": loaded.solver.backend,
+            }
+        found.append(data)
+    if as_json:
+        print_json({"ok": code == EXIT_DONE, "scenarios": found})
     return code
 
 
 @app.command()
 def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
     """Compute the forces and torques of impending motion."""
-    from frictionsim.scenario.kinds import mechanism_module
-    from frictionsim.scenario.loading import load
-
-    loaded = load(scenario, overrides)
-    quantities = mechanism_module(loaded.kind).statics(loaded)
+    loaded = _load(scenario, overrides)
+    quantities = fs.static(loaded)
     if as_json:
         from frictionsim.results import quantities_json
 
         print_json(
             {
-                "scenario": str(scenario),
+                "scenario": scenario,
                 "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
             }
         )
     else:
-        from frictionsim.cli.tables import print_quantities
+        from frictionsim.api.tables import as_text, quantities_table
 
-        print_quantities(quantities)
-
-
-@app.command()
-def compare(
-    result: ResultFile,
-    golden: ResultFile,
-    rtol: Annotated[float, typer.Option(min=0.0, help="Relative tolerance.")] = 1e-6,
-    atol: Annotated[
-        float, typer.Option(min=0.0, help="Absolute tolerance, in the unit of each channel.")
-    ] = 1e-9,
-    time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
-    ignore: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
-    ] = None,
-) -> int:
-    """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
-    from frictionsim.cli.tables import print_comparison
-    from frictionsim.io.comparison import compare as compare_files
-
-    comparison = compare_files(result, golden, rtol, atol, time_atol, ignore or [])
-    print_comparison(comparison)
-    return EXIT_DONE if comparison.same else EXIT_DIFFERENT
+        print_text(as_text(iter([quantities_table(quantities)])))
 
 
 @app.command()
@@ -295,23 +250,19 @@ def cost(
     as_json: AsJson = False,
 ) -> int:
     """Measure error against run time for every friction law and backend at several settings."""
-    from frictionsim.scenario.loading import load
+    loaded = _load(scenario, overrides)
 
-    loaded = load(scenario, overrides)
+    from frictionsim.cli.cost_study import Files, Wanted, run_study
 
-    from frictionsim.cli import cost_study
-    from frictionsim.cli.study_table import print_study
-    from frictionsim.work_precision.report import study_json
-
-    options = cost_study.Options(
-        backends, laws, tolerances, max_wall, repeats, output, csv, plot, no_clobber
-    )
-    study = cost_study.study_scenario(loaded, options)
+    wanted = Wanted(backends, laws, tolerances, max_wall, repeats)
+    files = Files(output, csv, plot)
+    files.check(no_clobber)
+    study = run_study(loaded, wanted)
     if as_json:
-        print_json(study_json(study, str(scenario)))
+        print_json(study.to_json())
     else:
-        print_study(study)
-    cost_study.write_files(study, options)
+        print_text(study.summary())
+    files.write(study)
     if study.status != "done":
         print_error(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
@@ -319,35 +270,27 @@ def cost(
     return study.exit_code
 
 
-@app.command()
-def plot(
-    result: ResultFile,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Picture: .png, .pdf or .svg. [RESULT.png]"),
-    ] = None,
-    view: Annotated[
-        str | None,
-        typer.Option("--view", metavar="NAME", help="View to draw, or 'all'. [the first]"),
-    ] = None,
-    body: Annotated[
-        int | None,
-        typer.Option("--body", metavar="N", help="Number of the body for the view 'body'."),
-    ] = None,
-) -> None:
-    """Draw a view of a result file; --view all draws each view into FILE-<view>.png."""
-    from frictionsim.io import hdf5_reader
-    from frictionsim.plots import ALL, plot_all
-    from frictionsim.plots import plot as draw
+def _load(
+    source: str, overrides: list[str] | None = None, backend: str | None = None
+) -> "fs.Scenario":
+    if source != "-":
+        return fs.load(source, overrides, backend)
+    from frictionsim.scenario.settings import STDIN
 
-    data = hdf5_reader.read(result)
-    target = output or result.with_suffix(".png")
-    if view != ALL:
-        draw(data, target, view, body)
-        print(target)
-        return
-    pictures, reasons = plot_all(data, target, body)
-    for picture in pictures:
-        print(picture)
-    for reason in reasons:
-        print_error(f"view skipped: {reason}")
+    if sys.stdin is None:
+        raise InputError("-: the standard input is closed; expected a scenario in TOML")
+    return fs.loads(sys.stdin.read(), overrides, backend, name=STDIN)
+
+
+def _scenarios_in(sources: list[str]) -> list[str]:
+    """Return the paths, with the scenarios of each folder instead of the folder."""
+    found = []
+    for source in sources:
+        if source == "-" or not Path(source).is_dir():
+            found.append(source)
+            continue
+        inside = sorted(map(str, Path(source).rglob("*.toml")))
+        if not inside:
+            raise InputError(f"{source}: there is no scenario (*.toml) in this folder")
+        found += inside
+    return found

@@ -1,129 +1,191 @@
-"""One run on the command line: simulate, write the result, print the summary, return a code."""
+"""Runs on the command line: simulate, print the summary, and what the run ended with."""
 
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.cli.messages import print_error, print_json, warn
-from frictionsim.cli.monitor import monitor_run
+import frictionsim as fs
+from frictionsim.cli.app import log_on_stderr
+from frictionsim.cli.messages import print_error, print_json, print_text, warn
+from frictionsim.cli.monitor import RunMonitor, monitor_run
 from frictionsim.errors import EXIT_DONE, InputError, OutputError
-from frictionsim.io.destination import Destination
-from frictionsim.simulation.simulate import run
+from frictionsim.io.destination import whole_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import RunResult
+
+RESULTS = Path("results")
+SUFFIX = ".h5"
 
 
 class Job(NamedTuple):
-    """A scenario to simulate and where to write its result.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    source : str
-        Path that the scenario was read from, for the summary.
-    destination : Destination
-    max_wall : float or None, s
-        Limit of the wall time.
-    checkpoint : dict of arrays or None
-        State to resume from.
-    estimate_error : bool
-        Solve a second time to estimate the errors of the quantities.
-    no_clobber : bool
-        Do not replace existing files.
-    """
+    """A scenario to simulate and where to write its result."""
 
     scenario: "Scenario"
     source: str
-    destination: Destination
-    max_wall: float | None = None
-    checkpoint: dict[str, Any] | None = None
-    estimate_error: bool = False
-    no_clobber: bool = False
+    target: Path
+    max_wall: float | None
+    estimate_error: bool
+    no_clobber: bool
 
 
-def simulate(job: Job, as_json: bool, quiet: bool) -> int:
-    """Run a job, write its result and print its summary.
+class Report:
+    """What runs print on stdout, and the exit code of the command: the highest of all runs.
 
     Parameters
     ----------
-    job : Job
     as_json : bool
         Print JSON instead of tables.
     quiet : bool
         Print no summary and no progress.
+    verbose : int
+        0 logs warnings, 1 also information, 2 also details.
+    """
 
-    Returns
-    -------
-    int
-        The exit code.
+    def __init__(self, as_json: bool, quiet: bool, verbose: int) -> None:
+        self._as_json, self.quiet = as_json, quiet
+        self._objects: list[dict[str, Any]] = []
+        self.exit_code = EXIT_DONE
+        log_on_stderr(verbose)
+
+    @contextmanager
+    def monitored(self, scenario: "Scenario") -> Iterator[RunMonitor]:
+        """Return the context of a run that can be stopped and shows its progress."""
+        shown = not (self.quiet or self._as_json)
+        with monitor_run(scenario.solver.duration, shown, quiet=self.quiet) as monitor:
+            yield monitor
+
+    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> int:
+        """Print the summary and how the run ended, and return its exit code.
+
+        Parameters
+        ----------
+        result : Result
+        source : str
+            The scenario or result as given.
+        known : sequence of str
+            Warnings that were printed before the run.
+        whole : Path
+            The file for the complete result.
+        """
+        warn(warning for warning in result.warnings if warning not in known)
+        if self._as_json:
+            self._objects.append(result.to_json() | {"scenario": source})
+        elif not self.quiet:
+            print_text(result.summary())
+        if result.error_estimate and not result.errors:
+            print_error(f"warning: {result.error_estimate}")
+        _report_end(result, whole)
+        self.exit_code = max(self.exit_code, result.exit_code)
+        return result.exit_code
+
+    def close(self, several: bool) -> None:
+        """Print the JSON: one object, or a list of them if there are several scenarios."""
+        if self._as_json:
+            print_json(self._objects if several else self._objects[0])
+
+
+def run_job(job: Job, report: Report) -> int:
+    """Run a job, write its result, print its summary and return its exit code.
 
     Raises
     ------
     InputError, OutputError
         Before the run, if the job is invalid; OutputError also if the result cannot be written.
     """
-    if job.max_wall is not None and not job.max_wall > 0.0:
-        raise InputError(f"--max-wall: expected a number above 0 s, got {job.max_wall:g}")
-    destination = job.destination
-    destination.check(job.no_clobber)
     known = job.scenario.warnings()
     warn(known)  # before the run, so that the user can stop it
-    with monitor_run(
-        job.scenario.solver.duration, not (quiet or as_json), job.max_wall, quiet
-    ) as on_step:
-        result = run(job.scenario, on_step, _checkpoint_writer(destination), job.checkpoint)
-        # Written within the monitor, so that a first signal does not interrupt the writing.
-        place = destination.write(result)
-        errors = None
-        if job.estimate_error and result.status == "done":
-            from frictionsim.work_precision.error_estimate import estimate
-
-            errors = estimate(result, on_step)
-    warn(warning for warning in result.warnings if warning not in known)
-    output = None if place is None else str(place)
-    if as_json:
-        from frictionsim.cli.json_output import run_json
-
-        print_json(run_json(result, job.source, output, errors))
-    elif not quiet:
-        from frictionsim.cli.tables import print_run
-
-        print_run(result, output, errors)
-    if errors is not None and not errors.errors:
-        print_error(f"warning: {errors.method}")
-    return _report_end(result, place, destination) or (errors.exit_code if errors else EXIT_DONE)
+    # Written within the monitor, so that a first signal does not interrupt the writing.
+    with report.monitored(job.scenario) as monitor:
+        result = fs.solve(
+            job.scenario,
+            output=job.target,
+            no_clobber=job.no_clobber,
+            max_wall=job.max_wall,
+            estimate_error=job.estimate_error,
+            progress=monitor,
+        )
+    return report.add(result, job.source, known, job.target)
 
 
-def _checkpoint_writer(destination: Destination) -> "Callable[[RunResult], None]":
-    """Return the callback that writes checkpoints; a failed write only warns."""
-    reported: set[str] = set()
+def resume_job(
+    source: Path, output: Path | None, max_wall: float | None, no_clobber: bool, report: Report
+) -> None:
+    """Resume a run, write its result and print its summary.
 
-    def write(part: "RunResult") -> None:
+    Raises
+    ------
+    InputError, OutputError
+    """
+    incomplete = fs.open(source)
+    known = incomplete.scenario.warnings()
+    warn(known)
+    with report.monitored(incomplete.scenario) as monitor:
+        result = fs.resume(
+            incomplete,
+            output=output,
+            no_clobber=no_clobber,
+            max_wall=max_wall,
+            progress=monitor,
+        )
+    report.add(result, str(source), known, output or whole_name(source))
+
+
+def targets_of(sources: Sequence[str], output: Path | None) -> list[Path]:
+    """Return the result file of each scenario.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Paths of scenarios, or "-".
+    output : Path or None
+        The file; of several scenarios a folder.
+
+    Raises
+    ------
+    InputError
+        If two scenarios would be written to one file.
+    OutputError
+        If the folder does not exist or cannot be created.
+    """
+    if output is not None and len(sources) == 1:
+        return [output]
+    folder = output or RESULTS
+    if output is not None and not output.is_dir():
+        raise OutputError(f"{output}: expected a folder for the results of several scenarios")
+    if output is None:
         try:
-            destination.write(part)
-        except OutputError as error:
-            if str(error) not in reported:
-                print_error(f"warning: checkpoint not written: {error}")
-            reported.add(str(error))
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot create the folder '{folder}' ({error.strerror}); give a result file with"
+                " -o"
+            ) from None
+    targets: dict[Path, str] = {}
+    for source in sources:
+        target = folder / f"{'stdin' if source == '-' else Path(source).stem}{SUFFIX}"
+        if target in targets:
+            raise InputError(
+                f"{targets[target]} and {source} would both be written to {target}; solve them one"
+                " by one with -o"
+            )
+        targets[target] = source
+    return list(targets)
 
-    return write
 
-
-def _report_end(result: "RunResult", place: Path | None, destination: Destination) -> int:
-    """Print how a run ended if it is not done, and return its exit code."""
+def _report_end(result: "fs.Result", whole: Path) -> None:
+    """Print how a run ended if it is not done and sound."""
     if result.status == "done":
         if result.reason:
-            print_error(f"{result.reason}; do not trust {place}")
-        return result.exit_code
+            print_error(f"{result.reason}; do not trust {result.path}")
+        return
     print_error(f"run {result.status}: {result.reason}")
-    whole = destination.whole
+    place = result.path
     if place is None:
         print_error(f"no samples were computed; {whole} is unchanged")
-        return result.exit_code
+        return
     unchanged = f"; {whole} is unchanged" if place != whole and whole.exists() else ""
     print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
     if result.checkpoint is not None:
         print_error(f"'frictionsim resume {place}' continues the run")
-    return result.exit_code

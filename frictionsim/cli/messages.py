@@ -1,5 +1,6 @@
-"""Messages on stderr and JSON on stdout."""
+"""Messages on stderr; text and JSON on stdout."""
 
+import os
 import sys
 from collections.abc import Iterable
 from typing import Any
@@ -23,8 +24,23 @@ def warn(warnings: Iterable[str], source: str = "") -> None:
         print_error(f"warning: {source}{warning}")
 
 
-def print_json(data: dict[str, Any]) -> None:
-    """Print an object on stdout; it must not contain non-finite numbers."""
+def print_text(text: str) -> None:
+    """Print text on stdout; it is discarded after the reader of a pipe has gone.
+
+    Raises
+    ------
+    OSError
+        If it cannot be printed for another reason.
+    """
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+
+
+def print_json(data: Any) -> None:
+    """Print data on stdout; they must not contain non-finite numbers."""
     from json import dumps
 
-    print(dumps(data, indent=2, allow_nan=False))
+    print_text(dumps(data, indent=2, allow_nan=False))

@@ -14,7 +14,7 @@ from frictionsim.errors import EXIT_SIGNAL, Interrupted
 from frictionsim.simulation.wall_time import WallTimeLimit
 
 if TYPE_CHECKING:
-    from frictionsim.cli.tables import ProgressBar
+    from frictionsim.api.progress import ProgressBar
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 NO_SIGNAL = b"\0"
@@ -141,7 +141,7 @@ class RunMonitor:
         if self._bar is None:
             if monotonic() - self._started < SECONDS_WITHOUT_BAR:
                 return
-            from frictionsim.cli.tables import ProgressBar
+            from frictionsim.api.progress import ProgressBar
 
             self._bar = ProgressBar(self._duration)
         done = t - self._pace_t

@@ -3,13 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import InputError, unknown
-from frictionsim.io import hdf5_reader
+from frictionsim.errors import ArgumentError, InputError, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,32 +53,33 @@ class Comparison:
 
     @property
     def same(self) -> bool:
+        """Whether everything agrees."""
         return all(row.ok for row in self.rows)
 
 
-def compare(
-    result_path: Path,
-    golden_path: Path,
-    rtol: float,
-    atol: float,
-    time_atol: float,
+class Tolerances(NamedTuple):
+    """The tolerances of a comparison; `atol` in the unit of each channel, `time` in s."""
+
+    rtol: float
+    atol: float
+    time: float
+
+
+def compare_records(
+    named_result: tuple[str, "Record"],
+    named_golden: tuple[str, "Record"],
+    tolerances: Tolerances,
     ignore: list[str],
 ) -> Comparison:
-    """Compare two result files channel by channel and event by event.
-
-    A channel agrees if |result - golden| <= atol + rtol |golden| at every sample. Samples within
-    time_atol of an event of the golden file are skipped, because a channel may jump there. Events
-    agree if their number, contacts and modes are equal and their times within time_atol.
+    """Compare two results channel by channel and event by event; see `frictionsim.compare`.
 
     Parameters
     ----------
-    result_path, golden_path : Path
-    rtol, atol : float
-        Tolerances; atol in the unit of each channel.
-    time_atol : float, s
-        Tolerance of event times.
+    named_result, named_golden : tuple of str and Record
+        With the names of their files, for messages.
+    tolerances : Tolerances
     ignore : list of str
-        Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
+        Names or patterns of channels to leave out.
 
     Returns
     -------
@@ -89,10 +88,10 @@ def compare(
     Raises
     ------
     InputError
-        If the files cannot be compared: one is unreadable, their kinds differ, or both runs are
-        done but sampled at different times.
+        If their kinds differ, or both runs are done but sampled at different times.
     """
-    result, golden = hdf5_reader.read(result_path), hdf5_reader.read(golden_path)
+    (result_path, result), (golden_path, golden) = named_result, named_golden
+    rtol, atol, time_atol = tolerances
     kinds = result.attributes["kind"], golden.attributes["kind"]
     if kinds[0] != kinds[1]:
         raise InputError(
@@ -128,9 +127,9 @@ def _check_patterns(ignore: list[str], names: set[str]) -> None:
     names = names - {"time"}
     for pattern in ignore:
         if not any(fnmatch(name, pattern) for name in names):
-            raise InputError(f"--ignore: {unknown('channel', pattern, sorted(names))}")
+            raise ArgumentError("ignore", unknown('channel', pattern, sorted(names)))
     if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
-        raise InputError("--ignore: nothing is left to compare")
+        raise ArgumentError("ignore", "nothing is left to compare")
 
 
 def _tolerance_ratio(row: Row) -> tuple[bool, float]:

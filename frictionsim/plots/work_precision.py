@@ -1,12 +1,11 @@
 """The work-precision diagram: error against wall time and right-hand-side evaluations."""
 
 from math import floor, log10
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, save
+from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
@@ -19,19 +18,12 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def draw(study: "Study", path: Path) -> None:
-    """Draw one line for each backend; failed settings are marked at the upper edge.
+def figure_of(study: "Study") -> Figure:
+    """Return one line for each backend; failed settings are marked at the upper edge.
 
     Parameters
     ----------
     study : Study
-    path : Path
-        Ends in .png, .pdf or .svg.
-
-    Raises
-    ------
-    OutputError
-        If the picture cannot be written.
     """
     figure = Figure(figsize=(9.0, 5.4), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
@@ -44,7 +36,7 @@ def draw(study: "Study", path: Path) -> None:
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
     title = escape_mathtext(study.scenario.title or study.scenario.kind)
     figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)
-    save(figure, path)
+    return figure
 
 
 def _draw_panel(ax: Any, study: "Study", quantity: str) -> None:

@@ -141,8 +141,13 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
     except ValidationFailure as failure:
         faults = "; ".join(failure.lines())
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
+    return scenario.with_origin(origin_of(attributes))
+
+
+def origin_of(attributes: Mapping[str, str]) -> Origin:
+    """Return the origin of a scenario from the attributes of a result file."""
     overrides = tuple(attributes.get("overrides", "").splitlines())
-    return scenario.with_origin(Origin(attributes.get("source", ""), overrides))
+    return Origin(attributes.get("source", ""), overrides)
 
 
 def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 # More samples of all channels do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
+STDIN = "<stdin>"  # the source of a scenario from the standard input
 
 
 class SolverSettings(Params):
@@ -109,7 +110,8 @@ class Origin(NamedTuple):
         if not self.source:
             return ""
         options = (part for override in self.overrides for part in ("--set", override))
-        return join(["frictionsim", "solve", Path(self.source).name, *options])
+        name = "-" if self.source == STDIN else Path(self.source).name
+        return join(["frictionsim", "solve", name, *options])
 
 
 class Scenario(Params):

@@ -1,6 +1,9 @@
 """The limit on the wall time of a run."""
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from time import perf_counter
+from typing import Any
 
 from frictionsim.errors import BudgetExceeded
 
@@ -33,3 +36,29 @@ class WallTimeLimit:
                 f"wall-time limit --max-wall {self._seconds:g} s reached at t = {t:.9g} s of"
                 f" {self._duration:.9g} s; resume the run, raise the limit or loosen the tolerances"
             )
+
+
+class LimitedSteps:
+    """An `on_step` that stops a run at a wall-time limit, after it called another one.
+
+    Parameters
+    ----------
+    on_step : callable
+        Called with the simulated time; its `compiling`, if it has one, is kept.
+    seconds : float, s
+        The limit, counted from the construction.
+    duration : float, s
+        Duration of the simulation.
+    """
+
+    def __init__(self, on_step: Callable[[float], Any], seconds: float, duration: float) -> None:
+        self._on_step, self._limit = on_step, WallTimeLimit(seconds, duration)
+
+    def __call__(self, t: float) -> None:
+        self._on_step(t)
+        self._limit(t)
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        """Return the context in which kernels are compiled, see `Simulation.prepare`."""
+        announce = getattr(self._on_step, "compiling", None)
+        return nullcontext() if announce is None else announce(expected)

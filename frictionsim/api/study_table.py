@@ -1,28 +1,26 @@
-"""The table of a work-precision study on a terminal."""
+"""The table of a work-precision study."""
 
 from typing import TYPE_CHECKING
 
-from frictionsim.cli import tables
+from frictionsim.api.tables import Cells, Parts
 from frictionsim.work_precision.recommendation import advise
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
 
 
-def print_study(study: "Study") -> None:
-    """Print the table, the reference uncertainty and the recommendations on stdout."""
+def study_parts(study: "Study") -> Parts:
+    """Yield the reference uncertainty, the table and the recommendations of a study."""
     scenario = study.scenario
-    tables.print_lines(
-        f"{scenario.title or scenario.kind}: error against run time ({study.status})",
-        *_reference_lines(study),
-    )
+    yield f"{scenario.title or scenario.kind}: error against run time ({study.status})"
+    yield from _reference_lines(study)
     names = [metric.name for metric in study.metrics]
     headings = [
         *("law", "method", "setting", ">error", *(f">{name}" for name in names)),
         *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),
     ]
-    tables.print_cells(headings, [_cells(row, names) for row in study.rows])
-    tables.print_lines(*(advice.sentence for advice in advise(study.rows, study.floor)))
+    yield Cells(headings, [_cells(row, names) for row in study.rows])
+    yield from (advice.sentence for advice in advise(study.rows, study.floor))
 
 
 def _reference_lines(study: "Study") -> list[str]:

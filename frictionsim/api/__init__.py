@@ -1,0 +1,14 @@
+"""The functions and classes behind `import frictionsim`, which the command line uses as well.
+
+    solving     solve, resume, static
+    result      Result and open
+    studies     cost and Study
+    comparing   compare
+    pictures    plot
+    dataset     results as xarray.Dataset
+    tables      results as text and HTML
+    json_data   results as JSON
+    progress    the progress bar
+
+They return values and raise the exceptions of `frictionsim.errors`; only `progress` prints.
+"""

@@ -1,0 +1,59 @@
+"""Comparison of results from Python."""
+
+from collections.abc import Iterable
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionsim.api.result import Result, open_result
+from frictionsim.io.comparison import Comparison, Tolerances, compare_records
+
+if TYPE_CHECKING:
+    from frictionsim.results import Record
+
+
+def compare(
+    result: Result | str | PathLike[str],
+    golden: Result | str | PathLike[str],
+    *,
+    rtol: float = 1e-6,
+    atol: float = 1e-9,
+    time_atol: float = 1e-6,
+    ignore: Iterable[str] = (),
+) -> Comparison:
+    """Compare a result with a golden (reference) result, channel by channel and event by event.
+
+    A channel agrees if |result - golden| <= atol + rtol |golden| at every sample. Samples within
+    time_atol of an event of the golden result are skipped, because a channel may jump there. Events
+    agree if their number, contacts and modes are equal and their times within time_atol.
+
+    Parameters
+    ----------
+    result, golden : Result or path
+    rtol, atol : float
+        Tolerances; atol in the unit of each channel.
+    time_atol : float, s
+        Tolerance of event times.
+    ignore : iterable of str
+        Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
+
+    Returns
+    -------
+    Comparison
+        `same` is the verdict, `rows` has the largest difference of each channel.
+
+    Raises
+    ------
+    InputError
+        If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
+        but sampled at different times.
+    """
+    records = _named(result, "the result"), _named(golden, "the golden result")
+    return compare_records(*records, Tolerances(rtol, atol, time_atol), list(ignore))
+
+
+def _named(source: Result | str | PathLike[str], words: str) -> "tuple[str, Record]":
+    """Return a result with its name for messages."""
+    if isinstance(source, Result):
+        return str(source.path or words), source.record
+    return str(Path(source)), open_result(source).record

@@ -1,0 +1,281 @@
+"""The result of a run, whether it was just solved or read from a file."""
+
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, SolverError, failure_class
+from frictionsim.results import Check, Quantities, Record, SolverStatistics, failures
+
+if TYPE_CHECKING:
+    import xarray
+
+    from frictionsim.scenario.settings import Origin, Scenario
+    from frictionsim.simulation.simulate import RunResult
+    from frictionsim.work_precision.error_estimate import Estimate
+
+
+class Result:
+    """The result of a run: its channels, events, quantities and audit.
+
+    Made by `solve`, `resume` and `open`. Results are not changed; they can be pickled and used by
+    several threads.
+
+    Attributes
+    ----------
+    path : Path or None
+        The file that holds it.
+    record : Record
+        What the file holds, see `frictionsim.io.hdf5_writer`.
+    checkpoint : dict of arrays or None
+        The state to resume from; None of a run that cannot be resumed, and of one from a file,
+        whose state `resume` reads.
+    """
+
+    def __init__(
+        self,
+        record: Record | None,
+        path: Path | None = None,
+        run: "RunResult | None" = None,
+        estimate: "Estimate | None" = None,
+    ) -> None:
+        if record is not None:
+            self.record = record
+        self.path, self._run, self._estimate = path, run, estimate
+        self.checkpoint = None if run is None else run.checkpoint
+
+    @classmethod
+    def of_run(
+        cls, run: "RunResult", path: Path | None = None, estimate: "Estimate | None" = None
+    ) -> Self:
+        """Return the result of a run that has stopped; `path` is the file that holds it."""
+        return cls(None, path, run, estimate)
+
+    @cached_property
+    def record(self) -> Record:
+        from frictionsim.simulation.record import record_of
+
+        assert self._run is not None, "a result has a record or a run"
+        return record_of(self._run)
+
+    @property
+    def status(self) -> str:
+        """`done`, `failed` or `interrupted`."""
+        return self._run.status if self._run else self.record.attributes["status"]
+
+    @property
+    def reason(self) -> str:
+        """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
+        return self._run.reason if self._run else self.record.attributes["reason"]
+
+    @property
+    def failure(self) -> str:
+        """The kind of failure, as `chattering`; empty if not failed."""
+        if self._run:
+            return self._run.failure
+        return self.record.attributes.get("failure", "")
+
+    @property
+    def kind(self) -> str:
+        """The kind of mechanism."""
+        return self._run.scenario.kind if self._run else self.record.attributes["kind"]
+
+    @property
+    def title(self) -> str:
+        """The title of the scenario; empty if it has none."""
+        return self._run.scenario.title if self._run else self.record.attributes["title"]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The effects that were simulated."""
+        if self._run:
+            return self._run.effects
+        return tuple(self.record.attributes.get("effects", "").split())
+
+    @property
+    def quantities(self) -> Quantities:
+        """The quantities of the summary by name, each with `value` and `unit`."""
+        return self._run.quantities if self._run else self.record.quantities
+
+    @property
+    def errors(self) -> dict[str, float | None]:
+        """The estimated errors of the quantities; empty without `estimate_error`."""
+        return self._estimate.errors if self._estimate else {}
+
+    @property
+    def error_estimate(self) -> str:
+        """How the errors were estimated, or why not; empty without `estimate_error`."""
+        return self._estimate.method if self._estimate else ""
+
+    @property
+    def audit(self) -> dict[str, Check]:
+        """The checks of the self-audit by name, each with `value`, `limit` and `ok`."""
+        return self._run.checks if self._run else self.record.checks
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to doubt the quantities."""
+        if self._run:
+            return self._run.warnings
+        return tuple(self.record.attributes.get("warnings", "").splitlines())
+
+    @property
+    def statistics(self) -> SolverStatistics | None:
+        """Counts of the solver and wall times; None of a file of format version 1."""
+        return self._run.statistics if self._run else self.record.statistics
+
+    @cached_property
+    def scenario(self) -> "Scenario":
+        """The scenario that was solved.
+
+        Raises
+        ------
+        InputError
+            If another version wrote the file, whose scenario is not valid any more.
+        """
+        if self._run:
+            return self._run.scenario
+        from frictionsim.scenario.loading import scenario_from_result
+
+        return scenario_from_result(self.path or Path("result"), self.record.attributes)
+
+    @cached_property
+    def dataset(self) -> "xarray.Dataset":
+        """The channels over time, with units and descriptions as attributes.
+
+        The columns of a belt's channels have the coordinates `pulley`, `body` and `joint`:
+        ``result.dataset["pulley_speed"].sel(pulley="driven")``.
+        """
+        from frictionsim.api.dataset import channels_dataset
+
+        return channels_dataset(self.record)
+
+    @cached_property
+    def events(self) -> "xarray.Dataset":
+        """The events, along the dimension `event`.
+
+        `contact` has the names of the contacts; `mode_from` and `mode_to` have `flag_values` and
+        `flag_meanings`.
+        """
+        from frictionsim.api.dataset import events_dataset
+
+        return events_dataset(self.record)
+
+    @property
+    def origin(self) -> "Origin":
+        """Where the scenario came from: its file and overrides."""
+        if self._run:
+            return self._run.scenario.origin
+        from frictionsim.scenario.loading import origin_of
+
+        return origin_of(self.record.attributes)
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this result."""
+        if self._run:
+            estimated = self._estimate.exit_code if self._estimate else EXIT_DONE
+            return self._run.exit_code or estimated
+        if self.status != "done":
+            return failure_class(self.failure).exit_code
+        return EXIT_AUDIT_FAILED if failures(self.audit) else EXIT_DONE
+
+    def check(self) -> Self:
+        """Return the result itself if the run is done and passed its audit.
+
+        Raises
+        ------
+        SolverError
+            Of the class of its failure, if the run failed or was interrupted.
+        AuditError
+            If a check of its audit failed.
+        """
+        if self.status != "done":
+            where = "" if self.path is None else f" (samples up to this time are in {self.path})"
+            raise failure_class(self.failure)(f"run {self.status}: {self.reason}{where}")
+        if failed := failures(self.audit):
+            raise AuditError(f"self-audit failed: {failed}")
+        return self
+
+    def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
+        """Write the result file, whole or not at all; it holds no wall times.
+
+        Parameters
+        ----------
+        path : path
+            A result there is replaced; any other file is not.
+        no_clobber : bool
+            Do not replace an existing file.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        from frictionsim.io.atomic_write import check_no_clobber
+        from frictionsim.io.hdf5_writer import write_record
+
+        target = Path(path)
+        if no_clobber:
+            check_no_clobber(target)
+        write_record(self.record, target, self.checkpoint)
+        return target
+
+    def summary(self) -> str:
+        """Return the summary as text, as the command line prints it."""
+        from frictionsim.api.tables import as_text, summary
+
+        return as_text(summary(self))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as plain data, as the command line prints it with --json."""
+        from frictionsim.api.json_data import result_json
+
+        return result_json(self)
+
+    def _repr_html_(self) -> str:
+        from frictionsim.api.tables import as_html, summary
+
+        return as_html(summary(self))
+
+    def __repr__(self) -> str:
+        n, events = len(self.record.channels["time"]), len(self.record.events["time"])
+        title = f" '{self.title}'" if self.title else ""
+        return f"<frictionsim.Result {self.kind}{title}: {self.status}, {n} samples, {events} events>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: the record instead of the run, which has functions."""
+        return {
+            "record": self.record,
+            "path": self.path,
+            "_run": None,
+            "_estimate": self._estimate,
+            "checkpoint": self.checkpoint,
+        }
+
+
+def open_result(path: str | PathLike[str]) -> Result:
+    """Read a result file.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Result
+        The data are read at once; the file is closed.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or is not a result.
+    """
+    from frictionsim.io.hdf5_reader import read
+
+    return Result(read(Path(path)), Path(path))

@@ -1,0 +1,248 @@
+"""Simulation of scenarios from Python: solve, resume and static."""
+
+import logging
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.api.result import Result
+from frictionsim.errors import ArgumentError, InputError, OutputError
+from frictionsim.results import Quantities
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import ScenarioSource, load, scenario_from_result
+from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.simulate import run
+
+if TYPE_CHECKING:
+    from frictionsim.io.destination import Destination
+    from frictionsim.scenario.overrides import Overrides
+    from frictionsim.simulation.simulate import RunResult
+
+LOG = logging.getLogger(__name__)
+
+Progress = bool | Callable[[float], Any]
+"""Whether to show a progress bar on stderr; or a function that is called with the time."""
+
+
+def solve(
+    scenario: Scenario | ScenarioSource,
+    overrides: "Overrides | None" = None,
+    *,
+    output: str | PathLike[str] | None = None,
+    no_clobber: bool = False,
+    max_wall: float | None = None,
+    estimate_error: bool = False,
+    progress: Progress = False,
+    check: bool = False,
+) -> Result:
+    """Simulate a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario, path or mapping
+        As of `load`.
+    overrides : mapping or iterable of str, optional
+        As of `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
+    output : path, optional
+        File to write the result to. An incomplete result never replaces a complete one: it is
+        written to NAME.partial.h5 then. `Result.path` says where it is.
+    no_clobber : bool
+        Do not replace an existing file.
+    max_wall : float, optional, s
+        Limit of the wall time. A run that reaches it is `failed` and can be resumed.
+    estimate_error : bool
+        Solve a second time, more accurately, for `Result.errors`.
+    progress : bool or callable
+        True shows a progress bar. A callable is called with the simulated time, s, after each
+        step; an exception of it other than `frictionsim.errors.Interrupted` is not handled.
+    check : bool
+        Raise the error of a run that failed or whose self-audit failed, as `Result.check`.
+
+    Returns
+    -------
+    Result
+        Also of a run that failed: with the samples up to that time.
+
+    Raises
+    ------
+    InputError, ScenarioError
+        If the scenario or an argument is not valid.
+    OutputError
+        If the result cannot be written.
+    SolverError, AuditError
+        Only with `check`.
+    """
+    loaded = _scenario(scenario, overrides)
+    destination = _destination(output, None, no_clobber)
+    return _simulate(loaded, destination, max_wall, progress, estimate_error, None, check)
+
+
+def resume(
+    result: Result | str | PathLike[str],
+    *,
+    output: str | PathLike[str] | None = None,
+    no_clobber: bool = False,
+    max_wall: float | None = None,
+    progress: Progress = False,
+    check: bool = False,
+) -> Result:
+    """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
+
+    Parameters
+    ----------
+    result : Result or path
+        An incomplete result.
+    output : path, optional
+        File to write to; by default the file that is resumed, and NAME.h5 instead of
+        NAME.partial.h5 when the run is done. A `Result` that is in no file is not written.
+    no_clobber, max_wall, progress, check
+        As of `solve`; the file that is resumed is always replaced.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    InputError
+        If the run cannot be resumed.
+    OutputError
+        If the result cannot be written.
+    SolverError, AuditError
+        Only with `check`.
+    """
+    from frictionsim.io import hdf5_reader
+    from frictionsim.io.destination import whole_name
+
+    if isinstance(result, Result) and result.path is None:
+        source, resumed, state = "this result", None, result.checkpoint
+        if state is None:
+            raise InputError(f"cannot resume this run: it has no checkpoint ({result.status})")
+        scenario = result.scenario
+    else:
+        resumed = Path(result.path or "") if isinstance(result, Result) else Path(result)
+        source = str(resumed)
+        attributes, state = hdf5_reader.read_checkpoint(resumed)
+        scenario = scenario_from_result(resumed, attributes)
+        output = output or whole_name(resumed)
+    destination = _destination(output, resumed, no_clobber)
+    try:
+        return _simulate(scenario, destination, max_wall, progress, False, state, check)
+    except ArgumentError:
+        raise
+    except InputError as error:
+        raise InputError(f"{source}: cannot resume this run: {error}") from None
+
+
+def static(
+    scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None
+) -> Quantities:
+    """Return the forces and torques of impending motion; of a belt its equilibrium.
+
+    Parameters
+    ----------
+    scenario, overrides
+        As of `solve`.
+
+    Returns
+    -------
+    dict of Quantity
+        By name, each with `value` and `unit`.
+
+    Raises
+    ------
+    InputError, ScenarioError
+    """
+    loaded = _scenario(scenario, overrides)
+    found: Quantities = mechanism_module(loaded.kind).statics(loaded)
+    return found
+
+
+def _scenario(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+    if not isinstance(source, Scenario):
+        return load(source, overrides)
+    return source.replace(overrides) if overrides else source
+
+
+def _destination(
+    output: str | PathLike[str] | None, resumed: Path | None, no_clobber: bool
+) -> "Destination | None":
+    if output is None:
+        return None
+    # Imported here because a run without a file does not need h5py.
+    from frictionsim.io.destination import Destination
+
+    destination = Destination(Path(output), resumed)
+    destination.check(no_clobber)
+    return destination
+
+
+def _simulate(
+    scenario: Scenario,
+    destination: "Destination | None",
+    max_wall: float | None,
+    progress: Progress,
+    estimate_error: bool,
+    state: dict[str, Any] | None,
+    check: bool,
+) -> Result:
+    with _shown(progress, scenario) as on_step:
+        limited = on_step if max_wall is None else _with_limit(on_step, max_wall, scenario)
+        done = run(scenario, limited, _checkpoint_writer(destination), state)
+        path = None if destination is None else destination.write(done)
+        estimate = None
+        if estimate_error and done.status == "done":
+            from frictionsim.work_precision.error_estimate import estimate as estimate_errors
+
+            estimate = estimate_errors(done, limited)
+    result = Result.of_run(done, path, estimate)
+    return result.check() if check else result
+
+
+def _shown(
+    progress: Progress, scenario: Scenario
+) -> AbstractContextManager[Callable[[float], Any]]:
+    """Return the context of a run that shows its progress as wanted."""
+    if progress is False:
+        return nullcontext(_nothing)
+    if callable(progress):
+        return nullcontext(progress)
+    from frictionsim.api.progress import RunProgress
+
+    return RunProgress(scenario.solver.duration)
+
+
+def _nothing(t: float) -> None:
+    pass
+
+
+def _with_limit(
+    on_step: Callable[[float], Any], max_wall: float, scenario: Scenario
+) -> Callable[[float], Any]:
+    """Return an `on_step` that also stops the run at a wall time, s."""
+    from frictionsim.simulation.wall_time import LimitedSteps
+
+    if not max_wall > 0.0:
+        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
+    return LimitedSteps(on_step, max_wall, scenario.solver.duration)
+
+
+def _checkpoint_writer(
+    destination: "Destination | None",
+) -> "Callable[[RunResult], None] | None":
+    """Return the callback that writes checkpoints; a failed write only warns, once."""
+    if destination is None:
+        return None
+    reported: set[str] = set()
+
+    def write(part: "RunResult") -> None:
+        try:
+            destination.write(part)
+        except OutputError as error:
+            if str(error) not in reported:
+                LOG.warning("checkpoint not written: %s", error)
+            reported.add(str(error))
+
+    return write

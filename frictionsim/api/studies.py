@@ -1,0 +1,245 @@
+"""Work-precision studies from Python: what accuracy costs in time."""
+
+from collections.abc import Callable, Iterable
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.methods import laws_of, methods_of
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.variants import TOLERANCES, Setting
+from frictionsim.work_precision import settings as ladder
+from frictionsim.work_precision import study as work_precision
+from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.report import columns, study_json, write_csv
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+    from frictionsim.scenario.overrides import Overrides
+
+CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
+
+
+class Study:
+    """A work-precision study: errors and run times of a scenario for several settings.
+
+    Attributes
+    ----------
+    data : frictionsim.work_precision.study.Study
+        Its rows, reference and metrics.
+    """
+
+    def __init__(self, data: work_precision.Study) -> None:
+        self.data = data
+
+    @property
+    def status(self) -> str:
+        """`done` or `interrupted`."""
+        return self.data.status
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped; empty if done."""
+        return self.data.reason
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this study."""
+        return self.data.exit_code
+
+    @property
+    def recommendations(self) -> list[str]:
+        """The cheapest setting for each of several errors, in a sentence each."""
+        return [advice.sentence for advice in advise(self.data.rows, self.data.floor)]
+
+    @property
+    def dataset(self) -> "xarray.Dataset":
+        """The table along the dimension `row`: one row for each setting."""
+        import xarray
+
+        return xarray.Dataset(
+            {
+                name: ("row", values, {"long_name": words} | ({"units": unit} if unit else {}))
+                for name, unit, words, values in columns(self.data)
+            }
+        )
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the table as HDF5 or CSV, by the suffix of the path.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If it cannot be written.
+        """
+        target = Path(path)
+        if target.suffix == CSV:
+            self.save_csv(target)
+        elif target.suffix in HDF5:
+            self.save_hdf5(target)
+        else:
+            raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
+        return target
+
+    def save_csv(self, path: Path) -> None:
+        """Write the table as CSV, with units in the header line."""
+        write_csv(self.data, path)
+
+    def save_hdf5(self, path: Path) -> None:
+        """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
+        from frictionsim.io.hdf5_writer import write_table
+
+        write_table(self.data.scenario, columns(self.data), self.status, path)
+
+    def plot(self) -> "Figure":
+        """Draw error against wall time and against evaluations of the right-hand side."""
+        from frictionsim.plots.work_precision import figure_of
+
+        return figure_of(self.data)
+
+    def summary(self) -> str:
+        """Return the table as text, as the command line prints it."""
+        from frictionsim.api.study_table import study_parts
+        from frictionsim.api.tables import as_text
+
+        return as_text(study_parts(self.data))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the table as plain data, as the command line prints it with --json."""
+        return study_json(self.data, self.data.scenario.origin.source)
+
+    def _repr_html_(self) -> str:
+        from frictionsim.api.study_table import study_parts
+        from frictionsim.api.tables import as_html
+
+        return as_html(study_parts(self.data))
+
+
+def cost(
+    scenario: Scenario | ScenarioSource,
+    overrides: "Overrides | None" = None,
+    *,
+    laws: Iterable[str] | None = None,
+    backends: Iterable[str] | None = None,
+    tolerances: Iterable[float] | None = None,
+    max_wall: float = 5.0,
+    repeats: int = 3,
+    progress: "Progress | None" = None,
+) -> Study:
+    """Measure error against run time for every friction law and method at several settings.
+
+    Parameters
+    ----------
+    scenario, overrides
+        As of `solve`.
+    laws, backends : iterable of str, optional
+        Friction laws and methods to use; by default all that apply.
+    tolerances : iterable of float, optional
+        Relative tolerances of adaptive methods.
+    max_wall : float, s
+        Limit of the wall time of each run.
+    repeats : int
+        Maximum number of timed runs of each setting.
+    progress : Progress, optional
+        Is told each setting and each step.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    InputError, ScenarioError
+        Before anything is run.
+    SolverError
+        If all reference runs fail.
+    """
+    if not 0.0 < max_wall < float("inf"):
+        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
+    if repeats < 1:
+        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats}")
+    loaded = scenario if isinstance(scenario, Scenario) else load(scenario)
+    loaded = loaded.replace(overrides) if overrides else loaded
+    wanted = _tolerances(tolerances)
+    methods = _named("backends", "backend", backends, methods_of(loaded.PAIRS))
+    friction = _named("laws", "friction law", laws, laws_of(loaded.PAIRS))
+    kind = mechanism_module(loaded.kind)
+    if not hasattr(kind, "METRICS"):
+        raise InputError(f"cost: the kind '{loaded.kind}' defines no error metrics")
+    settings = [
+        setting
+        for setting in _ladders(kind, loaded, wanted)
+        if setting.backend in methods and (not setting.law or setting.law in friction)
+    ]
+    rtol = min(wanted) * ladder.REFERENCE_REFINEMENT
+    progress = progress or Progress()
+    return Study(
+        work_precision.study(
+            loaded,
+            settings,
+            _references(kind, loaded, rtol),
+            kind.METRICS,
+            max_wall,
+            repeats,
+            progress.on_step,
+            progress.on_setting,
+        )
+    )
+
+
+class Progress:
+    """What a study tells: each step of a run, s, and the name of each setting."""
+
+    def __init__(
+        self,
+        on_step: Callable[[float], Any] = lambda t: None,
+        on_setting: Callable[[str], Any] = lambda name: None,
+    ) -> None:
+        self.on_step, self.on_setting = on_step, on_setting
+
+
+def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:
+    if hasattr(kind, "ladders"):
+        found: list[Setting] = kind.ladders(scenario, tolerances)
+        return found
+    return ladder.ladders(scenario, tolerances, kind.build(scenario))
+
+
+def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ...]:
+    if hasattr(kind, "references"):
+        found: tuple[Setting, ...] = kind.references(scenario, rtol)
+        return found
+    return ladder.references(scenario, kind.build(scenario), rtol)
+
+
+def _tolerances(given: Iterable[float] | None) -> tuple[float, ...]:
+    if given is None:
+        return TOLERANCES
+    found = tuple(given)
+    if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
+        raise ArgumentError(
+            "tolerances",
+            f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
+            f" got '{','.join(map(str, found))}'",
+        )
+    return tuple(sorted(set(found), reverse=True))
+
+
+def _named(
+    argument: str, what: str, given: Iterable[str] | None, known: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the names that are given; all known ones if none are."""
+    if given is None:
+        return known
+    names = tuple(given)
+    for name in names:
+        if name not in known:
+            raise ArgumentError(argument, unknown(what, name, list(known)))
+    return names

@@ -1,0 +1,86 @@
+"""The application, the options that several commands have, and how errors end a command."""
+
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frictionsim import __version__
+from frictionsim.errors import EXIT_BAD_INPUT
+
+app = typer.Typer(
+    name="frictionsim",
+    help="Simulate mechanisms governed by dry friction.",
+    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
+    " 4 result not written, 5 step or time limit reached, 130/143 interrupted.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,  # halves the start-up time of --help
+    pretty_exceptions_enable=False,
+)
+
+ScenarioFile = Annotated[
+    str, typer.Argument(help="Scenario in TOML; - reads the standard input.", show_default=False)
+]
+ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_default=False)]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),
+]
+MaxWall = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="Limit the wall time; the run can be resumed."),
+]
+NoClobber = Annotated[
+    bool,
+    typer.Option(
+        "--no-clobber", help="Do not replace existing files (exit 4), except a resumed result."
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary and no progress.")]
+Verbose = Annotated[
+    int,
+    typer.Option(
+        "--verbose", "-v", count=True, show_default=False, help="Log on stderr; -vv logs more."
+    ),
+]
+
+
+def log_on_stderr(verbose: int) -> None:
+    """Show what the package logs: warnings, with -v information, with -vv also details."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(_Format())
+    logger = logging.getLogger("frictionsim")
+    logger.handlers = [handler]
+    logger.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])
+
+
+class _Format(logging.Formatter):
+    """Messages as those of `print_error`."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "
+        return f"frictionsim: {level}{record.getMessage()}"
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def program(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, help="Show the version.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an internal error.")
+    ] = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(EXIT_BAD_INPUT)

@@ -1,0 +1,148 @@
+"""The commands on files: show, compare, plot, new and schema."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import frictionsim as fs
+from frictionsim.cli.app import AsJson, NoClobber, ResultFile, app
+from frictionsim.cli.messages import print_error, print_json, print_text
+from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError, OutputError
+
+
+@app.command()
+def show(
+    result: ResultFile,
+    as_json: AsJson = False,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Print the channels as CSV.")] = False,
+    scenario: Annotated[
+        bool, typer.Option("--scenario", help="Print the scenario as TOML.")
+    ] = False,
+) -> None:
+    """Print the summary of a result file again."""
+    if as_json + as_csv + scenario > 1:
+        raise InputError("show: give one of --json, --csv and --scenario")
+    found = fs.open(result)
+    if as_json:
+        print_json(found.to_json())
+    elif as_csv:
+        from frictionsim.api.channel_csv import write_channels
+
+        write_channels(found.record, sys.stdout)
+    elif scenario:
+        print_text(found.record.attributes["scenario"].rstrip("\n"))
+    else:
+        print_text(found.summary())
+
+
+@app.command()
+def compare(
+    result: ResultFile,
+    golden: ResultFile,
+    rtol: Annotated[float, typer.Option(min=0.0, help="Relative tolerance.")] = 1e-6,
+    atol: Annotated[
+        float, typer.Option(min=0.0, help="Absolute tolerance, in the unit of each channel.")
+    ] = 1e-9,
+    time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
+    ignore: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
+    comparison = fs.compare(
+        result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
+    )
+    if as_json:
+        from frictionsim.api.json_data import comparison_json
+
+        print_json({"result": str(result), "golden": str(golden), **comparison_json(comparison)})
+    else:
+        from frictionsim.api.tables import as_text
+        from frictionsim.api.tables import comparison as parts
+
+        print_text(as_text(parts(comparison)))
+    return EXIT_DONE if comparison.same else EXIT_DIFFERENT
+
+
+@app.command()
+def plot(
+    result: ResultFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Picture: .png, .pdf or .svg. [RESULT.png]"),
+    ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option("--view", metavar="NAME", help="View to draw, or 'all'. [the first]"),
+    ] = None,
+    body: Annotated[
+        int | None,
+        typer.Option("--body", metavar="N", help="Number of the body for the view 'body'."),
+    ] = None,
+    no_clobber: NoClobber = False,
+    as_json: AsJson = False,
+) -> None:
+    """Draw a view of a result file; --view all draws each view into FILE-<view>.png."""
+    from frictionsim.api.pictures import save_views
+
+    pictures, reasons = save_views(
+        fs.open(result), output or result.with_suffix(".png"), view, body, no_clobber=no_clobber
+    )
+    if as_json:
+        print_json(
+            {"result": str(result), "pictures": list(map(str, pictures)), "skipped": reasons}
+        )
+        return
+    for picture in pictures:
+        print_text(str(picture))
+    for reason in reasons:
+        print_error(f"view skipped: {reason}")
+
+
+@app.command()
+def new(
+    kind: Annotated[
+        str | None,
+        typer.Argument(help="Kind of mechanism, or name of a shipped scenario."),
+    ] = None,
+    file: Annotated[
+        Path | None, typer.Argument(help="Scenario to write. [prints it]", show_default=False)
+    ] = None,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the kinds and the shipped scenarios.")
+    ] = False,
+) -> None:
+    """Write a commented scenario to start from; an existing file is not replaced."""
+    if listed:
+        from frictionsim.api.starting import list_of_scenarios
+
+        print_text(list_of_scenarios())
+        return
+    if kind is None:
+        raise InputError("new: KIND is missing; 'frictionsim new --list' lists what there is")
+    text = fs.new(kind)
+    if file is None:
+        print_text(text.rstrip("\n"))
+        return
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(text)
+    except FileExistsError:
+        raise OutputError(f"{file}: the file exists and is not replaced; give another name") from None
+    except OSError as error:
+        raise OutputError(f"{file}: cannot write the scenario: {error.strerror}") from None
+    print_text(str(file))
+
+
+@app.command()
+def schema(
+    kind: Annotated[
+        str | None, typer.Argument(help="Kind of mechanism. [all kinds]", show_default=False)
+    ] = None,
+) -> None:
+    """Print the JSON schema of scenarios, for editors and other tools."""
+    print_json(fs.schema(kind))
