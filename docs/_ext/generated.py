@@ -11,7 +11,7 @@ from pathlib import Path
 from command_line import commands
 from layout import layout
 from method_table import methods
-from scenario_keys import keys
+from scenario_keys import keys, signal
 
 DOCS = Path(__file__).parents[1]
 PARTS: Mapping[str, Callable[..., str]] = {
@@ -19,6 +19,7 @@ PARTS: Mapping[str, Callable[..., str]] = {
     "keys": keys,
     "layout": layout,
     "methods": methods,
+    "signal": signal,
 }
 PART = re.compile(r"(<!-- generated: (\w+)((?: [\w.]+)*) -->\n).*?(<!-- end -->)", re.DOTALL)
 
