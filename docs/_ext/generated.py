@@ -2,8 +2,10 @@
 
 What stands between `<!-- generated: NAME ARGUMENTS -->` and `<!-- end -->` of a page is what the
 function of that name returns. `python docs/_ext/generated.py` writes them again; a test compares.
+It also writes the JSON schemas beside the scenarios, which these name in their first line.
 """
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,14 +13,19 @@ from pathlib import Path
 from command_line import commands
 from layout import layout
 from method_table import methods
-from scenario_keys import keys
+from scenario_keys import keys, signal
+
+from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.kinds import KINDS
 
 DOCS = Path(__file__).parents[1]
+SCHEMAS = DOCS.parent / "scenarios" / "schemas"
 PARTS: Mapping[str, Callable[..., str]] = {
     "commands": commands,
     "keys": keys,
     "layout": layout,
     "methods": methods,
+    "signal": signal,
 }
 PART = re.compile(r"(<!-- generated: (\w+)((?: [\w.]+)*) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -33,8 +40,18 @@ def generated(page: str) -> str:
     return PART.sub(part, page)
 
 
+def schemas() -> dict[Path, str]:
+    """Return the JSON schema of each kind as text, by the file that has it."""
+    return {SCHEMAS / f"{kind}.json": f"{json.dumps(schema(kind), indent=2)}\n" for kind in KINDS}
+
+
 def main() -> None:
-    """Write the parts of all pages."""
+    """Write the parts of all pages, and the schemas."""
+    SCHEMAS.mkdir(exist_ok=True)
+    for path, text in schemas().items():
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+            print(path)
     for path in sorted(DOCS.rglob("*.md")):
         page = path.read_text(encoding="utf-8")
         if generated(page) != page:

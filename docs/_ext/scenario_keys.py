@@ -8,6 +8,7 @@ from markdown import table
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from frictionsim.scenario.csv_signals import CsvSpeedTable
 from frictionsim.scenario.friction_law import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import methods_of
@@ -26,6 +27,8 @@ TAKEN: Mapping[tuple[type[BaseModel], str], str] = {
     (FrictionLaw, "transition_speed"): f"{TRANSITION_SPEED:g}",
     (Output, "interval"): f"duration/{DEFAULT_SAMPLES}",
 }
+# The forms of a signal whose keys have a table, on the page of scenarios.
+SIGNALS = {"csv": CsvSpeedTable}
 # The key that stands for a name which the scenario is free to choose.
 FREE_NAME = "NAME"
 
@@ -72,6 +75,14 @@ def keys(kind: str) -> str:
         parts += [f"## `{found.header}`" if found.header else "## Top level", _about(found)]
         parts.append(table(("key", "form", "unit", "default", "range", "meaning"), rows))
     return "\n\n".join(part for part in parts if part)
+
+
+def signal(form: str) -> str:
+    """Return a table with a row for each key of a form of signal, as `csv`."""
+    rows = [tuple(key) for key in keys_of(SIGNALS[form])]
+    heading = ("key", "form", "unit", "default", "range", "meaning")
+    used = [i for i in range(len(heading)) if any(row[i] for row in rows)]
+    return table([heading[i] for i in used], [[row[i] for i in used] for row in rows])
 
 
 def model_of(kind: str) -> type[Scenario]:
@@ -167,7 +178,8 @@ def _form(annotation: Any) -> str:
         return "[signal](../scenarios.md#signals)"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
     types = [names[a] for a in _leaves(annotation) if a in names]
-    word = types[0] if types else "value"
+    word = " or ".join(types) if types == ["text", "whole number"] else ""
+    word = word or (types[0] if types else "value")
     if not _holds(annotation, tuple):
         return word
     if word == "text":

@@ -8,6 +8,8 @@ Each module holds one mechanism: parameters, effects, equations, statics and out
     statics(scenario)     the quantities of impending motion
     PANELS                the channels of its default plot
     METRICS               the error metrics of a work-precision study
+    EXAMPLE               TOML text of a scenario to start from; for kinds from outside the package,
+                          which have no scenario of their name in `scenarios/`
 
 and, to replace the defaults of `frictionsim.work_precision`, ladders(scenario, tolerances),
 references(scenario, rtol) and tighter(scenario): the settings of a study, its references, and the

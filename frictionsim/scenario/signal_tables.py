@@ -15,6 +15,7 @@ from pydantic import (
     model_validator,
 )
 
+from frictionsim.scenario.csv_signals import CsvSpeedTable, CsvTable, read_points
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
@@ -119,52 +120,14 @@ class SmoothStepTable(Params):
         return SmoothStep(s.before, s.after, s.start, s.stop)
 
 
-def _read_csv(table: Any, info: ValidationInfo) -> Any:
-    """Replace `{csv = "file.csv"}` by the points in the file, relative to the scenario."""
-    if not (isinstance(table, dict) and table.keys() == {"csv"}):
-        return table
-    name = table["csv"]
-    if not isinstance(name, str):
-        raise inconsistent(("csv",), "expected the name of a file, in quotes")
-    folder: Path = (info.context or {}).get("folder", Path())
-    path = folder / name
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or (
-            "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
-        )
-        raise inconsistent(
-            ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
-        ) from None
-    times: list[float] = []
-    values: list[float] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if not cells:
-            continue
-        try:
-            time, value = map(float, cells)
-        except ValueError:
-            if not times and not any(_is_number(cell) for cell in cells):
-                continue  # a header line
-            raise inconsistent(
-                ("csv",),
-                f"line {number} of '{path}': expected a time and a value, got '{line[:60]}'",
-            ) from None
-        times.append(time)
-        values.append(value)
-    if not times:
-        raise inconsistent(("csv",), f"'{path}' has no lines with a time and a value")
-    return {"time": times, "value": values}
+def _reader_of(model: type[CsvTable]) -> BeforeValidator:
+    """Return what replaces `{csv = "file.csv", ...}` by the points in the file."""
 
+    def read(table: Any, info: ValidationInfo) -> Any:
+        folder: Path = (info.context or {}).get("folder", Path())
+        return read_points(model.model_validate(table), folder)
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    return BeforeValidator(read, json_schema_input_type=model)
 
 
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
@@ -175,6 +138,8 @@ SIGNAL_TAGS: dict[str, type[Params]] = {
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
     "<of speed>": SpeedTable,
+    "<csv>": CsvTable,
+    "<csv of time or speed>": CsvSpeedTable,
 }
 # Alternatives to a number, by its tag, which is also the type of the error if no form matches.
 FORMS_BESIDE_NUMBER = {
@@ -188,6 +153,8 @@ def _signal_form(table: Any) -> str | None:
         return next(tag for tag, model in SIGNAL_TAGS.items() if isinstance(table, model))
     if not isinstance(table, dict):
         return _NUMBER
+    if "csv" in table:
+        return "<csv>"
     if "sine" in table:
         return "<sine>"
     if "smooth_step" in table:
@@ -198,6 +165,8 @@ def _signal_form(table: Any) -> str | None:
 
 
 def _signal_form_or_of_speed(table: Any) -> str | None:
+    if isinstance(table, dict) and "csv" in table:
+        return "<csv of time or speed>"
     if isinstance(table, dict) and "speed" in table:
         return "<of speed>"
     form = _signal_form(table)
@@ -213,18 +182,22 @@ TimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER)]
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
-    | Annotated[SmoothStepTable, Tag("<smooth step>")],
+    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[PiecewiseLinearTable, _reader_of(CsvTable), Tag("<csv>")],
     _discriminator(_signal_form, _NUMBER),
-    BeforeValidator(_read_csv),
 ]
 SpeedOrTimeSignal = Annotated[
     Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
-    | Annotated[SpeedTable, Tag("<of speed>")],
+    | Annotated[SpeedTable, Tag("<of speed>")]
+    | Annotated[
+        PiecewiseLinearTable | SpeedTable,
+        _reader_of(CsvSpeedTable),
+        Tag("<csv of time or speed>"),
+    ],
     _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED),
-    BeforeValidator(_read_csv),
 ]
 
 

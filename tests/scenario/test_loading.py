@@ -88,7 +88,7 @@ EDITS = [
     ('FORCE -> {csv = "no.csv"}', ":7: drive.force.csv: cannot read ..."),
     ('FORCE -> {csv = "binary.csv"}', ":7: drive.force.csv: cannot read ...not UTF-8 text..."),
     ('FORCE -> {csv = "empty.csv"}', ":7: drive.force.csv: ... has no lines with a time and a ..."),
-    ('FORCE -> {csv = "nan.csv"}', ":7: drive.force.value.1: expected a finite number in N, ..."),
+    ('FORCE -> {csv = "nan.csv"}', ":7: drive.force.csv: line 2 of ... both finite, got '1 nan'"),
     ('kind -> "<" = 1\nkind', ":1: '<': unknown key '<'..."),
     ('load -> "<points>" = 1\nload', ":5: mechanism.'<points>': unknown key '<points>'..."),
 ]

@@ -49,6 +49,14 @@ TOKENS = [
 ]
 
 
+CSV_SIGNALS = (
+    '{ csv = "force.csv" }',
+    '{ csv = "force.csv", time = "time", value = "force" }',
+    '{ csv = "force.csv", value = 2, decimal = ",", delimiter = ";" }',
+    '{ csv = "force.csv", time = 1, value = "force", delimiter = "," }',
+)
+
+
 def edited(rng: random.Random, text: str, tokens: list[str]) -> str:
     """Return a text with a few pieces cut out, doubled, moved or replaced."""
     for _ in range(rng.randint(1, 5)):
@@ -86,7 +94,7 @@ def csv_case(rng: random.Random, folder: Path) -> Case:
     scenario.write_text(
         (SCENARIOS / "pulley.toml")
         .read_text()
-        .replace("{ time = [0.0, 0.8], value = [1832.6, 3113.75] }", '{ csv = "force.csv" }')
+        .replace("{ time = [0.0, 0.8], value = [1832.6, 3113.75] }", rng.choice(CSV_SIGNALS))
     )
     command = rng.choice([["check"], ["solve", "-q", "-o", "a.h5", "--max-wall", "0.05"]])
     return [command[0], str(scenario), *command[1:]], repr(raw[:2000])

@@ -192,7 +192,8 @@ def _effect_tables() -> Any:
         effect.key: (effect.table, ...) if effect.required else (effect.table | None, None)
         for effect in EFFECTS
     }
-    return create_model("Effects", __base__=Params, __module__=__name__, **fields)
+    about = "`[effects]`: one table for each effect that is simulated."
+    return create_model("Effects", __base__=Params, __module__=__name__, __doc__=about, **fields)
 
 
 if TYPE_CHECKING:

@@ -1,0 +1,358 @@
+"""Signals from columns of a CSV file: `{csv = "log.csv", time = "t", value = "F_N", ...}`.
+
+With `csv` alone the file has two columns, separated by comma, semicolon, space or tab. Any further
+key makes it a table of columns, which Python's `csv` reads, with quotes around cells or without.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import isfinite
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+from pydantic import Field, PlainValidator, model_validator
+from pydantic_core import PydanticCustomError
+
+from frictionsim.errors import unknown
+from frictionsim.scenario.schema import Params, inconsistent
+
+MAX_TEXT = 60  # characters of a line or cell in a message
+NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
+DELIMITERS = (";", "\t", ",")  # searched for in this order where none is given
+UNITS = {"time": "s", "speed": "rad/s"}
+
+
+def _column(value: Any) -> str | int:
+    if isinstance(value, str) and value.strip():
+        return value.strip()
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise PydanticCustomError("column", "expected a column")  # worded in messages.py
+
+
+def _delimiter(value: Any) -> str:
+    one = isinstance(value, str) and len(value) == 1
+    if one and not value.isalnum() and value not in NO_DELIMITERS:
+        return str(value)
+    raise PydanticCustomError("delimiter", "expected a delimiter")  # worded in messages.py
+
+
+Column = Annotated[
+    str | int,
+    PlainValidator(
+        _column,
+        json_schema_input_type=Annotated[str, Field(pattern=r"\S")] | Annotated[int, Field(ge=1)],
+    ),
+]
+Delimiter = Annotated[
+    str,
+    PlainValidator(
+        _delimiter,
+        json_schema_input_type=Annotated[str, Field(pattern=r"^[^0-9A-Za-z\"'#+.\r\n-]$")],
+    ),
+]
+
+
+class CsvTable(Params):
+    """`{csv = "log.csv", time = "t", value = "F_N"}`: points from columns of a file."""
+
+    csv: str = Field(
+        min_length=1, description="File, relative to the scenario; # begins a comment in it."
+    )
+    time: Column | None = Field(
+        None, description="Column of the times, s, by name or number; the first if left out."
+    )
+    value: Column | None = Field(
+        None, description="Column of the values, by name or number; the second if left out."
+    )
+    delimiter: Delimiter | None = Field(
+        None, description="Character between cells; if left out `;`, tab, `,` or space, as found."
+    )
+    decimal: Literal[".", ","] = Field(".", description="Decimal mark of the numbers.")
+
+    @property
+    def has_columns(self) -> bool:
+        """Whether any key says more about the file than its name."""
+        return bool(self.model_fields_set - {"csv"})
+
+    @property
+    def abscissa(self) -> Literal["time", "speed"]:
+        """What the values are given over."""
+        return "time"
+
+    @model_validator(mode="after")
+    def _delimiter_is_not_the_decimal_mark(self) -> Self:
+        if self.delimiter == self.decimal:
+            raise inconsistent(
+                ("delimiter",),
+                f"'{self.delimiter}' is the decimal mark, too; give another delimiter, such as ';'",
+            )
+        return self
+
+
+class CsvSpeedTable(CsvTable):
+    """`{csv = "log.csv", speed = "w", value = "M_Nm"}`: points from columns, over a speed."""
+
+    speed: Column | None = Field(
+        None, description="Column of speeds, rad/s, by name or number, in the place of time."
+    )
+
+    @property
+    def abscissa(self) -> Literal["time", "speed"]:
+        return "time" if self.speed is None else "speed"
+
+    @model_validator(mode="after")
+    def _over_time_or_speed(self) -> Self:
+        if self.speed is not None and self.time is not None:
+            raise inconsistent(("speed",), "expected a column of time or of speed; found both")
+        return self
+
+
+class _Row(NamedTuple):
+    """The cells of a line, without spaces around them; lines are counted from 1."""
+
+    line: int
+    cells: list[str]
+
+
+class _Point(NamedTuple):
+    """The line, time, s, or speed, rad/s, and value of a point."""
+
+    line: int
+    abscissa: Any
+    value: Any
+
+
+class _Source(NamedTuple):
+    """A key that names a column, and the index of the column from 0."""
+
+    key: str
+    column: int
+
+
+def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
+    """Return the points of a signal in a CSV file.
+
+    Parameters
+    ----------
+    table : CsvTable
+    folder : Path
+        Base of a relative file name.
+
+    Returns
+    -------
+    dict
+        `time`, s, or `speed`, rad/s, strictly increasing, and `value`; all finite.
+
+    Raises
+    ------
+    PydanticCustomError
+        If the file cannot be read, or lacks a column or a number.
+    """
+    path = folder / table.csv
+    text = _text(path)
+    rows = list(_separated(table, text, path) if table.has_columns else _plain(text))
+    sources, rows = _find_columns(table, rows, path)
+    points = list(_numbers(table, rows, sources, path))
+    if not points:
+        what = "a speed" if table.abscissa == "speed" else "a time"
+        raise inconsistent(("csv",), f"'{path}' has no lines with {what} and a value")
+    _check_increasing(table.abscissa, points, path)
+    return {
+        table.abscissa: [point.abscissa for point in points],
+        "value": [point.value for point in points],
+    }
+
+
+def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
+    for earlier, later in pairwise(points):
+        if not later.abscissa > earlier.abscissa:
+            raise inconsistent(
+                ("csv",),
+                f"line {later.line} of '{path}': {name}s must increase from line to line, but"
+                f" {later.abscissa} {UNITS[name]} follows {earlier.abscissa} {UNITS[name]}",
+            )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or (
+            "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
+        )
+        raise inconsistent(
+            ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
+        ) from None
+
+
+def _plain(text: str) -> Iterator[_Row]:
+    """Yield the rows of a file of two columns, with any of the usual separators."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+        if cells:
+            yield _Row(number, cells)
+
+
+def _separated(table: CsvTable, text: str, path: Path) -> Iterator[_Row]:
+    """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
+    import csv  # imported here: few scenarios have such a signal
+
+    lines = text.split("\n")
+    delimiter = table.delimiter or _usual_delimiter(table.decimal, lines)
+    shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
+    reader = csv.reader(shown, delimiter=delimiter, strict=True)
+    line = 1
+    try:
+        for found in reader:
+            cells = [cell.strip() for cell in found]
+            if delimiter == " ":
+                cells = [cell for cell in cells if cell]
+            if any(cells):
+                yield _Row(line, cells)
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise inconsistent(
+            ("csv",),
+            f"line {line} of '{path}', separated by {_quoted(delimiter)}: not valid CSV: {error}",
+        ) from None
+
+
+def _usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
+    """Return the delimiter in the first line that begins with a number, or in the first line."""
+    numeric = (line for line in lines if line.lstrip(' "+-.')[:1].isdecimal())
+    sample = next(numeric, lines[0])
+    return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
+
+
+def _find_columns(
+    table: CsvTable, rows: list[_Row], path: Path
+) -> tuple[list[_Source], list[_Row]]:
+    """Return the two columns of the signal, and the rows below the line with their names."""
+    wanted: dict[str, str | int] = {
+        table.abscissa: getattr(table, table.abscissa) or 1,
+        "value": table.value or 2,
+    }
+    header = _Row(0, [])
+    if rows and any(isinstance(name, str) for name in wanted.values()):
+        header, rows = _below_header(table, wanted, rows, path)
+    sources = [
+        _Source(key, column - 1 if isinstance(column, int) else header.cells.index(column))
+        for key, column in wanted.items()
+        if header.cells or isinstance(column, int)
+    ]
+    if sources and sources[0].column == sources[-1].column:
+        raise inconsistent(
+            ("value",), f"column {sources[0].column + 1} is that of the {table.abscissa}, too"
+        )
+    return sources, rows
+
+
+def _below_header(
+    table: CsvTable, wanted: dict[str, str | int], rows: list[_Row], path: Path
+) -> tuple[_Row, list[_Row]]:
+    """Return the first row with all names, and the rows below it."""
+    names = {name for name in wanted.values() if isinstance(name, str)}
+    place = next((i for i, row in enumerate(rows) if names <= set(row.cells)), None)
+    if place is None:
+        raise _no_such_column(table, wanted, rows, path)
+    header = rows[place]
+    for key, name in wanted.items():
+        numbers = [i for i, cell in enumerate(header.cells, start=1) if cell == name]
+        if len(numbers) > 1:
+            raise inconsistent(
+                (key,),
+                f"line {header.line} of '{path}': columns {', '.join(map(str, numbers))} are all"
+                f" named '{name}'; give the number of one of them",
+            )
+    return header, rows[place + 1 :]
+
+
+def _no_such_column(
+    table: CsvTable, wanted: dict[str, str | int], rows: list[_Row], path: Path
+) -> PydanticCustomError:
+    """Return the error for names that no line has, compared with the likely header line."""
+    names = {key: name for key, name in wanted.items() if isinstance(name, str)}
+    above = []
+    for row in rows:
+        if all(_is_number(cell, table.decimal) for cell in row.cells if cell):
+            break
+        above.append(row)
+    if not above:
+        key, name = next(iter(names.items()))
+        return inconsistent(
+            (key,),
+            f"'{path}' has no line with the names of its columns; give the number of '{name}',"
+            " from 1",
+        )
+    header = max(above, key=lambda row: (len(set(names.values()) & set(row.cells)), len(row.cells)))
+    key, name = next((k, n) for k, n in names.items() if n not in header.cells)
+    known = [cell for cell in header.cells if cell]
+    return inconsistent((key,), f"line {header.line} of '{path}': {unknown('column', name, known)}")
+
+
+def _numbers(
+    table: CsvTable, rows: list[_Row], sources: list[_Source], path: Path
+) -> Iterator[_Point]:
+    """Yield a point of each row, without header lines, in which none of the cells is a number."""
+    begun = False
+    for row in rows:
+        cells = row.cells
+        if table.has_columns:
+            cells = [cells[s.column] if s.column < len(cells) else "" for s in sources]
+        if not begun and not any(_is_number(cell, table.decimal) for cell in cells):
+            continue
+        begun = True
+        numbers = [_finite(cell, table.decimal) for cell in cells]
+        if len(cells) != len(sources) or None in numbers:
+            fault = _cell_fault(table, row, sources) if table.has_columns else _line_fault(row)
+            raise inconsistent(("csv",), f"line {row.line} of '{path}': {fault}")
+        abscissa, value = numbers
+        yield _Point(row.line, abscissa, value)
+
+
+def _line_fault(row: _Row) -> str:
+    """Return what is wrong with a row of a file of two columns."""
+    finite = "" if any(not _is_number(cell, ".") for cell in row.cells) else ", both finite"
+    advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
+    return f"expected a time and a value{finite}, got {_quoted(' '.join(row.cells))}{advice}"
+
+
+def _cell_fault(table: CsvTable, row: _Row, sources: list[_Source]) -> str:
+    """Return what is wrong with the first cell that is no finite number."""
+    for source in sources:
+        if source.column >= len(row.cells):
+            return f"no column {source.column + 1} for {source.key}, only {len(row.cells)}"
+        cell = row.cells[source.column]
+        if _finite(cell, table.decimal) is None:
+            break
+    other = "," if table.decimal == "." else "."
+    advice = ""
+    if _finite(cell, other) is not None:
+        advice = f"; if '{other}' is the decimal mark, give decimal = \"{other}\""
+    return (
+        f"expected a finite number in column {source.column + 1} for {source.key}, got"
+        f" {_quoted(cell)}{advice}"
+    )
+
+
+def _finite(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell; None if it is not a finite one."""
+    if not _is_number(cell, decimal):
+        return None
+    number = float(cell.replace(decimal, "."))
+    return number if isfinite(number) else None
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    if "_" in cell or (decimal != "." and "." in cell):
+        return False
+    try:
+        float(cell.replace(decimal, "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _quoted(text: str) -> str:
+    return "a tab" if text == "\t" else f"'{text[:MAX_TEXT]}'"

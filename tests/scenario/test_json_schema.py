@@ -1,0 +1,212 @@
+"""The JSON schema of scenarios: it takes what loads, and refuses what editors can point at."""
+
+import subprocess
+import sys
+import sysconfig
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import given
+
+from frictionsim.errors import InputError
+from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.kinds import KINDS
+from frictionsim.scenario.loading import ValidationFailure, resolved_tables, validate
+from tests.docs.pages import DOCS
+from tests.support.belt_scenarios import PAIR, TRIO
+from tests.support.drawn_scenarios import scenarios, some
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley
+
+sys.path.insert(0, str(DOCS / "_ext"))
+from generated import schemas
+
+SHIPPED = sorted(SCENARIOS.rglob("*.toml"))
+VALIDATORS = {kind: jsonschema.Draft202012Validator(schema(kind)) for kind in (None, *KINDS)}
+TAPLO = Path(sysconfig.get_path("scripts")) / "taplo"
+with_taplo = pytest.mark.skipif(
+    not TAPLO.exists(), reason="taplo is not installed beside this Python"
+)
+
+
+def faults(data: Scenario, kind: str | None = None) -> list[str]:
+    """Return the messages of the schema of a kind, and those of all kinds if they differ in any."""
+    kind = kind or str(data["kind"])
+    found = [error.message for error in VALIDATORS[kind].iter_errors(data)]
+    assert bool(found) == bool(list(VALIDATORS[None].iter_errors(data)))
+    return found
+
+
+@pytest.mark.parametrize("kind", [None, *KINDS])
+def test_a_schema_is_a_schema(kind: str | None) -> None:
+    made = schema(kind)
+    assert made["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert made["title"].startswith("Scenario of ")
+    jsonschema.Draft202012Validator.check_schema(made)
+
+
+def test_an_unknown_kind_is_refused() -> None:
+    with pytest.raises(InputError, match=r"unknown kind 'pully' \(did you mean 'pulley'\?\)"):
+        schema("pully")
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_scenarios_fit_and_name_their_schema(path: Path) -> None:
+    text = path.read_text()
+    data = tomllib.loads(text)
+    assert faults(data) == []
+    directive, file = text.splitlines()[0].split()
+    assert directive == "#:schema"
+    assert (path.parent / file).resolve() == SCENARIOS / "schemas" / f"{data['kind']}.json"
+
+
+def test_the_schemas_beside_the_scenarios_are_fresh() -> None:
+    files = schemas()
+    assert sorted(files) == sorted((SCENARIOS / "schemas").iterdir())
+    for path, text in files.items():
+        assert path.read_text() == text, "run docs/_ext/generated.py"
+
+
+@pytest.mark.parametrize("text", [PAIR, TRIO], ids=["pair", "trio"])
+def test_belts_fit(text: str) -> None:
+    assert faults(tomllib.loads(text)) == []
+
+
+@some(200)
+@given(scenarios())
+def test_random_scenarios_that_load_fit(data: Scenario) -> None:
+    try:
+        resolved = resolved_tables(validate(data, SCENARIOS))
+    except ValidationFailure:
+        return
+    assert faults(data) == []
+    lists = {k: list(v) if isinstance(v, tuple) else v for k, v in resolved["output"].items()}
+    assert faults(data | {"solver": resolved["solver"], "output": lists}) == []
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        3,
+        -2.5,
+        {"time": [0, 1], "value": [1.0, 2]},
+        {"sine": {"amplitude": 1.0, "frequency_hz": 2.0}},
+        {"smooth_step": {"from": 0, "to": 1, "start": 0, "stop": 1}},
+        {"csv": "a.csv"},
+        {"csv": "a.csv", "time": "t", "value": 3, "delimiter": "\t", "decimal": ","},
+    ],
+)
+def test_all_forms_of_a_signal_fit(force: Any) -> None:
+    assert faults(pulley(drive__force=force)) == []
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"mechanism__lod": 3.0}, "Additional properties are not allowed ('lod' was unexpected)"),
+    ({"drvie": {}}, "Additional properties are not allowed ('drvie' was unexpected)"),
+    # A retired key, which loading refuses with advice.
+    ({"effects__air_drag": {"coefficient": 1.0}}, "Additional properties are not allowed"),
+    ({"solver__transition_speed": 1.0}, "Additional properties are not allowed"),
+    ({"mechanism__load": None}, "'load' is a required property"),
+    ({"mechanism__load": "x"}, "'x' is not of type 'number'"),
+    ({"mechanism__load": -1.0}, "-1.0 is less than the minimum of 0"),
+    ({"mechanism__inertia": 0}, "0 is less than or equal to the minimum of 0"),
+    ({"solver__max_steps": 1.5}, "1.5 is not of type 'integer'"),
+    ({"solver__backend": "moreau"}, "'moreau' is not one of ['events', 'rkf45', "),
+    ({"effects__shaft_friction__law": "creep"}, "'creep' is not one of ['set-valued', "),
+    ({"output__channels": ["angel"]}, "'angel' is not one of ['angle', "),
+    ({"drive__force": "x"}, "'x' is not valid under any of the given schemas"),
+    ({"drive__force": {}}, "{} is not valid under any"),
+    ({"drive__force": {"csv": "a", "time": 0}}, "{'csv': 'a', 'time': 0} is not valid under any"),
+    ({"drive__force": {"csv": "a", "decimal": ";"}}, "{'csv': 'a', 'decimal': ';'} is not valid"),
+    ({"drive__force": {"csv": "a", "delimiter": "ab"}}, "{'csv': 'a', 'delimiter': 'ab'} is not"),
+    ({"drive__force": {"csv": "a", "speed": 1}}, "{'csv': 'a', 'speed': 1} is not valid under any"),
+    ({"drive__force": {"speed": [1], "value": [1]}}, "{'speed': [1], 'value': [1]} is not valid"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG)
+def test_a_wrong_scenario_is_refused(changes: dict[str, Any], message: str) -> None:
+    (found,) = faults(pulley(**changes))
+    assert found.startswith(message)
+
+
+def test_a_belt_has_no_absolute_tolerance() -> None:
+    data = changed(tomllib.loads(PAIR), solver__atol=1e-3)
+    assert faults(data) == ["Additional properties are not allowed ('atol' was unexpected)"]
+
+
+def test_each_kind_is_told_by_its_name() -> None:
+    assert list(VALIDATORS[None].iter_errors(pulley(kind="pully")))
+    assert list(VALIDATORS[None].iter_errors(pulley(kind="epicyclic")))
+    assert list(VALIDATORS["epicyclic"].iter_errors(pulley()))
+
+
+def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield all keys of a schema, by the table that has them."""
+    for name, table in {"": made, **made["$defs"]}.items():
+        for key, value in table.get("properties", {}).items():
+            yield f"{name}.{key}", value
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_key_is_described_with_its_unit(kind: str) -> None:
+    made = schema(kind)
+    for place, key in keys(made):
+        inner = key.get("$ref") or str(key.get("items") or key.get("additionalProperties"))
+        tables = [name for name in made["$defs"] if f"/{name}" in inner]
+        described = key.get("description") or [
+            table for table in tables if made["$defs"][table].get("description")
+        ]
+        assert described, place
+        unit = key.get("unit", "1")
+        assert unit == "1" or key["description"].endswith(f" Unit: {unit}."), place
+
+
+def test_defaults_are_those_of_the_models() -> None:
+    places = dict(keys(schema("pulley")))
+    assert places["SolverSettings.duration"]["default"] == 10.0
+    assert places["PulleyDrive.direction"]["default"] == "vertical"
+    assert "default" not in places["SolverSettings.max_step"]
+    assert places["PulleyParameters.cord_radius"]["unit"] == "m"
+
+
+def lint(*paths: Path) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [TAPLO, "lint", "--no-auto-config", *paths],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+@with_taplo
+def test_taplo_takes_the_shipped_scenarios() -> None:
+    done = lint(*SHIPPED)
+    assert done.returncode == 0, done.stderr
+    assert f"total={len(SHIPPED)} " in done.stderr
+
+
+@with_taplo
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("load = ", "lod = ", "Additional properties are not allowed ('lod' was unexpected)"),
+        ("mu_s = 0.2", 'mu_s = "x"', '"x" is not of type "number"'),
+        ("inertia = 1.355", "inertia = -1", "-1 is less than or equal to the minimum of 0"),
+    ],
+)
+def test_taplo_finds_what_is_wrong(old: str, new: str, message: str, tmp_path: Path) -> None:
+    text = (SCENARIOS / "pulley.toml").read_text()
+    text = text.replace("./schemas", str(SCENARIOS / "schemas"))
+    right, wrong = tmp_path / "right.toml", tmp_path / "wrong.toml"
+    right.write_text(text)
+    wrong.write_text(text.replace(old, new, 1))
+    assert lint(right).returncode == 0
+    done = lint(wrong)
+    assert done.returncode != 0
+    assert message in done.stderr

@@ -1,0 +1,205 @@
+"""Scenarios to start from: they load, and so do they with what is commented out."""
+
+import json
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.errors import InputError
+from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.scenario.loading import load, validate
+from frictionsim.scenario.methods import methods_of
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.templates import new_scenario
+from tests.docs.pages import DOCS
+from tests.scenario.test_json_schema import lint, with_taplo
+from tests.support import torsion_pendulum
+from tests.support.drawn_scenarios import some
+from tests.support.scenarios import SCENARIOS
+
+sys.path.insert(0, str(DOCS / "_ext"))
+from scenario_keys import table_model, tables
+
+TEXTS = {kind: new_scenario(kind) for kind in KINDS}
+WIDTH = 100
+
+
+def loaded(text: str) -> Scenario:
+    return validate(tomllib.loads(text), Path("nowhere"))
+
+
+def uncommented(lines: list[str]) -> list[str]:
+    """Return lines without the first mark of a comment, as an editor takes it away."""
+    return [line.removeprefix("# ") for line in lines]
+
+
+def with_effects(text: str, names: list[str]) -> str:
+    """Return a scenario with the tables of effects in use that are commented out."""
+    blocks = text.split("\n\n")
+    for i, block in enumerate(blocks):
+        found = re.match(r"# \[effects\.(\w+)\]", block)
+        if found and found[1] in names:
+            blocks[i] = "\n".join(uncommented(block.splitlines()))
+    return "\n\n".join(blocks)
+
+
+def effects_left_out(kind: str) -> list[str]:
+    return re.findall(r"^# \[effects\.(\w+)\]", TEXTS[kind], re.MULTILINE)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_loads_with_the_values_of_the_shipped_scenario(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "new.toml"
+    path.write_text(TEXTS[kind])
+    assert load(path) == load(SCENARIOS / f"{kind}.toml")
+
+
+def test_numbers_are_as_they_were_written() -> None:
+    assert "\nc1 = 3.0256e9 " in TEXTS["belt_drive"]
+    assert "\nslots = 10 " in TEXTS["marble_machine"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_effect_is_there_in_use_or_as_a_comment(kind: str) -> None:
+    model = mechanism_module(kind).SCENARIO
+    used = set(loaded(TEXTS[kind]).effect_names)
+    left_out = effects_left_out(kind)
+    assert len(left_out) == len(set(left_out))
+    effects = model.model_fields["effects"].annotation.model_fields
+    assert used.isdisjoint(left_out)
+    assert used.union(left_out) == set(effects)
+
+
+def test_effects_are_left_out_where_the_shipped_scenario_has_not_all() -> None:
+    assert effects_left_out("belt_drive") == ["gravity", "patch"]
+    assert effects_left_out("marble_machine") == ["viscous_damping"]
+
+
+@some(30)
+@given(st.data())
+def test_it_loads_with_any_of_the_effects(data: st.DataObject) -> None:
+    kind = data.draw(st.sampled_from(sorted(KINDS)))
+    left_out = effects_left_out(kind)
+    names = data.draw(st.lists(st.sampled_from(left_out), unique=True)) if left_out else []
+    text = with_effects(TEXTS[kind], names)
+    before, after = loaded(TEXTS[kind]).effect_names, loaded(text).effect_names
+    assert set(after) == {*before, *names}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_loads_with_every_effect(kind: str) -> None:
+    text = with_effects(TEXTS[kind], effects_left_out(kind))
+    assert set(loaded(text).effect_names) == {*loaded(TEXTS[kind]).effect_names} | {
+        *effects_left_out(kind)
+    }
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_values_in_comments_are_the_defaults(kind: str) -> None:
+    blocks = TEXTS[kind].split("\n\n")
+    found = 0
+    for i, block in enumerate(blocks):
+        if not block.startswith("# ["):
+            lines = block.splitlines()
+            optional = [n for n, line in enumerate(lines) if re.match(r"# \w+ = +[^ #]", line)]
+            for n in optional:
+                lines[n] = lines[n].removeprefix("# ")
+            blocks[i] = "\n".join(lines)
+            found += len(optional)
+    assert found >= 3
+    assert loaded("\n\n".join(blocks)) == loaded(TEXTS[kind])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_key_and_its_meaning_are_there(kind: str) -> None:
+    flat = re.sub(r"\n[# ]*  # ", " ", TEXTS[kind])
+    for table in tables(mechanism_module(kind).SCENARIO):
+        for name, field in table.model.model_fields.items():
+            if field.description and field.annotation is not type(None):
+                key = field.alias or name
+                value = table_model(field.annotation) is None
+                assert not value or re.search(rf"^(# )*{key} =", flat, re.MULTILINE), key
+                assert field.description in flat, key
+    # Two more, where a table is commented out.
+    assert max(map(len, TEXTS[kind].splitlines())) <= WIDTH + 2
+
+
+def test_a_key_has_its_unit_meaning_and_choices() -> None:
+    text = TEXTS["pulley"]
+    assert "inertia = 1.355                   # kg m^2: Moment of inertia of the pulley.\n" in text
+    assert "mu_s = 0.2             # Static coefficient of friction, not below mu_k.\n" in text
+    assert '# Friction law. One of "set-valued", "regularised", "published".\n' in text
+    assert "[effects.viscous_damping]  # Viscous damping: a torque -b w.\n" in text
+    assert "# initial_angle_deg = 0.0         # deg: Angle at the start.\n" in text
+    assert "3113.75] }  # N, signal: Force on the cord.\n" in text
+    belt = TEXTS["belt_drive"]
+    assert "# # g = 9.81  # m/s^2: Acceleration of gravity.\n" in belt
+    assert "# [effects.belt_friction.pulleys.NAME]\n" in belt
+    assert "# N m, signal or {speed = [...], value = [...]}: Torque, pos" in belt
+    assert "atol" not in belt.replace("rtol", "")  # which belts refuse
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_heading_names_effects_laws_and_backends(kind: str) -> None:
+    heading = TEXTS[kind].split("\n\n")[0]
+    assert heading.startswith(f"#:schema ./{kind}.schema.json\n")
+    assert f"`frictionsim schema {kind} > {kind}.schema.json`" in heading
+    model = mechanism_module(kind).SCENARIO
+    for law, _ in model.PAIRS:
+        assert re.search(
+            rf"#   {law}: .*\n#     {', '.join(methods_of(model.PAIRS, law))}", heading
+        )
+    for name in (*loaded(TEXTS[kind]).effect_names, *effects_left_out(kind)):
+        assert name in heading
+
+
+@with_taplo
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_fits_the_schema_that_it_names(kind: str, tmp_path: Path) -> None:
+    jsonschema.Draft202012Validator(schema(kind)).validate(tomllib.loads(TEXTS[kind]))
+    (tmp_path / f"{kind}.schema.json").write_text(json.dumps(schema(kind)))
+    right, wrong = tmp_path / "right.toml", tmp_path / "wrong.toml"
+    right.write_text(TEXTS[kind])
+    wrong.write_text(TEXTS[kind].replace("\nduration = ", "\nduratoin = "))
+    assert lint(right).returncode == 0
+    assert "'duratoin' was unexpected" in lint(wrong).stderr
+
+
+def test_an_unknown_kind_is_refused() -> None:
+    with pytest.raises(InputError, match=r"unknown kind 'pully' \(did you mean 'pulley'\?\)"):
+        new_scenario("pully")
+
+
+PENDULUM = """
+kind = "torsion_pendulum"
+[mechanism]
+inertia = 5e-1
+[drive]
+torque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }
+[effects.wire]
+stiffness = 8.0
+"""
+
+
+def test_a_kind_from_outside_brings_its_example(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS, "torsion_pendulum", "tests.support.torsion_pendulum")
+    message = "there is no example of kind 'torsion_pendulum' to start from: its module defines"
+    with pytest.raises(InputError, match=message):
+        new_scenario("torsion_pendulum")
+    monkeypatch.setattr(torsion_pendulum, "EXAMPLE", PENDULUM, raising=False)
+    text = new_scenario("torsion_pendulum")
+    assert loaded(text) == loaded(PENDULUM)
+    assert "\ninertia = 5e-1 " in text
+    assert "\ntorque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }\n" in text
+    assert "  # N m, signal: Torque on the body.\n" in text
+    # No example has its values: they have no place to come from.
+    assert "\n# [effects.hub_friction]\n# torque_static =       # N m: Static limit.\n" in text
+    assert "\n[solver]" in text
+    assert "\n# duration = 10.0 " in text
