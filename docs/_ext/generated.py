@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from command_line import commands
+from excerpt import excerpt
 from layout import layout
 from method_table import methods
 from scenario_keys import keys
@@ -16,6 +17,7 @@ from scenario_keys import keys
 DOCS = Path(__file__).parents[1]
 PARTS: Mapping[str, Callable[..., str]] = {
     "commands": commands,
+    "excerpt": excerpt,
     "keys": keys,
     "layout": layout,
     "methods": methods,
