@@ -193,6 +193,32 @@ def test_settings_of_a_study_stand_for_a_build(add: Add) -> None:
     assert mechanism_module("winch").__name__ == "frictionsim_winch"
 
 
+@pytest.mark.parametrize(
+    ("statement", "reason"),
+    [
+        ("raise ValueError('the rope is too short')", "the rope is too short"),
+        ("assert False, 'the rope is too long'", "the rope is too long"),
+        ("assert 1 == 2", "invalid"),
+    ],
+)
+def test_an_exception_of_a_validator_is_a_fault_of_the_scenario(
+    statement: str, reason: str, add: Add, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    validator = f"""
+    rope: float = 1.0
+
+    @field_validator("rope")
+    def _rope(cls, rope):
+        {statement}
+"""
+    source = COMPLETE.replace("\n\n\nSCENARIO", f"{validator}\n\nSCENARIO")
+    add("frictionsim-winch", f"from pydantic import field_validator\n{source}")
+    path = tmp_path / "s.toml"
+    path.write_text('kind = "winch"\nrope = 3.0\n')
+    assert run_command_line(["check", str(path)]) == 2
+    assert capsys.readouterr().err == f"frictionsim: {path}:2: rope: {reason}\n"
+
+
 def test_an_unknown_kind_names_those_of_plugins_too(add: Add, complaint: Complain) -> None:
     add("frictionsim-winch")
     add("frictionsim-anvil", kind="anvil")
