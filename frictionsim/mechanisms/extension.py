@@ -15,8 +15,8 @@ and may have
 
     VIEWS                 its pictures by name, the default first, each a function
                           view(result, figure, **options) that draws a `Record` into an empty
-                          Figure or SubFigure of matplotlib
-    EXAMPLE               the text of a scenario to start from
+                          Figure or SubFigure of matplotlib; without VIEWS the PANELS are drawn
+    EXAMPLE               the text of a scenario in TOML, to start from
     ladders(scenario, tolerances), references(scenario, rtol), tighter(scenario)
                           the settings of a study, its references, and the more accurate setting of
                           `solve --estimate-error`; without `build`, the first two are needed

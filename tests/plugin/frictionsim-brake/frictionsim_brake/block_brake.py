@@ -50,7 +50,7 @@ CHANNELS = base_channels("flywheel") | {
     "energy_damping": Channel("J", "heat of viscous damping"),
 }
 
-# The channels of the default plot, from top to bottom.
+# The channels of the picture over time, from top to bottom.
 PANELS = ("block_force", "friction_torque", "angular_velocity", "angle")
 
 # The torque of the drive and the static limit are sums of a few products.
@@ -74,7 +74,7 @@ class BrakeDrive(Params):
 
 
 class BlockFriction(FrictionLaw):
-    """Dry friction of the block on the rim; `law` and `transition_speed` are inherited."""
+    """Dry friction of the block on the rim."""
 
     mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
     mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
