@@ -16,10 +16,13 @@ if TYPE_CHECKING:
     from frictionsim.api.comparing import compare as compare
     from frictionsim.api.pictures import plot as plot
     from frictionsim.api.result import Result as Result
-    from frictionsim.api.result import open_result as open  # noqa: A004
+    from frictionsim.api.result import open as open
     from frictionsim.api.solving import resume as resume
     from frictionsim.api.solving import solve as solve
     from frictionsim.api.solving import static as static
+    from frictionsim.api.starting import kinds as kinds
+    from frictionsim.api.starting import new as new
+    from frictionsim.api.starting import scenarios as scenarios
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
     from frictionsim.errors import AuditError as AuditError
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
     from frictionsim.io.comparison import Comparison as Comparison
     from frictionsim.results import Check as Check
     from frictionsim.results import Quantity as Quantity
+    from frictionsim.scenario.json_schema import schema as schema
     from frictionsim.scenario.loading import load as load
     from frictionsim.scenario.loading import loads as loads
     from frictionsim.scenario.settings import Scenario as Scenario
@@ -50,6 +54,10 @@ _MODULES = {
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",
+    "new": "api.starting",
+    "scenarios": "api.starting",
+    "schema": "scenario.json_schema",
+    "kinds": "api.starting",
     "Quantity": "results",
     "Check": "results",
     "FrictionsimError": "errors",
@@ -59,10 +67,13 @@ _MODULES = {
     "AuditError": "errors",
     "OutputError": "errors",
 }
-_NAMES_THERE = {"open": "open_result"}  # a name in its module, if it is another
+_NAMES_THERE = {
+    "open": "open_result",
+    "kinds": "kind_names",
+}  # a name in its module, if it is another
 
 # Without `open`, which `from frictionsim import *` would hide.
-__all__ = [name for name in _MODULES if name != "open"]  # noqa: PLE0604
+__all__ = [name for name in _MODULES if name != "open"]
 
 
 def __getattr__(name: str) -> Any:
@@ -72,7 +83,7 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     module = import_module(f"frictionsim.{_MODULES[name]}")
-    found = getattr(module, _NAMES_THERE.get(name, name))
+    found = getattr(module, name)
     globals()[name] = found
     return found
 

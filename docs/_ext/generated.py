@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from command_line import commands
+from excerpt import excerpt
 from layout import layout
 from method_table import methods
 from scenario_keys import keys, signal
@@ -22,6 +23,7 @@ DOCS = Path(__file__).parents[1]
 SCHEMAS = DOCS.parent / "scenarios" / "schemas"
 PARTS: Mapping[str, Callable[..., str]] = {
     "commands": commands,
+    "excerpt": excerpt,
     "keys": keys,
     "layout": layout,
     "methods": methods,

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionsim.api.result import Result, open_result
+from frictionsim.api import result as results
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 
 if TYPE_CHECKING:
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def compare(
-    result: Result | str | PathLike[str],
-    golden: Result | str | PathLike[str],
+    result: results.Result | str | PathLike[str],
+    golden: results.Result | str | PathLike[str],
     *,
     rtol: float = 1e-6,
     atol: float = 1e-9,
@@ -29,7 +29,7 @@ def compare(
 
     Parameters
     ----------
-    result, golden : Result or path
+    result, golden : results.Result or path
     rtol, atol : float
         Tolerances; atol in the unit of each channel.
     time_atol : float, s
@@ -52,8 +52,8 @@ def compare(
     return compare_records(*records, Tolerances(rtol, atol, time_atol), list(ignore))
 
 
-def _named(source: Result | str | PathLike[str], words: str) -> "tuple[str, Record]":
+def _named(source: results.Result | str | PathLike[str], words: str) -> "tuple[str, Record]":
     """Return a result with its name for messages."""
-    if isinstance(source, Result):
+    if isinstance(source, results.Result):
         return str(source.path or words), source.record
-    return str(Path(source)), open_result(source).record
+    return str(Path(source)), results.open(source).record

@@ -65,9 +65,7 @@ def events_dataset(record: "Record") -> xarray.Dataset:
 
 
 def _of(record: "Record", name: str) -> dict[str, Any]:
-    channel = Channel(
-        record.units[name], record.long_names[name], flags=record.flags.get(name, ())
-    )
+    channel = Channel(record.units[name], record.long_names[name], flags=record.flags.get(name, ()))
     return _attributes(channel)
 
 

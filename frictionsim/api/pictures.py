@@ -4,7 +4,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionsim.api.result import Result, open_result
+from frictionsim.api import result as results
 from frictionsim.io.atomic_write import check_no_clobber
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def plot(
-    result: Result | str | PathLike[str],
+    result: results.Result | str | PathLike[str],
     view: str | None = None,
     *,
     body: int | None = None,
@@ -23,7 +23,7 @@ def plot(
 
     Parameters
     ----------
-    result : Result or path
+    result : results.Result or path
     view : str, optional
         One of the views of its kind; an unknown one is refused with those that there are.
     body : int, optional
@@ -43,7 +43,7 @@ def plot(
     """
     from frictionsim.plots import draw
 
-    found = result if isinstance(result, Result) else open_result(result)
+    found = result if isinstance(result, results.Result) else results.open(result)
     return draw(found.record, view, body, ax=ax)
 
 

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, SolverError, failure_class
+from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, failure_class
 from frictionsim.results import Check, Quantities, Record, SolverStatistics, failures
 
 if TYPE_CHECKING:
@@ -246,7 +246,9 @@ class Result:
     def __repr__(self) -> str:
         n, events = len(self.record.channels["time"]), len(self.record.events["time"])
         title = f" '{self.title}'" if self.title else ""
-        return f"<frictionsim.Result {self.kind}{title}: {self.status}, {n} samples, {events} events>"
+        return (
+            f"<frictionsim.Result {self.kind}{title}: {self.status}, {n} samples, {events} events>"
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: the record instead of the run, which has functions."""
@@ -259,7 +261,7 @@ class Result:
         }
 
 
-def open_result(path: str | PathLike[str]) -> Result:
+def open(path: str | PathLike[str]) -> Result:
     """Read a result file.
 
     Parameters

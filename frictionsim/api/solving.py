@@ -136,9 +136,7 @@ def resume(
         raise InputError(f"{source}: cannot resume this run: {error}") from None
 
 
-def static(
-    scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None
-) -> Quantities:
+def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None) -> Quantities:
     """Return the forces and torques of impending motion; of a belt its equilibrium.
 
     Parameters

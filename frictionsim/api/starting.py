@@ -40,6 +40,11 @@ def new(kind: str) -> str:
     return "\n".join(line for line in lines if not line.startswith("#:schema")) + "\n"
 
 
+def kinds() -> tuple[str, ...]:
+    """Return the kinds of mechanism: the built-in ones, then those of installed packages."""
+    return kind_names()
+
+
 def scenarios() -> "dict[str, Path]":
     """Return the files of the shipped scenarios by name."""
     return shipped_scenarios()

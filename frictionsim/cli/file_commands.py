@@ -132,7 +132,9 @@ def new(
         with file.open("x", encoding="utf-8") as opened:
             opened.write(text)
     except FileExistsError:
-        raise OutputError(f"{file}: the file exists and is not replaced; give another name") from None
+        raise OutputError(
+            f"{file}: the file exists and is not replaced; give another name"
+        ) from None
     except OSError as error:
         raise OutputError(f"{file}: cannot write the scenario: {error.strerror}") from None
     print_text(str(file))

@@ -21,7 +21,8 @@ def usage_message(error: Any) -> str:
     -------
     str
     """
-    name, context = type(error).__name__, getattr(error, "ctx", None)
+    name = type(error).__name__
+    context: Any = getattr(error, "ctx", None)
     text = error.format_message().rstrip(".")
     if name == "NoSuchOption":
         known = [option for p in context.command.params for option in p.opts] if context else []

@@ -127,7 +127,7 @@ def _check_patterns(ignore: list[str], names: set[str]) -> None:
     names = names - {"time"}
     for pattern in ignore:
         if not any(fnmatch(name, pattern) for name in names):
-            raise ArgumentError("ignore", unknown('channel', pattern, sorted(names)))
+            raise ArgumentError("ignore", unknown("channel", pattern, sorted(names)))
     if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
         raise ArgumentError("ignore", "nothing is left to compare")
 

@@ -17,6 +17,9 @@ more accurate setting of `solve --estimate-error`.
 
 A mechanism of one coordinate composes its equations from the effects of the scenario in
 build(scenario). `single_dof` has the parts that all of them share: the base of the scenario, the
-common channels, METRICS and `simulation`. A new mechanism is a module of this package and a line
-in `frictionsim.scenario.kinds`.
+common channels, METRICS and `simulation`.
+
+A new mechanism is a module of this package and a line in `frictionsim.scenario.kinds`, or a module
+of another package and an entry point of the group `frictionsim.kinds` there. `extension` has what
+such a module needs, and says what is stable.
 """

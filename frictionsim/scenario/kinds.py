@@ -1,8 +1,16 @@
-"""The kinds of mechanism, by the name that a scenario gives as `kind`."""
+"""The kinds of mechanism, by the name that a scenario gives as `kind`: built in or installed.
+
+An installed package adds kinds by entry points of the group `frictionsim.kinds`. They are read only
+for a kind that is not built in, since searching the installed packages takes longer than simulating
+a pulley.
+"""
 
 from importlib import import_module
 from types import ModuleType
 
+from frictionsim.errors import InputError, unknown
+
+# The built-in kinds and their modules.
 KINDS = {
     "pulley": "frictionsim.mechanisms.pulley",
     "marble_machine": "frictionsim.mechanisms.marble_machine",
@@ -11,6 +19,41 @@ KINDS = {
 }
 
 
+def kind_names() -> tuple[str, ...]:
+    """Return all kinds: the built-in ones, then those of installed packages, sorted.
+
+    Raises
+    ------
+    InputError
+        If two installed packages provide the same kind, or one provides a built-in kind.
+    """
+    from frictionsim.scenario import plugins
+
+    return (*KINDS, *plugins.names(tuple(KINDS)))
+
+
 def mechanism_module(kind: str) -> ModuleType:
-    """Import the module of a kind, without the other kinds."""
-    return import_module(KINDS[kind])
+    """Import the module of a kind, without the other kinds.
+
+    Parameters
+    ----------
+    kind : str
+
+    Returns
+    -------
+    module
+        With the names that `frictionsim.mechanisms` lists.
+
+    Raises
+    ------
+    InputError
+        If the kind is unknown, or if its plug-in is not unique, fails to import or is incomplete.
+    """
+    if kind in KINDS:
+        return import_module(KINDS[kind])
+    from frictionsim.scenario import plugins
+
+    module = plugins.module_of(kind)
+    if module is None:
+        raise InputError(unknown("kind", kind, list(kind_names())))
+    return module

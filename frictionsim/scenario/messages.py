@@ -55,6 +55,8 @@ def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "extra_forbidden":
         retired = getattr(place.table, "RETIRED", {}).get(place.path[-1])
         return place.path, retired or unknown("key", str(place.path[-1]), key_names(place.table))
+    if kind in ("value_error", "assertion_error"):  # of a validator in another package
+        return place.path, str(context["error"]) or "invalid"
     expected = _expected(kind, context, place)
     if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
         expected = f"{expected}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from frictionsim.errors import unknown
-from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.errors import InputError
+from frictionsim.scenario.kinds import kind_names, mechanism_module
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -49,10 +49,10 @@ def validate(data: dict[str, Any], folder: Path) -> "Scenario":
     ValidationFailure
         If the data is invalid.
     """
-    kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ValidationFailure([(("kind",), _kind_fault(data))])
-    model: type[Scenario] = mechanism_module(kind).SCENARIO
+    try:
+        model = _model_of(data)
+    except InputError as error:
+        raise ValidationFailure([(("kind",), str(error))]) from None
     try:
         scenario = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
@@ -108,14 +108,24 @@ def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
             yield path, value
 
 
-def _kind_fault(data: dict[str, Any]) -> str:
+def _model_of(data: dict[str, Any]) -> "type[Scenario]":
+    """Return the model of the kind of a scenario.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind, or if its plug-in is faulty.
+    """
+    kind = data.get("kind")
+    if isinstance(kind, str):
+        found: type[Scenario] = mechanism_module(kind).SCENARIO
+        return found
+
     from frictionsim.scenario.messages import toml_text
 
-    kinds = ", ".join(f"'{kind}'" for kind in KINDS)
+    kinds = ", ".join(f"'{kind}'" for kind in kind_names())
     if not data:
-        return f"the file is empty; a scenario starts with kind, one of {kinds}"
+        raise InputError(f"the scenario is empty; it starts with kind, one of {kinds}")
     if "kind" not in data:
-        return f"missing; expected one of {kinds}"
-    if not isinstance(data["kind"], str):
-        return f"expected one of {kinds}, got {toml_text(data['kind'])}"
-    return unknown("kind", data["kind"], list(KINDS))
+        raise InputError(f"missing; expected one of {kinds}")
+    raise InputError(f"expected one of {kinds}, got {toml_text(kind)}")

@@ -8,6 +8,10 @@ A comment right above a block says what is particular about it:
     <!-- exit code 5 -->              `sh`: the last command ends with this code
     <!-- output --> <!-- stderr -->   `text`: what the block before it prints
     <!-- part of: FILE -->            `toml`: keys that go over those of a shipped scenario
+
+A comment anywhere says what is installed for a page, a project of the checkout:
+
+    <!-- installed: FOLDER -->
 """
 
 import math
@@ -24,9 +28,11 @@ import pytest
 
 from frictionsim.scenario.validation import validate
 from tests.docs.pages import PAGES, Block, blocks
+from tests.support.plugins import install
 from tests.support.scenarios import ROOT, SCENARIOS
 
 RUNNABLE = [page for page in PAGES if any(not b.skipped for b in blocks(page))]
+INSTALLED = re.compile(r"^<!-- installed: (\S+) -->$", re.MULTILINE)
 WALL_TIME = re.compile(r"(?<=solved in )\S+(?= s)")
 # Roundings are those of a processor.
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
@@ -49,7 +55,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("page", RUNNABLE)
-def test_the_blocks_of_a_page_run(page: str, folder: Path) -> None:
+def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for project in INSTALLED.findall(PAGES[page].read_text(encoding="utf-8")):
+        shutil.copytree(ROOT / project, folder / project)
+        site = install(folder / project, folder / ".site")
+        monkeypatch.setenv("PYTHONPATH", f"{ROOT}{os.pathsep}{site}")
     last: subprocess.CompletedProcess[str] | None = None
     for block in blocks(page):
         if block.skipped:

@@ -15,7 +15,7 @@ from hypothesis import given
 from frictionsim.errors import InputError
 from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.loading import ValidationFailure, resolved_tables, validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from tests.docs.pages import DOCS
 from tests.support.belt_scenarios import PAIR, TRIO
 from tests.support.drawn_scenarios import scenarios, some
@@ -79,7 +79,7 @@ def test_belts_fit(text: str) -> None:
 @given(scenarios())
 def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     try:
-        resolved = resolved_tables(validate(data, SCENARIOS))
+        resolved = validate(data, SCENARIOS).to_dict()
     except ValidationFailure:
         return
     assert faults(data) == []

@@ -95,7 +95,7 @@ EDITS = [
 NUL = "\\u0000"  # as TOML spells it
 FAULTS: dict[str, tuple[str | bytes, list[str]]] = {
     **{change: (edited(change), [message]) for change, message in EDITS},
-    "empty file": ("", [":1: kind: the file is empty; a scenario starts with kind, ..."]),
+    "empty file": ("", [":1: kind: the scenario is empty; it starts with kind, one of ..."]),
     "not TOML": ("kind = 'pulley'\nforce =\n", [":2: not valid TOML: ..."]),
     "not text": (bytes(range(256)), [": invalid UTF-8 at byte 128"]),
     "UTF-16": (TEXT.encode("utf-16"), [": invalid UTF-8 at byte 0"]),

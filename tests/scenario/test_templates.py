@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from frictionsim.errors import InputError
 from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import load, validate
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.validation import validate
 from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.templates import new_scenario

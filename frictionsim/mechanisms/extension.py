@@ -1,0 +1,139 @@
+"""What the author of a kind of mechanism needs, in one place: the public interface of kinds.
+
+A kind is a module, named by an entry point of the group `frictionsim.kinds` in the metadata of an
+installed package. The module has
+
+    SCENARIO              the model of its scenario files, a class derived from Scenario, with
+                          the supported PAIRS of friction law and method, and its CHANNELS
+    simulation(scenario)  the `Simulation` of a scenario; `simulation_of(build)` makes it
+    statics(scenario)     the quantities of impending motion
+    PANELS                the channels of its default plot, from top to bottom
+    METRICS               the error metrics of a work-precision study
+    build(scenario)       the `Mechanism` of a scenario, for a mechanism of one coordinate
+
+and may have
+
+    VIEWS                 its pictures by name, the default first, each a function
+                          view(result, figure, **options) that draws a `Record` into an empty
+                          Figure or SubFigure of matplotlib; without VIEWS the PANELS are drawn
+    EXAMPLE               the text of a scenario in TOML, to start from
+    ladders(scenario, tolerances), references(scenario, rtol), tighter(scenario)
+                          the settings of a study, its references, and the more accurate setting of
+                          `solve --estimate-error`; without `build`, the first two are needed
+
+The names of `__all__` and the names above are stable: a release that changes or removes one says so
+in the changelog, under "Changed" or "Removed", and has another minor version (another major version
+from 1.0 on). All other names of frictionsim are its own and may change in any release.
+
+This module imports neither numpy nor matplotlib; a kind that imports them within its functions
+keeps `frictionsim check` fast.
+
+Tables of a scenario
+    Params, unit_field, inconsistent
+    SingleDofScenario, Scenario
+    SINGLE_DOF, Pair: the pairs of law and method of one coordinate, and one of them
+    TimeSignal, signal_from, extremes: a field that holds a signal, the signal, its extreme values
+
+Dry friction and damping
+    FrictionLaw, check_kinetic: `law` and `transition_speed`, and mu_k <= mu_s
+    ShaftFriction, friction_radius: the journal of a shaft
+    ViscousDamping, Gravity
+
+Equation of motion of one coordinate
+    Mechanism, DryFriction, SwitchingSurface, Trajectory, Value
+    simulation_of, set_up, kinetic_energy, total
+    sin, cos: of a float in a step, of an array in post-processing
+
+Results
+    Channel, base_channels, Quantity, Quantities, Transition, STICK
+    Record: the content of a result file, for a view
+    Metric, METRICS, SINGLE_DOF_METRICS, ENERGY_BALANCE
+
+A mechanism that does not fit into one coordinate
+    Simulation: the protocol of what `simulation(scenario)` returns
+    SimulationResult, Check: what it observes
+"""
+
+from frictionsim.mechanisms.effects import Gravity, ViscousDamping
+from frictionsim.mechanisms.journal_friction import ShaftFriction, friction_radius
+from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.single_dof import (
+    METRICS,
+    SingleDofScenario,
+    base_channels,
+    kinetic_energy,
+    set_up,
+    simulation_of,
+    total,
+)
+from frictionsim.results import (
+    ENERGY_BALANCE,
+    SINGLE_DOF_METRICS,
+    STICK,
+    Channel,
+    Check,
+    Metric,
+    Quantities,
+    Quantity,
+    Record,
+    SimulationResult,
+    Transition,
+)
+from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
+from frictionsim.scenario.methods import SINGLE_DOF, Pair
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import TimeSignal, signal_from
+from frictionsim.simulation.base import Simulation
+from frictionsim.solvers.mechanism import (
+    DryFriction,
+    Mechanism,
+    SwitchingSurface,
+    Trajectory,
+    Value,
+)
+
+__all__ = [
+    "ENERGY_BALANCE",
+    "METRICS",
+    "SINGLE_DOF",
+    "SINGLE_DOF_METRICS",
+    "STICK",
+    "Channel",
+    "Check",
+    "DryFriction",
+    "FrictionLaw",
+    "Gravity",
+    "Mechanism",
+    "Metric",
+    "Pair",
+    "Params",
+    "Quantities",
+    "Quantity",
+    "Record",
+    "Scenario",
+    "ShaftFriction",
+    "Simulation",
+    "SimulationResult",
+    "SingleDofScenario",
+    "SwitchingSurface",
+    "TimeSignal",
+    "Trajectory",
+    "Transition",
+    "Value",
+    "ViscousDamping",
+    "base_channels",
+    "check_kinetic",
+    "cos",
+    "extremes",
+    "friction_radius",
+    "inconsistent",
+    "kinetic_energy",
+    "set_up",
+    "signal_from",
+    "simulation_of",
+    "sin",
+    "total",
+    "unit_field",
+]

@@ -1,0 +1,173 @@
+"""Kinds of mechanism from installed packages, by their entry points `frictionsim.kinds`.
+
+An entry point gives the kind and its module, as `block_brake = "frictionsim_brake.block_brake"`.
+A faulty plug-in is reported where it is needed; it does not disturb the other kinds.
+"""
+
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from types import ModuleType
+from typing import Any, NamedTuple, get_args
+
+from frictionsim.errors import InputError
+from frictionsim.scenario.settings import Scenario
+
+GROUP = "frictionsim.kinds"
+REQUIRED = ("SCENARIO", "simulation", "statics", "PANELS", "METRICS")
+
+# Checked modules by kind: a study asks for the module of its kind before each run.
+_checked: dict[str, ModuleType] = {}
+
+
+class Provider(NamedTuple):
+    """An entry point: the module of a kind, and name and version of the installed package."""
+
+    module: str
+    package: str
+    version: str
+
+    def __str__(self) -> str:
+        return f"{self.package} {self.version} (module {self.module})"
+
+
+def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the kinds of installed packages, sorted, without importing their modules.
+
+    Parameters
+    ----------
+    reserved : tuple of str
+        The built-in kinds, which a package must not provide.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        If two installed packages provide the same kind, or one provides a reserved kind.
+    """
+    found = _providers()
+    for kind, providers in found.items():
+        if kind in reserved:
+            raise InputError(
+                f"the kind '{kind}' is built in, but is also provided by"
+                f" {', '.join(map(str, providers))}; uninstall {providers[0].package} or rename"
+                f" the kind in its entry point '{GROUP}'"
+            )
+        _check_unique(kind, providers)
+    return tuple(found)
+
+
+def module_of(kind: str) -> ModuleType | None:
+    """Import and check the module of a kind; None if no installed package provides the kind.
+
+    Parameters
+    ----------
+    kind : str
+
+    Returns
+    -------
+    module or None
+
+    Raises
+    ------
+    InputError
+        If several packages provide the kind, or if its module fails to import or is incomplete.
+    """
+    if kind not in _checked:
+        providers = _providers().get(kind)
+        if providers is None:
+            return None
+        _check_unique(kind, providers)
+        _checked[kind] = _imported(kind, providers[0])
+    return _checked[kind]
+
+
+def _providers() -> dict[str, list[Provider]]:
+    """Return the providers of each kind, sorted."""
+    try:
+        points = entry_points(group=GROUP)
+    except Exception as error:  # of any installed package: entry points are text without a check
+        raise InputError(
+            f"cannot read the entry points of the installed packages: {_text_of(error)};"
+            " reinstall the package that was installed or changed last"
+        ) from error
+    found: dict[str, list[Provider]] = {}
+    for kind, provider in sorted({(point.name, _provider(point)) for point in points}):
+        found.setdefault(kind, []).append(provider)
+    return found
+
+
+def _provider(point: EntryPoint) -> Provider:
+    metadata: Any = getattr(point.dist, "metadata", None) or {}
+    package, version = metadata.get("Name"), metadata.get("Version")
+    return Provider(point.value, package or "a package without a name", version or "(no version)")
+
+
+def _check_unique(kind: str, providers: list[Provider]) -> None:
+    if len(providers) > 1:
+        raise InputError(
+            f"the kind '{kind}' is provided by {' and by '.join(map(str, providers))};"
+            " uninstall all but one of them"
+        )
+
+
+def _imported(kind: str, provider: Provider) -> ModuleType:
+    try:
+        module = import_module(provider.module)
+    # A module may raise anything, also exit: this is reported as a fault of the plug-in.
+    except (Exception, SystemExit) as error:
+        raise InputError(
+            f"the plug-in of the kind '{kind}', {provider}, cannot be imported:"
+            f" {_text_of(error)}; repair or uninstall {provider.package}"
+            f' (python -c "import {provider.module}" shows where it fails)'
+        ) from error
+    faults = "; ".join(_faults(kind, module))
+    if faults:
+        raise InputError(
+            f"the plug-in of the kind '{kind}', {provider}, is not complete: {faults};"
+            f" repair or uninstall {provider.package}"
+        )
+    return module
+
+
+def _faults(kind: str, module: ModuleType) -> Iterator[str]:
+    """Yield what is wrong with the names of a module."""
+    missing = [name for name in REQUIRED if not hasattr(module, name)]
+    # `build` is what the default ladders and references of a study need.
+    if not all(hasattr(module, name) for name in ("ladders", "references")):
+        missing += [] if hasattr(module, "build") else ["build (or ladders and references)"]
+    if missing:
+        yield f"its module lacks {', '.join(missing)}"
+    for name in ("simulation", "statics"):
+        if hasattr(module, name) and not callable(getattr(module, name)):
+            yield f"expected a function {name}, got {_shown(getattr(module, name))}"
+    if hasattr(module, "SCENARIO"):
+        yield from _faults_of_model(kind, module.SCENARIO)
+
+
+def _faults_of_model(kind: str, model: Any) -> Iterator[str]:
+    if not (isinstance(model, type) and issubclass(model, Scenario)):
+        yield f"expected SCENARIO to be a class derived from Scenario, got {_shown(model)}"
+        return
+    for name in ("PAIRS", "CHANNELS"):
+        if not hasattr(model, name):
+            yield f"its SCENARIO {model.__name__} lacks {name}"
+    kinds = get_args(model.model_fields["kind"].annotation)
+    if kind not in kinds:
+        yield (
+            f"expected kind: Literal['{kind}'] in SCENARIO {model.__name__}, as in the entry point,"
+            f" got {_shown(model.model_fields['kind'].annotation)}"
+        )
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _text_of(error: BaseException) -> str:
+    """Return type and text of an exception on one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}".removesuffix(": ")

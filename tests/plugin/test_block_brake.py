@@ -1,0 +1,306 @@
+"""A kind from another package: the command line knows it without a change, and it is right."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from math import log
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5_reader
+from frictionsim.mechanisms import extension
+from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
+from tests.support.plugins import BRAKE, install, searched
+from tests.support.scenarios import ROOT, Scenario, changed, simulate
+
+SCENARIO = BRAKE / "frictionsim_brake" / "block_brake.toml"
+DATA: Scenario = tomllib.loads(SCENARIO.read_text())
+
+Command = Callable[..., str]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the installed package."""
+    return install(BRAKE, tmp_path_factory.mktemp("site"))
+
+
+@pytest.fixture(scope="module")
+def brake(site: Path) -> Iterator[Any]:
+    """Return the module of the kind, which this process finds among the installed packages."""
+    with searched(site):
+        yield mechanism_module("block_brake")
+
+
+@pytest.fixture
+def command(site: Path, tmp_path: Path) -> Command:
+    """Return what runs the command line in a new process, and returns what it prints."""
+    path = os.pathsep.join([str(site), str(ROOT), os.environ.get("PYTHONPATH", "")])
+
+    def run(*arguments: str | Path) -> str:
+        done = subprocess.run(
+            [sys.executable, "-m", "frictionsim", *map(str, arguments)],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+def test_the_package_is_found_beside_the_built_in_kinds(brake: Any, site: Path) -> None:
+    assert kind_names() == (*KINDS, "block_brake")
+    assert Path(brake.__file__).is_relative_to(site)
+    assert mechanism_module("block_brake") is brake
+    assert SCENARIO.read_text() == brake.EXAMPLE
+
+
+def test_it_is_checked_solved_and_compared(command: Command, tmp_path: Path) -> None:
+    assert command("check", SCENARIO) == (
+        f"{SCENARIO}: ok; effects block_friction, viscous_damping; backend events\n"
+    )
+    found = json.loads(command("solve", SCENARIO, "-o", "a.h5", "--json", "--estimate-error"))
+    assert found["status"] == "done"
+    assert found["quantities"]["force_to_hold"]["value"] == pytest.approx(5.0 / (0.4 * 0.25))
+    # The force falls from 500 N at 3 s to 0 N at 4 s; 50 N hold the flywheel.
+    assert found["quantities"]["breakaway_time"]["value"] == pytest.approx(3.9, abs=1e-9)
+    assert found["quantities"]["braking_time"]["value"] < 1.0
+    assert all(check["ok"] for check in found["audit"].values())
+    kept = hdf5_reader.read(tmp_path / "a.h5")
+    assert kept.units["block_force"] == "N"
+    assert kept.long_names["energy_friction"] == "heat of the brake"
+    assert kept.contacts == ["block"]
+    command("solve", SCENARIO, "-o", "b.h5", "--quiet")
+    assert command("compare", "a.h5", "b.h5").endswith("the files agree\n")
+
+
+def test_its_limits_are_printed(command: Command) -> None:
+    found = json.loads(command("static", SCENARIO, "--json"))["quantities"]
+    assert {name: (q["value"], q["unit"]) for name, q in found.items()} == {
+        "force_to_hold": (pytest.approx(50.0), "N"),
+        "static_torque_max": (pytest.approx(50.0), "N m"),
+        "kinetic_torque_max": (pytest.approx(37.5), "N m"),
+    }
+
+
+def test_its_accuracy_is_studied(command: Command) -> None:
+    arguments = ("--tolerances", "1e-4,1e-6", "--repeats", "1", "--laws", "set-valued", "--json")
+    found = json.loads(command("cost", SCENARIO, *arguments))
+    assert [(row["law"], row["backend"], row["status"]) for row in found["settings"]] == [
+        ("set-valued", backend, "done") for backend in ("events", "rkf45") for _ in range(2)
+    ]
+    assert all(row["error"] < 1e-6 for row in found["settings"])
+
+
+def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None:
+    whole, part = str(tmp_path / "whole.h5"), str(tmp_path / "part.h5")
+    assert run_command_line(["solve", str(SCENARIO), "-q", "-o", whole]) == 0
+    limit = "--max-steps", "20"
+    assert run_command_line(["solve", str(SCENARIO), "-q", "-o", part, *limit]) == 5
+    codes = [5]
+    while codes[-1] == 5:
+        codes.append(run_command_line(["resume", part, "-q"]))
+    assert codes == [5, 5, 5, 0]
+    assert run_command_line(["compare", part, whole, "--rtol", "0", "--atol", "0"]) == 0
+
+
+@pytest.mark.xfail(reason="pictures know the built-in kinds only", strict=True)
+@pytest.mark.parametrize("view", [(), ("--view", "heat")])
+def test_it_is_drawn(view: tuple[str, ...], command: Command, tmp_path: Path) -> None:
+    command("solve", SCENARIO, "-o", "a.h5", "--quiet")
+    command("plot", "a.h5", *view)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_its_view_shows_what_the_brake_takes(brake: Any, tmp_path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    assert run_command_line(["solve", str(SCENARIO), "-q", "-o", str(tmp_path / "a.h5")]) == 0
+    figure = Figure()
+    brake.VIEWS["heat"](hdf5_reader.read(tmp_path / "a.h5"), figure)
+    power, energy = figure.axes
+    assert min(power.lines[0].get_ydata()) == 0.0
+    assert [text.get_text() for text in energy.get_legend().get_texts()] == [
+        "kinetic energy of the flywheel",
+        "heat of the brake",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        (
+            "effects.shoe_friction={}",
+            "effects.shoe_friction: renamed to block_friction: write [effects.block_friction]",
+        ),
+        (
+            "effects.block_frictoin={}",
+            "effects.block_frictoin: unknown key 'block_frictoin' (did you mean 'block_friction'?)",
+        ),
+        (
+            "effects.block_friction.mu_k=0.5",
+            "effects.block_friction.mu_k: 0.5 is above mu_s = 0.4; kinetic friction must not exceed"
+            " static friction, so give 0 <= mu_k <= mu_s",
+        ),
+        (
+            "drive.force={sine = {mean = 10, amplitude = 15, frequency_hz = 1}}",
+            "drive.force: has a minimum of -5 N; a block cannot pull, so give 0 N or more",
+        ),
+        (
+            "mechanism.inertia=0",
+            "mechanism.inertia: expected a number above 0 kg m^2, got 0",
+        ),
+        (
+            "mechanism.rim_radius=wide",
+            "mechanism.rim_radius: expected a number in m, got 'wide'",
+        ),
+        (
+            "solver.backend=moreau",
+            "solver.backend: 'moreau' does not support a block brake; use one of: events, rkf45"
+            " (--set solver.backend=events)",
+        ),
+        (
+            'output.channels=["blok_force"]',
+            "output.channels: unknown channel 'blok_force' (did you mean 'block_force'?)",
+        ),
+    ],
+)
+def test_faults_in_its_scenarios_are_worded(
+    override: str, sentence: str, brake: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command_line(["check", str(SCENARIO), "--set", override]) == 2
+    assert capsys.readouterr().err == f"frictionsim: --set: {sentence}\n"
+
+
+def test_a_fault_in_a_file_has_its_line(
+    brake: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO.read_text().replace("mu_k = 0.3", "mu_k = -0.3"))
+    assert run_command_line(["check", str(path)]) == 2
+    assert capsys.readouterr().err == (
+        f"frictionsim: {path}:17: effects.block_friction.mu_k: expected a number of at least 0, got"
+        " -0.3\n"
+    )
+
+
+@st.composite
+def brakes(draw: st.DrawFn) -> SimpleNamespace:
+    """Draw a flywheel that a constant force stops."""
+
+    def between(low: float, high: float) -> float:
+        return draw(st.floats(low, high))
+
+    case = SimpleNamespace(
+        inertia=between(0.1, 10.0),
+        radius=between(0.05, 1.0),
+        force=between(10.0, 1000.0),
+        mu_k=between(0.05, 0.6),
+        speed=between(1.0, 50.0) * draw(st.sampled_from([-1.0, 1.0])),
+        b=draw(st.one_of(st.just(0.0), st.floats(0.01, 1.0))),
+    )
+    case.mu_s = case.mu_k * between(1.0, 2.0)
+    case.friction = case.mu_k * case.force * case.radius
+    case.torque = between(-0.9, 0.9) * case.friction
+    return case
+
+
+def scenario_of(case: SimpleNamespace, duration: float, **changes: Any) -> Scenario:
+    return changed(
+        DATA,
+        mechanism__inertia=case.inertia,
+        mechanism__rim_radius=case.radius,
+        mechanism__initial_angular_velocity=case.speed,
+        drive__force=case.force,
+        drive__torque=case.torque,
+        effects__block_friction={"mu_s": case.mu_s, "mu_k": case.mu_k},
+        effects__viscous_damping={"coefficient": case.b} if case.b else None,
+        solver__duration=duration,
+        output__interval=duration,
+        **changes,
+    )
+
+
+@given(case=brakes())
+@settings(max_examples=100, deadline=None)
+def test_it_stops_when_and_where_the_closed_form_says(brake: Any, case: SimpleNamespace) -> None:
+    speed, sign = abs(case.speed), 1.0 if case.speed > 0.0 else -1.0
+    net = case.friction - sign * case.torque  # what slows it down beside damping
+    if case.b:
+        time = case.inertia / case.b * log(1.0 + case.b * speed / net)
+        angle = (case.inertia * speed - net * time) / case.b
+    else:
+        time = case.inertia * speed / net
+        angle = 0.5 * speed * time
+    done = simulate(scenario_of(case, duration=1.5 * time))
+    found = {name: quantity.value for name, quantity in done.quantities.items()}
+    assert found["braking_time"] == pytest.approx(time, rel=1e-7)
+    assert found["braking_angle"] == pytest.approx(sign * angle, rel=1e-6)
+    assert found["final_angle"] == found["braking_angle"]
+    assert found["energy_friction"] == pytest.approx(case.friction * angle, rel=1e-6)
+    assert found["energy_input"] == pytest.approx(case.torque * sign * angle, rel=1e-6)
+    assert [check for check in done.checks.values() if not check.ok] == []
+    assert done.checks["energy_balance"].limit < 2e-7
+
+
+@given(case=brakes(), release=st.floats(0.5, 5.0))
+@settings(max_examples=50, deadline=None)
+def test_it_breaks_away_when_the_force_no_longer_holds_it(
+    brake: Any, case: SimpleNamespace, release: float
+) -> None:
+    case.speed = 0.0
+    falling = {"time": [0.0, release], "value": [case.force, 0.0]}
+    case.force, full = falling, case.force
+    done = simulate(scenario_of(case, duration=release))
+    hold = abs(case.torque) / (case.mu_s * case.radius)
+    found = {name: quantity.value for name, quantity in done.quantities.items()}
+    assert found["force_to_hold"] == pytest.approx(hold, rel=1e-12)
+    if hold == 0.0:  # nothing moves it
+        assert found["breakaway_time"] is None
+    else:
+        assert found["breakaway_time"] == pytest.approx(release * (1.0 - hold / full), rel=1e-9)
+    assert [check for check in done.checks.values() if not check.ok] == []
+
+
+def test_the_module_needs_nothing_but_the_public_interface(brake: Any) -> None:
+    imports = [
+        line.split()[1]
+        for line in Path(brake.__file__).read_text().splitlines()
+        if line.startswith(("from frictionsim", "import frictionsim"))
+    ]
+    assert set(imports) == {"frictionsim.mechanisms.extension"}
+    assert extension.__all__ == sorted(extension.__all__, key=lambda n: (not n.isupper(), n))
+    for name in extension.__all__:
+        assert hasattr(extension, name), name
+    # Each name is in the documentation of the module.
+    assert [name for name in extension.__all__ if name not in str(extension.__doc__)] == []
+
+
+def test_it_is_loaded_without_numpy(site: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from frictionsim.scenario.loading import load;"
+        f" load(Path({str(SCENARIO)!r})); print('numpy' in sys.modules)"
+    )
+    path = os.pathsep.join([str(site), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": path, "PYDANTIC_DISABLE_PLUGINS": "__all__"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "False\n"

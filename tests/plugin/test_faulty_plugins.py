@@ -1,0 +1,285 @@
+"""Faulty plug-ins are named where they are needed, and disturb nothing else."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import InputError
+from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
+from tests.support.plugins import BRAKE, install, searched, write_metadata
+from tests.support.scenarios import ROOT, SCENARIOS
+
+PULLEY = SCENARIOS / "pulley.toml"
+BUILT_IN = "pulley, marble_machine, epicyclic, belt_drive"
+
+# A module that is complete, of which the tests leave out or replace something.
+COMPLETE = """
+from typing import ClassVar, Literal
+
+from frictionsim.mechanisms.extension import METRICS, Channel, SingleDofScenario
+
+
+class Model(SingleDofScenario):
+    CHANNELS: ClassVar[dict[str, Channel]] = {}
+    kind: Literal["winch"]
+
+
+SCENARIO, PANELS = Model, ()
+
+
+def simulation(scenario): ...
+
+
+def statics(scenario):
+    return {}
+
+
+def build(scenario): ...
+"""
+
+Add = Callable[..., None]
+Complain = Callable[..., str]
+
+
+@pytest.fixture
+def add(tmp_path: Path) -> Iterator[Add]:
+    """Return what installs a package with the kind `winch`, or another, and its source text."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+
+    def install_source(package: str, source: str = COMPLETE, kind: str = "winch") -> None:
+        module = package.replace("-", "_")
+        (folder / f"{module}.py").write_text(source)
+        write_metadata(folder, package, {kind: module})
+
+    with searched(folder):
+        yield install_source
+
+
+@pytest.fixture
+def complaint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Complain:
+    """Return what checks a scenario of a kind, and returns what is said of the key `kind`."""
+
+    def check(text: str = 'kind = "winch"\n') -> str:
+        path = tmp_path / "s.toml"
+        path.write_text(text)
+        assert run_command_line(["check", str(path)]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.count("\n") == 1
+        return said.err.removeprefix(f"frictionsim: {path}:1: kind: ").removesuffix("\n")
+
+    return check
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
+        ("raise ValueError('one\\n  two')", "ValueError: one two"),
+        ("import sys; sys.exit(3)", "SystemExit: 3"),
+        ("x = (", "SyntaxError: '(' was never closed (frictionsim_winch.py, line 1)"),
+        ("assert 1 == 2", "AssertionError"),
+    ],
+)
+def test_a_plugin_that_cannot_be_imported(
+    source: str, reason: str, add: Add, complaint: Complain
+) -> None:
+    add("frictionsim-winch", source)
+    assert complaint() == (
+        "the plug-in of the kind 'winch', frictionsim-winch 1.0 (module frictionsim_winch), cannot"
+        f" be imported: {reason}; repair or uninstall frictionsim-winch"
+        ' (python -c "import frictionsim_winch" shows where it fails)'
+    )
+    assert kind_names()[-1] == "winch"  # which takes no import
+    assert run_command_line(["check", str(PULLEY)]) == 0
+
+
+def test_an_entry_point_without_a_module(add: Add, complaint: Complain, tmp_path: Path) -> None:
+    write_metadata(tmp_path / "site", "frictionsim-winch", {"winch": "winch:Kind"})
+    assert "frictionsim-winch 1.0 (module winch:Kind), cannot be imported: Mod" in complaint()
+
+
+def test_two_plugins_of_one_kind(add: Add, complaint: Complain) -> None:
+    add("b-winch")
+    add("a-winch")
+    sentence = (
+        "the kind 'winch' is provided by a-winch 1.0 (module a_winch) and by b-winch 1.0 (module"
+        " b_winch); uninstall all but one of them"
+    )
+    assert complaint() == sentence
+    with pytest.raises(InputError) as found:
+        kind_names()
+    assert str(found.value) == sentence
+    assert complaint("") == sentence  # which would list all kinds
+    assert run_command_line(["check", str(PULLEY)]) == 0
+
+
+def test_two_plugins_of_one_kind_disturb_no_other(add: Add) -> None:
+    add("a-winch", kind="hoist")
+    add("b-winch", kind="hoist")
+    add("c-winch")
+    assert mechanism_module("winch").__name__ == "c_winch"
+
+
+def test_a_plugin_of_a_built_in_kind(add: Add, complaint: Complain) -> None:
+    add("frictionsim-pulley", "raise ValueError", kind="pulley")
+    sentence = (
+        "the kind 'pulley' is built in, but is also provided by frictionsim-pulley 1.0 (module"
+        " frictionsim_pulley); uninstall frictionsim-pulley or rename the kind in its entry point"
+        " 'frictionsim.kinds'"
+    )
+    with pytest.raises(InputError) as found:
+        kind_names()
+    assert str(found.value) == sentence
+    assert complaint('kind = "puley"') == sentence
+    assert run_command_line(["check", str(PULLEY)]) == 0
+    assert mechanism_module("pulley").__name__ == KINDS["pulley"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("SCENARIO, PANELS =", "_, __ =", "its module lacks SCENARIO, PANELS"),
+        ("def statics(", "def dynamics(", "its module lacks statics"),
+        ("def build(", "def make(", "its module lacks build (or ladders and references)"),
+        ("METRICS, Channel", "Channel", "its module lacks METRICS"),
+        (
+            "SCENARIO, PANELS = Model",
+            "SCENARIO, PANELS = dict",
+            "expected SCENARIO to be a class derived from Scenario, got <class 'dict'>",
+        ),
+        (
+            "SCENARIO, PANELS = Model",
+            "SCENARIO, PANELS = 'Model'",
+            "expected SCENARIO to be a class derived from Scenario, got 'Model'",
+        ),
+        (
+            "CHANNELS: ClassVar[dict[str, Channel]] = {}",
+            "",
+            "its SCENARIO Model lacks CHANNELS",
+        ),
+        (
+            'Literal["winch"]',
+            'Literal["hoist"]',
+            "expected kind: Literal['winch'] in SCENARIO Model, as in the entry point, got"
+            " typing.Literal['hoist']",
+        ),
+        (
+            "def simulation(scenario): ...",
+            "simulation = 3",
+            "expected a function simulation, got 3",
+        ),
+    ],
+)
+def test_a_plugin_that_is_not_complete(
+    old: str, new: str, fault: str, add: Add, complaint: Complain
+) -> None:
+    assert old in COMPLETE
+    add("frictionsim-winch", COMPLETE.replace(old, new))
+    assert complaint() == (
+        "the plug-in of the kind 'winch', frictionsim-winch 1.0 (module frictionsim_winch), is not"
+        f" complete: {fault}; repair or uninstall frictionsim-winch"
+    )
+
+
+def test_settings_of_a_study_stand_for_a_build(add: Add) -> None:
+    add("frictionsim-winch", COMPLETE.replace("def build(s", "def ladders(s") + "references = 1")
+    assert mechanism_module("winch").__name__ == "frictionsim_winch"
+
+
+@pytest.mark.parametrize(
+    ("statement", "reason"),
+    [
+        ("raise ValueError('the rope is too short')", "the rope is too short"),
+        ("assert False, 'the rope is too long'", "the rope is too long"),
+        ("assert 1 == 2", "invalid"),
+    ],
+)
+def test_an_exception_of_a_validator_is_a_fault_of_the_scenario(
+    statement: str, reason: str, add: Add, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    validator = f"""
+    rope: float = 1.0
+
+    @field_validator("rope")
+    def _rope(cls, rope):
+        {statement}
+"""
+    source = COMPLETE.replace("\n\n\nSCENARIO", f"{validator}\n\nSCENARIO")
+    add("frictionsim-winch", f"from pydantic import field_validator\n{source}")
+    path = tmp_path / "s.toml"
+    path.write_text('kind = "winch"\nrope = 3.0\n')
+    assert run_command_line(["check", str(path)]) == 2
+    assert capsys.readouterr().err == f"frictionsim: {path}:2: rope: {reason}\n"
+
+
+def test_an_unknown_kind_names_those_of_plugins_too(add: Add, complaint: Complain) -> None:
+    add("frictionsim-winch")
+    add("frictionsim-anvil", kind="anvil")
+    assert complaint('kind = "wnich"') == "unknown kind 'wnich' (did you mean 'winch'?)"
+    assert complaint('kind = "x"') == f"unknown kind 'x'; known: {BUILT_IN}, anvil, winch"
+    quoted = ", ".join(f"'{kind}'" for kind in (*KINDS, "anvil", "winch"))
+    assert complaint('title = "x"') == f"missing; expected one of {quoted}"
+    assert complaint("kind = 3") == f"expected one of {quoted}, got 3"
+    with pytest.raises(InputError, match="unknown kind 'wnich'"):
+        mechanism_module("wnich")
+
+
+def test_metadata_that_cannot_be_read(add: Add, complaint: Complain, tmp_path: Path) -> None:
+    add("frictionsim-winch")
+    folder = tmp_path / "site" / "frictionsim_winch-1.0.dist-info"
+    (folder / "entry_points.txt").write_text("[frictionsim.kinds]\nwinch\n")
+    said = complaint()
+    assert said.startswith("cannot read the entry points of the installed packages: ")
+    assert said.endswith("; reinstall the package that was installed or changed last")
+    assert run_command_line(["check", str(PULLEY)]) == 0
+
+
+def test_a_package_without_a_name(add: Add, complaint: Complain, tmp_path: Path) -> None:
+    add("frictionsim-winch", "raise ValueError")
+    (tmp_path / "site" / "frictionsim_winch-1.0.dist-info" / "METADATA").unlink()
+    assert "a package without a name (no version) (module frictionsim_winch)" in complaint()
+
+
+def test_a_result_of_a_kind_that_is_no_longer_installed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    site = install(BRAKE, tmp_path / "site")
+    result = str(tmp_path / "a.h5")
+    scenario = str(site / "frictionsim_brake" / "block_brake.toml")
+    with searched(site):
+        arguments = ["solve", scenario, "-q", "-o", result, "--max-steps", "20"]
+        assert run_command_line(arguments) == 5
+    capsys.readouterr()
+    assert run_command_line(["resume", result]) == 2
+    assert capsys.readouterr().err == (
+        f"frictionsim: {result}: its scenario is not valid: kind: unknown kind 'block_brake';"
+        f" known: {BUILT_IN}\n"
+    )
+
+
+def test_a_built_in_kind_does_not_search_the_installed_packages(tmp_path: Path) -> None:
+    code = (
+        "import importlib.metadata, sys\n"
+        "def searched(**_): raise AssertionError\n"
+        "importlib.metadata.entry_points = searched\n"
+        "from frictionsim.cli.commands import run_command_line\n"
+        "for command in sys.argv[1:]:\n"
+        "    assert run_command_line(command.split()) == 0, command\n"
+        "assert 'frictionsim.scenario.plugins' not in sys.modules\n"
+    )
+    commands = [f"check {PULLEY}", f"solve {PULLEY} -q -o a.h5", f"static {PULLEY}", "plot a.h5"]
+    subprocess.run(
+        [sys.executable, "-c", code, *commands],
+        env=os.environ | {"PYTHONPATH": str(ROOT), "PYDANTIC_DISABLE_PLUGINS": "__all__"},
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
