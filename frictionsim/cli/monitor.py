@@ -14,6 +14,8 @@ from frictionsim.errors import EXIT_SIGNAL, Interrupted
 from frictionsim.simulation.wall_time import WallTimeLimit
 
 if TYPE_CHECKING:
+    from socket import socket
+
     from frictionsim.cli.tables import ProgressBar
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -86,7 +88,8 @@ class RunMonitor:
         """Announce the compilation of kernels; during it, a stop signal ends the process at once.
 
         Python runs a signal handler only when the compiler returns, after seconds. The signal's
-        number is written to a pipe at once, where a thread waits for it.
+        number is written to a socket at once, where a thread waits for it. (Windows can wake up
+        sockets only.)
 
         Parameters
         ----------
@@ -101,24 +104,26 @@ class RunMonitor:
                 file=sys.stderr,
                 flush=True,
             )
-        reader, writer = os.pipe()
-        os.set_blocking(writer, False)
-        previous = signal.set_wakeup_fd(writer)
+        from socket import socketpair  # imported here: compilations are rare
+
+        reader, writer = socketpair()
+        writer.setblocking(False)
+        previous = signal.set_wakeup_fd(writer.fileno())
         waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         waiting.start()
-        if self._signal:  # received before the pipe was set up
+        if self._signal:  # received before the socket was set up
             self._exit_now(self._signal)
         try:
             yield
         finally:
             signal.set_wakeup_fd(previous)
-            os.write(writer, NO_SIGNAL)
+            writer.send(NO_SIGNAL)
             waiting.join()
-            os.close(reader)
-            os.close(writer)
+            reader.close()
+            writer.close()
 
-    def _wait_for_signal(self, reader: int) -> None:
-        while (byte := os.read(reader, 1)) != NO_SIGNAL:
+    def _wait_for_signal(self, reader: "socket") -> None:
+        while (byte := reader.recv(1)) != NO_SIGNAL:
             if byte[0] in STOP_SIGNALS:
                 self._exit_now(byte[0])
 
