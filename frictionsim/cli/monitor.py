@@ -1,4 +1,4 @@
-"""Monitoring of a run in progress: stop signals, wall-time limit, progress bar."""
+"""Monitoring of a run in progress: stop signals and progress bar."""
 
 import os
 import signal
@@ -11,9 +11,10 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import EXIT_SIGNAL, Interrupted
-from frictionsim.simulation.wall_time import WallTimeLimit
 
 if TYPE_CHECKING:
+    from socket import socket
+
     from frictionsim.api.progress import ProgressBar
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -34,15 +35,11 @@ class RunMonitor:
         Duration of the simulation.
     with_progress : bool
         Show a progress bar if stderr is a terminal.
-    max_wall : float or None, s
-        Limit of the wall time.
     quiet : bool
         Do not announce compilation.
     """
 
-    def __init__(
-        self, duration: float, with_progress: bool, max_wall: float | None, quiet: bool
-    ) -> None:
+    def __init__(self, duration: float, with_progress: bool, quiet: bool) -> None:
         self._duration = duration
         self._quiet = quiet
         self._with_progress = with_progress and sys.stderr.isatty()
@@ -50,14 +47,13 @@ class RunMonitor:
         # Origin of the pace shown: a resumed run does not start at t = 0.
         self._pace_clock, self._pace_t = self._started, 0.0
         self._last_t = 0.0
-        self._limit = None if max_wall is None else WallTimeLimit(max_wall, duration)
         self._calls = 0
         self._signal = 0
         self._signalled = 0.0
         self._bar: ProgressBar | None = None
 
     def __call__(self, t: float) -> None:
-        """Update the progress bar; stop the run on a signal or at the wall-time limit.
+        """Update the progress bar; stop the run on a signal.
 
         Parameters
         ----------
@@ -68,13 +64,9 @@ class RunMonitor:
         ------
         Interrupted
             If a stop signal was received.
-        BudgetExceeded
-            If the wall-time limit is reached.
         """
         if self._signal:
             raise Interrupted(self._signal, t)
-        if self._limit is not None:
-            self._limit(t)
         if self._calls == 0:
             self._reset_pace(t)
         self._calls += 1
@@ -86,7 +78,8 @@ class RunMonitor:
         """Announce the compilation of kernels; during it, a stop signal ends the process at once.
 
         Python runs a signal handler only when the compiler returns, after seconds. The signal's
-        number is written to a pipe at once, where a thread waits for it.
+        number is written to a socket at once, where a thread waits for it. (Windows can wake up
+        sockets only.)
 
         Parameters
         ----------
@@ -101,24 +94,26 @@ class RunMonitor:
                 file=sys.stderr,
                 flush=True,
             )
-        reader, writer = os.pipe()
-        os.set_blocking(writer, False)
-        previous = signal.set_wakeup_fd(writer)
+        from socket import socketpair  # imported here: compilations are rare
+
+        reader, writer = socketpair()
+        writer.setblocking(False)
+        previous = signal.set_wakeup_fd(writer.fileno())
         waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         waiting.start()
-        if self._signal:  # received before the pipe was set up
+        if self._signal:  # received before the socket was set up
             self._exit_now(self._signal)
         try:
             yield
         finally:
             signal.set_wakeup_fd(previous)
-            os.write(writer, NO_SIGNAL)
+            writer.send(NO_SIGNAL)
             waiting.join()
-            os.close(reader)
-            os.close(writer)
+            reader.close()
+            writer.close()
 
-    def _wait_for_signal(self, reader: int) -> None:
-        while (byte := os.read(reader, 1)) != NO_SIGNAL:
+    def _wait_for_signal(self, reader: "socket") -> None:
+        while (byte := reader.recv(1)) != NO_SIGNAL:
             if byte[0] in STOP_SIGNALS:
                 self._exit_now(byte[0])
 
@@ -163,7 +158,7 @@ class RunMonitor:
 
 @contextmanager
 def monitor_run(
-    duration: float, with_progress: bool, max_wall: float | None = None, quiet: bool = False
+    duration: float, with_progress: bool, quiet: bool = False
 ) -> Iterator[RunMonitor]:
     """Monitor a run: SIGINT or SIGTERM stops it after the current step, a second ends the process.
 
@@ -175,8 +170,6 @@ def monitor_run(
         Duration of the simulation.
     with_progress : bool
         Show a progress bar if stderr is a terminal.
-    max_wall : float, optional, s
-        Limit of the wall time.
     quiet : bool
         Do not announce compilation.
 
@@ -185,7 +178,7 @@ def monitor_run(
     RunMonitor
         To be called with the time after each step.
     """
-    monitor = RunMonitor(duration, with_progress, max_wall, quiet)
+    monitor = RunMonitor(duration, with_progress, quiet)
     previous = [signal.signal(number, monitor._on_signal) for number in STOP_SIGNALS]
     try:
         yield monitor

@@ -3,11 +3,19 @@
 import os
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic, sleep
 
 from frictionsim.errors import OutputError
 
 SUFFIXES = (".h5", ".hdf5", ".nc")
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+# On Windows a file cannot be replaced while a program has it open: a reader is waited for.
+SECONDS_FOR_READERS = 5.0
+SECONDS_BETWEEN_TRIES = 0.05
+
+# By target that a reader has not let go of: where its new content is.
+_kept: dict[Path, Path] = {}
 
 
 def check_writable(path: Path) -> None:
@@ -70,6 +78,9 @@ def write_atomically(image: bytes, path: Path) -> None:
     """Write a file atomically: on any error the existing file is kept.
 
     The bytes are written to a temporary file in the same folder, flushed to the disk and renamed.
+    If the existing file cannot be replaced because a program has it open, they are kept beside it
+    as a.new.h5 for a.h5. The next content of a.h5 that this process writes, as at a checkpoint,
+    replaces that file, without waiting for the reader again.
 
     Parameters
     ----------
@@ -92,13 +103,59 @@ def write_atomically(image: bytes, path: Path) -> None:
             file.write(image)
             file.flush()
             os.fsync(file.fileno())
-        part.replace(target)
+        held = _replace(part, target)
+        if held is not None:
+            raise _held(path, held, _keep(part, target))
     except OSError as error:
         raise _not_written(path, error.strerror or str(error)) from None
     finally:
         with suppress(OSError):
             part.unlink()  # it exists only after an error
     _sync_folder(target.parent)
+
+
+def _replace(part: Path, target: Path) -> PermissionError | None:
+    """Rename a file to its target, waiting for programs that have the target open.
+
+    Returns
+    -------
+    PermissionError or None
+        The last error if they did not close it.
+    """
+    latest = monotonic() + (0.0 if target in _kept else SECONDS_FOR_READERS)
+    while True:
+        try:
+            part.replace(target)
+        except PermissionError as error:
+            if monotonic() >= latest:
+                return error
+            sleep(SECONDS_BETWEEN_TRIES)
+        else:
+            _kept.pop(target, None)
+            return None
+
+
+def _keep(part: Path, target: Path) -> Path:
+    """Rename a file to a visible name beside its target, and return that name."""
+    if target in _kept:
+        with suppress(PermissionError):  # that file is open as well
+            part.replace(_kept[target])
+            return _kept[target]
+    kept, number = target.with_name(f"{target.stem}.new{target.suffix}"), 2
+    while os.path.lexists(kept):
+        kept = target.with_name(f"{target.stem}.new{number}{target.suffix}")
+        number += 1
+    part.replace(kept)
+    _kept[target] = kept
+    return kept
+
+
+def _held(path: Path, held: PermissionError, kept: Path) -> OutputError:
+    shown = kept if path.is_symlink() else path.with_name(kept.name)
+    return OutputError(
+        f"{path}: cannot replace the file: {held.strerror or held}; another program may have it"
+        f" open. The new result is in {shown}: close the other program, then rename it"
+    )
 
 
 def _sync_folder(folder: Path) -> None:

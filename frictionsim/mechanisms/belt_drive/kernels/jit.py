@@ -6,14 +6,12 @@ stamp of one file only to tell whether a kernel is still the same, but kernels c
 files: the folder of the cache therefore carries a digest of the source of all of them.
 """
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import cache, cached_property, update_wrapper
 from hashlib import sha256
 from pathlib import Path
-from tempfile import gettempdir
 from time import perf_counter
 from typing import Any
 
@@ -104,23 +102,12 @@ def kernel_sources() -> tuple[Path, ...]:
     return tuple(sorted({Path(__file__), *found, *in_package, *shared}))
 
 
-def cache_folder() -> Path:
-    """Return the folder of this build's compiled kernels; it need not exist."""
+def build_name() -> str:
+    """Return the name of this build's kernels: another one when their source changes."""
     digest = sha256()
     for path in kernel_sources():
         digest.update(path.read_bytes())
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "frictionsim" / f"kernels-{digest.hexdigest()[:16]}"
-
-
-def _usable(folder: Path) -> Path:
-    """Return the folder if it can be written to, else one that can."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        usable = os.access(folder, os.W_OK)
-    except OSError:
-        usable = False
-    return folder if usable else Path(gettempdir()) / f"frictionsim-{os.getuid()}" / folder.name
+    return f"kernels-{digest.hexdigest()[:16]}"
 
 
 @cache
@@ -128,7 +115,9 @@ def _numba() -> Any:
     """Import numba, and have it keep its kernels in the folder of this build."""
     import numba
 
-    numba.config.CACHE_DIR = str(_usable(cache_folder()))  # type: ignore[attr-defined]
+    from frictionsim.mechanisms.belt_drive.kernels.cache import usable_folder
+
+    numba.config.CACHE_DIR = str(usable_folder(build_name()))  # type: ignore[attr-defined]
     return numba
 
 

@@ -1,0 +1,46 @@
+"""What the package says of itself: its dependencies and its citation."""
+
+import ast
+import re
+import sys
+import tomllib
+
+import pytest
+
+from frictionsim import __version__
+from tests.support.scenarios import ROOT
+
+pytestmark = pytest.mark.quick
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def imported() -> set[str]:
+    """Return the libraries that a module of the package imports, at its top or in a function.
+
+    pydantic_core is a part of pydantic, which asks for the one version that fits.
+    """
+    found: set[str] = set()
+    for path in (ROOT / "frictionsim").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                found.add(str(node.module).split(".")[0])
+    return found - set(sys.stdlib_module_names) - {"frictionsim", "pydantic_core"}
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[\[<>=]", text)[0].replace("-", "_") for text in requirements}
+
+
+def test_a_plain_install_has_all_that_the_package_imports() -> None:
+    assert "numpy" in imported()
+    assert imported() <= names(PROJECT["dependencies"])
+    # xarray reads results with h5netcdf, which nothing imports by its name.
+    assert {"xarray", "h5netcdf"} <= names(PROJECT["dependencies"])
+
+
+def test_the_citation_has_the_version() -> None:
+    lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {__version__}" in lines

@@ -1,0 +1,124 @@
+"""The command line where no call of POSIX is there: what Windows lacks or refuses is taken away."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.scenarios import ROOT, SCENARIOS
+
+PULLEY = SCENARIOS / "pulley.toml"
+BELT = SCENARIOS / "belt_drive.toml"
+PROGRAM = (
+    sys.executable,
+    "-X",
+    "warn_default_encoding",
+    str(Path(__file__).with_name("windows_like.py")),
+)
+
+
+def started(*arguments: str | Path, cwd: Path, **environment: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [*PROGRAM, "--debug", *map(str, arguments)],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def output(*arguments: str | Path, cwd: Path) -> str:
+    with started(*arguments, cwd=cwd) as process:
+        out, said = process.communicate(timeout=300)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    return out
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a result that was written without POSIX."""
+    folder = tmp_path_factory.mktemp("windows")
+    assert "result: a.h5" in output("solve", PULLEY, "-o", "a.h5", cwd=folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("code", "error"),
+    [
+        ("import resource", "ModuleNotFoundError"),
+        ("os.getuid()", "AttributeError"),
+        ("os.set_blocking(1, True)", "AttributeError"),
+        ("os.open('.', os.O_RDONLY)", "PermissionError: [Errno 13] Permission denied"),
+        ("signal.SIGHUP", "AttributeError"),
+        ("signal.signal(1, signal.SIG_IGN)", "ValueError: invalid signal"),
+        ("signal.set_wakeup_fd(os.pipe()[1])", "ValueError: not a socket"),
+        ("print('done')", ""),
+    ],
+)
+def test_what_is_not_there_fails(code: str, error: str) -> None:
+    program = f"from tests.packaging.windows_like import *; take_away(); {code}"
+    environment: dict[str, Any] = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert error in done.stderr
+    assert (done.stdout == "done\n") == (error == "")
+
+
+def test_the_result_is_the_same(folder: Path) -> None:
+    command = [sys.executable, "-m", "frictionsim", "solve", str(PULLEY), "-q", "-o", "b.h5"]
+    subprocess.run(command, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=True)
+    assert (folder / "a.h5").read_bytes() == (folder / "b.h5").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "answer"),
+    [
+        (["--help"], "Usage: frictionsim"),
+        (["check", PULLEY, BELT], "belt_drive.toml: ok"),
+        (["static", PULLEY], "force_to_lift"),
+        (["static", BELT], "torque_limit_driven"),
+        (["plot", "a.h5"], "a.png"),
+        (["compare", "a.h5", "a.h5"], "the files agree"),
+        (["solve", SCENARIOS / "hard" / "jump_from_csv.toml", "-o", "jump.h5"], "result: jump.h5"),
+        (["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1",
+          "--csv", "cost.csv", "--plot", "cost.png"], "for 1 %"),
+    ],
+)  # fmt: skip
+def test_commands_need_no_posix(arguments: list[str | Path], answer: str, folder: Path) -> None:
+    assert answer in output(*arguments, cwd=folder)
+
+
+@pytest.mark.parametrize("backend", ["moreau", "rkf45"])
+def test_belts_need_no_posix(backend: str, tmp_path: Path) -> None:
+    few_steps = ["--set", "solver.duration=2e-4"]
+    out = output("solve", BELT, "--backend", backend, *few_steps, "-o", "b.h5", cwd=tmp_path)
+    assert "result: b.h5" in out
+    assert "b.png" in output("plot", "b.h5", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_compilation_at_once(number: signal.Signals, tmp_path: Path) -> None:
+    cache = str(tmp_path / "cache")
+    with started("solve", BELT, "-o", "b.h5", cwd=tmp_path, XDG_CACHE_HOME=cache) as process:
+        assert process.stderr is not None
+        assert "compiling the kernels" in process.stderr.readline()
+        time.sleep(1.0)  # of the ten seconds and more that the kernels take
+        process.send_signal(number)
+        _, said = process.communicate(timeout=300)
+    assert process.returncode == 128 + number
+    assert said == (
+        f"frictionsim: interrupted by {number.name} while compiling kernels; nothing was written\n"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["cache"]
