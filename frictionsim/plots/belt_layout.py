@@ -22,12 +22,12 @@ from frictionsim.plots.style import (
     Style,
     add_legend,
     escape_mathtext,
-    new_figure,
     require_channels,
+    set_up,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
@@ -88,7 +88,7 @@ class _Belt(NamedTuple):
     colours: ScalarMappable
 
 
-def drive(result: "Record") -> "Figure":
+def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the belt and its pulleys at the last sample, and details of the pulleys with forces.
 
     The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
@@ -106,7 +106,7 @@ def drive(result: "Record") -> "Figure":
     side = min(WIDTH / columns, MAX_SIDE)
     height = _height_of_whole(belt)
     heights = [MARGIN + height, *[side + TITLE] * rows]
-    figure = new_figure(result, sum(heights), *_notes(result, pulleys))
+    set_up(figure, result, sum(heights), *_notes(result, pulleys))
     parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
     whole = figure.add_subplot(parts[0, :])
     _draw_whole(whole, pulleys, belt, touches)
@@ -124,7 +124,6 @@ def drive(result: "Record") -> "Figure":
         _draw_detail(ax, pulleys, i, belt)
         _draw_forces(ax, pulley, touches[i], force, pitch_points)
     add_legend(figure, _handles(shows_friction), columns=3)
-    return figure
 
 
 def _notes(result: "Record", pulleys: Sequence[Pulley]) -> list[str]:
