@@ -76,7 +76,8 @@ def draw(
 
     Show it as the value of a notebook's cell; save it with `figure.savefig("a.png")`. In a figure
     with constrained layout (`plt.subplots(2, 2, layout="constrained")`) the view is arranged again
-    when the figure changes; in others once, when it is drawn.
+    when the figure changes; in others once, when it is drawn. A part of a figure should be at least
+    5 inches wide and high.
 
     Parameters
     ----------

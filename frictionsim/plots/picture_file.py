@@ -41,6 +41,9 @@ def check_format(path: Path) -> None:
 def save(figure: "Figure", path: Path) -> None:
     """Write a picture; equal figures give identical bytes.
 
+    Only the first picture of a figure is meant: drawing moves its texts, and the layout of the
+    next starts from there.
+
     Parameters
     ----------
     figure : Figure

@@ -30,6 +30,7 @@ Style = dict[str, Any]
 STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
+MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 
 
 def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
@@ -93,7 +94,7 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
     return value
 
 
-def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes: str) -> None:
+def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes: str) -> float:
     """Give an empty figure the title of a result, and its height unless it is part of a figure.
 
     Parameters
@@ -103,10 +104,17 @@ def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes
     height : float, inches
     *notes : str
         Further notes in the title.
+
+    Returns
+    -------
+    float
+        The height that there is relative to `height`, at most 1: small texts fit a low subfigure.
     """
+    figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
     if isinstance(figure, Figure):
         figure.set_figheight(height)
-    figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
+        return 1.0
+    return min(1.0, float(figure.bbox.height / figure.dpi) / height)
 
 
 def relative_width(figure: "Figure | SubFigure") -> float:
@@ -175,6 +183,11 @@ def grid(ax: Any) -> None:
     """Draw a thin grid, and remove the margins in x."""
     ax.margins(x=0.0)
     ax.grid(linewidth=0.3)
+
+
+def shrink(text: Any, scale: float) -> None:
+    """Give a text the size for a subfigure that is `scale` as high or wide as a picture."""
+    text.set_size(min(1.0, max(MIN_TEXT, scale)) * text.get_size())
 
 
 def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: int = 4) -> None:

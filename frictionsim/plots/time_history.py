@@ -23,7 +23,9 @@ from frictionsim.plots.style import (
     line_style,
     relative_width,
     set_up,
+    shrink,
 )
+from frictionsim.results import OPEN, SLACK, TAUT
 from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
@@ -42,6 +44,8 @@ EVENT_LINES: dict[str, Style] = {
     REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
     REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
 }
+# Of a pulley that no body touches, and of a span with and without tension.
+ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
@@ -96,10 +100,11 @@ def stacked_axes(
     dict of Axes
         By channel.
     """
-    set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
+    scale = set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(label(result, name))
+        shrink(ax.yaxis.label, scale)
         grid(ax)
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
@@ -236,7 +241,7 @@ def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
 
 
 def _event_names(result: "Record") -> list[str]:
-    """Return the label of each event: by its change of mode, else the name of its contact."""
+    """Return the label of each event: by its change of mode, or with the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     return [
         _event_name(result.contacts[int(contact)], before, after)
@@ -247,6 +252,8 @@ def _event_names(result: "Record") -> list[str]:
 def _event_name(contact: str, before: float, after: float) -> str:
     if before == after:
         return contact
+    if {before, after} & ENGAGEMENT.keys():
+        return f"{contact}: {ENGAGEMENT.get(after, 'closed')}"
     if after == 0:
         return REST
     return BREAKAWAY if before == 0 else REVERSAL
