@@ -18,6 +18,7 @@ from frictionsim.work_precision.report import columns, study_json, write_csv
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from frictionsim.scenario.overrides import Overrides
@@ -98,11 +99,17 @@ class Study:
 
         write_table(self.data.scenario, columns(self.data), self.status, path)
 
-    def plot(self) -> "Figure":
-        """Draw error against wall time and against evaluations of the right-hand side."""
-        from frictionsim.plots.work_precision import figure_of
+    def plot(self, *, ax: "Axes | None" = None) -> "Figure":
+        """Draw error against wall time and against evaluations of the right-hand side.
 
-        return figure_of(self.data)
+        Parameters
+        ----------
+        ax : Axes, optional
+            Draw in the place of these axes, which are removed.
+        """
+        from frictionsim.plots.work_precision import diagram
+
+        return diagram(self.data, ax=ax)
 
     def summary(self) -> str:
         """Return the table as text, as the command line prints it."""

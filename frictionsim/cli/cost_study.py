@@ -45,7 +45,7 @@ class Files(NamedTuple):
         if self.output is not None:
             check_writable(self.output)
         if self.plot is not None:
-            from frictionsim.plots.style import check_format
+            from frictionsim.plots.picture_file import check_format
 
             check_format(self.plot)
         for target in (self.csv, self.plot):
@@ -68,7 +68,7 @@ class Files(NamedTuple):
         if self.csv is not None:
             study.save_csv(self.csv)
         if self.plot is not None:
-            from frictionsim.plots.style import save
+            from frictionsim.plots.picture_file import save
 
             save(study.plot(), self.plot)
 

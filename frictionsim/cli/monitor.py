@@ -157,9 +157,7 @@ class RunMonitor:
 
 
 @contextmanager
-def monitor_run(
-    duration: float, with_progress: bool, quiet: bool = False
-) -> Iterator[RunMonitor]:
+def monitor_run(duration: float, with_progress: bool, quiet: bool = False) -> Iterator[RunMonitor]:
     """Monitor a run: SIGINT or SIGTERM stops it after the current step, a second ends the process.
 
     During the compilation of kernels, the first signal ends the process.

@@ -13,9 +13,10 @@ installed package. The module has
 
 and may have
 
-    VIEWS                 its pictures by name, the default first, each a function
+    VIEWS                 further pictures by name, each a function
                           view(result, figure, **options) that draws a `Record` into an empty
-                          Figure or SubFigure of matplotlib; without VIEWS the PANELS are drawn
+                          Figure or SubFigure of matplotlib; `response`, the PANELS over time, is
+                          there without it, and is the default
     EXAMPLE               the text of a scenario in TOML, to start from
     ladders(scenario, tolerances), references(scenario, rtol), tighter(scenario)
                           the settings of a study, its references, and the more accurate setting of

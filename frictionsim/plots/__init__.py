@@ -1,27 +1,37 @@
 """Pictures of result files; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, each a function that draws a result; the first is the
-default. For a kind that is not in VIEWS, the channels are drawn over time.
+A kind of mechanism has one or more views, each a function that draws a result into an empty
+figure or subfigure: `view(result, figure, **options)`. The first is the default. A kind that is not
+in VIEWS may have a mapping VIEWS in its module; without one, its channels are drawn over time.
+
+`draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
+cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
+figures at once; `save` and `plot` write the same bytes as in one thread.
 """
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
-from frictionsim.plots.style import check_format, save
+from frictionsim.plots.picture_file import check_format, save
+from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.time_history import response
-from frictionsim.scenario.kinds import KINDS
+from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
+__all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
+
 ALL, BODY = "all", "body"
 
-Views = Mapping[str, Callable[..., "Figure"]]
+Views = Mapping[str, Callable[..., None]]
+"""Functions `view(result, figure, **options)` by name."""
+
 VIEWS: Mapping[str, Views] = {
     "pulley": {"response": pulley.response},
     "marble_machine": {"response": response, "torque": marble_machine.torque},
@@ -45,19 +55,71 @@ def views_of(kind: str) -> Views:
     """
     if kind in VIEWS:
         return VIEWS[kind]
-    if kind not in KINDS:
-        raise InputError(
-            f"cannot draw a result of kind '{kind}'; known: {', '.join({**VIEWS, **KINDS})}"
-        )
-    return {"response": response}
+    try:
+        module = mechanism_module(kind)
+    except InputError as error:
+        raise InputError(f"cannot draw this result: {error}") from None
+    own: Views = getattr(module, "VIEWS", {})
+    return {"response": response, **own}
 
 
-def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:
-    """Draw a view of a result.
+def draw(
+    result: "Record",
+    view: str | None = None,
+    body: int | None = None,
+    figure: "Figure | SubFigure | None" = None,
+    ax: Any = None,
+) -> "Figure":
+    """Draw a view of a result as a matplotlib figure.
+
+    Show it as the value of a notebook's cell; save it with `figure.savefig("a.png")`. In a figure
+    with constrained layout (`plt.subplots(2, 2, layout="constrained")`) the view is arranged again
+    when the figure changes; in others once, when it is drawn. A part of a figure should be at least
+    5 inches wide and high.
 
     Parameters
     ----------
-    result : Result
+    result : Record
+    view : str, optional
+        One of `views_of` the kind; the default is the first.
+    body : int, optional
+        Number of the body of a belt that the view `body` shows.
+    figure : Figure or SubFigure, optional
+        An empty one to draw into; a Figure gets the height of the view. The default is a new one.
+    ax : Axes, optional
+        Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
+
+    Returns
+    -------
+    Figure
+        The whole figure, also if the view is drawn into a part of it.
+
+    Raises
+    ------
+    InputError
+        If the view or body does not exist, the result lacks samples or channels of the view, the
+        figure is not empty, or the axes cannot be replaced. Figure and axes are then as before.
+    """
+    kind = result.attributes["kind"]
+    views = views_of(kind)
+    view = view or next(iter(views))
+    if view not in views:
+        known = ", ".join([*views, ALL])
+        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {known}")
+    if body is not None and view != BODY:
+        raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
+    if not result.channels["time"].size:
+        raise InputError("cannot draw this result: it has no samples")
+    options = {} if body is None else {BODY: body}
+    return drawn_in(lambda target: views[view](result, target, **options), figure, ax)
+
+
+def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:
+    """Write the picture of a view of a result.
+
+    Parameters
+    ----------
+    result : Record
     path : Path
         Ends in .png, .pdf or .svg.
     view : str, optional
@@ -73,18 +135,12 @@ def plot(result: "Record", path: Path, view: str | None = None, body: int | None
         If the picture cannot be written.
     """
     check_format(path)
-    kind = result.attributes["kind"]
-    views = views_of(kind)
-    view = view or next(iter(views))
-    if view not in views:
-        known = ", ".join([*views, ALL])
-        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {known}")
-    if body is not None and view != BODY:
-        raise InputError(f"the view '{view}' shows no single body; use --body with '{BODY}'")
-    if not result.channels["time"].size:
-        raise InputError("cannot draw this result: it has no samples")
-    figure = views[view](result) if body is None else views[view](result, body)
-    save(figure, path)
+    save(draw(result, view, body), path)
+
+
+def path_of(path: Path, view: str) -> Path:
+    """Return the picture of a view if all views are drawn: FILE-<view>.png for FILE.png."""
+    return path.with_name(f"{path.stem}-{view}{path.suffix}")
 
 
 def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
@@ -92,7 +148,7 @@ def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[lis
 
     Parameters
     ----------
-    result : Result
+    result : Record
     path : Path
         Ends in .png, .pdf or .svg.
     body : int, optional
@@ -115,7 +171,7 @@ def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[lis
     check_format(path)
     written, reasons = [], []
     for view in views_of(result.attributes["kind"]):
-        picture = path.with_name(f"{path.stem}-{view}{path.suffix}")
+        picture = path_of(path, view)
         try:
             plot(result, picture, view, body if view == BODY else None)
         except InputError as error:

@@ -139,7 +139,7 @@ class BeltLine:
 
         Parameters
         ----------
-        result : Result
+        result : Record
         samples : sequence of int
 
         Returns

@@ -22,12 +22,14 @@ from frictionsim.plots.style import (
     Style,
     add_legend,
     escape_mathtext,
-    new_figure,
+    relative_width,
     require_channels,
+    set_up,
+    shrink,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
@@ -35,6 +37,7 @@ NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"
 TENSION_COLOURS = "cividis"  # colour-blind safe, and monotonic in grey print
 MAX_IN_A_ROW, MAX_DETAILS = 4, 8
+NARROW = 0.6  # of the usual width: half as many in a row
 MAX_SIDE = 3.0  # inches, of a detail
 MIN_HEIGHT, HIGH, MAX_HEIGHT = 0.8, 2.0, 4.0  # inches, of the whole drive
 MARGIN = 0.8  # inches, for the title and the colour bar
@@ -88,7 +91,7 @@ class _Belt(NamedTuple):
     colours: ScalarMappable
 
 
-def drive(result: "Record") -> "Figure":
+def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the belt and its pulleys at the last sample, and details of the pulleys with forces.
 
     The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
@@ -101,18 +104,19 @@ def drive(result: "Record") -> "Figure":
     pulleys, belt = pulleys_of(result), _belt(result)
     touches = [_touch(result, i, pulley, belt, shows_friction) for i, pulley in enumerate(pulleys)]
     shown = pulleys[:MAX_DETAILS]
-    columns = min(len(shown), MAX_IN_A_ROW)
+    relative = relative_width(figure)
+    columns = min(len(shown), MAX_IN_A_ROW if relative > NARROW else MAX_IN_A_ROW // 2)
     rows = -(-len(shown) // columns)
-    side = min(WIDTH / columns, MAX_SIDE)
-    height = _height_of_whole(belt)
+    side = min(relative * WIDTH / columns, MAX_SIDE)
+    height = _height_of_whole(belt, relative * WIDTH)
     heights = [MARGIN + height, *[side + TITLE] * rows]
-    figure = new_figure(result, sum(heights), *_notes(result, pulleys))
+    set_up(figure, result, sum(heights), *_notes(result, pulleys))
     parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
     whole = figure.add_subplot(parts[0, :])
     _draw_whole(whole, pulleys, belt, touches)
-    shrink = 0.5 if height > HIGH else 1.0
+    length = 0.5 if height > HIGH else 1.0
     colours = figure.colorbar(
-        belt.colours, ax=whole, location="bottom", shrink=shrink, aspect=60 * shrink
+        belt.colours, ax=whole, location="bottom", shrink=length, aspect=60 * length
     )
     colours.set_label("tension, N")
     force = _largest_force(touches)
@@ -120,11 +124,11 @@ def drive(result: "Record") -> "Figure":
         ax = figure.add_subplot(parts[1 + i // columns, i % columns])
         ax.set_axis_off()
         pitch_points = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
-        ax.set_title(_caption(result, i, pulley), fontsize="small")
+        caption = ax.set_title(_caption(result, i, pulley), fontsize="small")
+        shrink(caption, relative * MAX_IN_A_ROW / columns)
         _draw_detail(ax, pulleys, i, belt)
         _draw_forces(ax, pulley, touches[i], force, pitch_points)
     add_legend(figure, _handles(shows_friction), columns=3)
-    return figure
 
 
 def _notes(result: "Record", pulleys: Sequence[Pulley]) -> list[str]:
@@ -164,10 +168,10 @@ def _touch(
     )
 
 
-def _height_of_whole(belt: _Belt) -> float:
-    """Return the height of the whole drive, in inches, if it is as wide as the picture."""
+def _height_of_whole(belt: _Belt, width: float) -> float:
+    """Return the height of the whole drive where it has a width; both in inches."""
     wide, high = np.ptp(belt.pieces.reshape(-1, 2), axis=0)
-    return float(np.clip(WIDTH * high / max(wide, 1e-9 * high), MIN_HEIGHT, MAX_HEIGHT))
+    return float(np.clip(width * high / max(wide, 1e-9 * high), MIN_HEIGHT, MAX_HEIGHT))
 
 
 def _largest_force(touches: Sequence[_ContactArc]) -> float:

@@ -26,32 +26,32 @@ from frictionsim.plots.style import (
     grid,
     label,
     line_style,
-    new_figure,
+    relative_width,
     require_channels,
+    set_up,
 )
 from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stacked_axes
 from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
 TENSION_HEIGHT = 4.0  # inches
 MAX_SAMPLES = 200  # in the mean of the tension
 TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, repeated
-NAME_GAP = 0.14  # of the length of the belt, for the name of a pulley
+NAME_GAP = 0.14  # of the width of a picture, for the name of a pulley
 
 
-def speeds(result: "Record") -> "Figure":
+def speeds(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the speeds of the pulleys and the torques on them over time."""
     names = ("pulley_speed", "pulley_torque")
     require_channels(result, "speeds", names)
-    figure, axes = stacked_axes(result, names)
+    axes = stacked_axes(result, figure, names)
     for name, ax in axes.items():
         handles = _draw_pulleys(ax, result, name)
     add_legend(figure, handles)
-    return figure
 
 
 def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:
@@ -64,7 +64,7 @@ def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:
     ]
 
 
-def tension(result: "Record") -> "Figure":
+def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the tension over the position along the belt: at the last sample, and its mean.
 
     The mean is over the last fifth of the run, at positions fixed in space.
@@ -72,7 +72,7 @@ def tension(result: "Record") -> "Figure":
     require_channels(result, "tension", ("x", "y", "pulley_index", "tension"))
     belt = BeltLine(result, -1)
     at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
-    figure = new_figure(result, TENSION_HEIGHT)
+    set_up(figure, result, TENSION_HEIGHT)
     ax = figure.subplots()
     handles = [
         *ax.plot(belt.place, at_end, **line_style(0), label="last sample"),
@@ -90,7 +90,6 @@ def tension(result: "Record") -> "Figure":
     name = escape_mathtext(pulleys_of(result)[0].name)
     ax.set_xlabel(f"distance along the belt from where it leaves {name}, m")
     add_legend(figure, handles)
-    return figure
 
 
 def _last(result: "Record") -> Any:
@@ -139,19 +138,21 @@ def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
         if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
             longest[number] = arc
     names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
-    rows = label_rows([at for at, _ in names], NAME_GAP * belt.length, max_rows=3)
+    min_gap = NAME_GAP / relative_width(ax.figure) * belt.length
+    rows = label_rows([at for at, _ in names], min_gap, max_rows=3)
     for (at, name), row in zip(names, rows, strict=False):
         annotate_above(ax, at, escape_mathtext(name), row)
     return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
 
 
-def body(result: "Record", number: int | None = None) -> "Figure":
+def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None) -> None:
     """Draw the tension before one body of the belt, the forces on it and its slip velocity.
 
     Parameters
     ----------
-    result : Result
-    number : int, optional
+    result : Record
+    figure : Figure or SubFigure
+    body : int, optional
         Number of the body; the default is the middle of the first span at the start.
 
     Raises
@@ -163,9 +164,9 @@ def body(result: "Record", number: int | None = None) -> "Figure":
     names += ["friction_force", "slip_velocity"] if has_friction(result) else []
     require_channels(result, "body", [*names, "pulley_index"])
     touched = result.channels["pulley_index"]
-    number = middle_of_first_span(touched[0]) if number is None else number
+    number = middle_of_first_span(touched[0]) if body is None else body
     _check_body(number, touched.shape[1])
-    figure, axes = stacked_axes(result, names)
+    axes = stacked_axes(result, figure, names)
     for name, ax in axes.items():
         ax.axhline(0.0, color=BLACK, linewidth=0.5)
         if name == "pulley_speed":
@@ -177,7 +178,6 @@ def body(result: "Record", number: int | None = None) -> "Figure":
     if "slip_velocity" in axes:
         handles += _mark_sticking(axes["slip_velocity"], result, number)
     add_legend(figure, handles)
-    return figure
 
 
 def _check_body(number: int, count: int) -> None:
@@ -196,6 +196,7 @@ def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any
     """Shade the times in which the body touches a pulley, with a grey for each pulley."""
     time = result.channels["time"]
     names = [pulley.name for pulley in pulleys_of(result)]
+    min_gap = MIN_GAP / relative_width(axes[0].figure) * np.ptp(time)
     handles = {}
     for value, first, stop in constant_runs(result.channels["pulley_index"][:, number]):
         if value < 0:
@@ -205,7 +206,7 @@ def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any
         span = time[first], time[min(stop, len(time) - 1)]
         for ax in axes:
             ax.axvspan(*span, color=colour, linewidth=0)
-        if np.ptp(span) > MIN_GAP * np.ptp(time):
+        if np.ptp(span) > min_gap:
             annotate_above(axes[0], float(np.mean(span)), escape_mathtext(names[pulley]), row=0)
         handles[pulley] = Patch(
             color=colour, label=escape_mathtext(f"body {number} on {names[pulley]}")

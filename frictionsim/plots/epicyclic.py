@@ -18,13 +18,13 @@ from frictionsim.plots.style import (
     add_legend,
     grid,
     line_style,
-    new_figure,
     require_channels,
     scenario_value,
+    set_up,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
@@ -40,7 +40,7 @@ SUN_COLOUR = "#D0D0D0"
 STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
 
 
-def torque(result: "Record") -> "Figure":
+def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the torques on the crank over its angle: drive, uniform rotation and friction.
 
     The friction torque is signed: negative where it opposes a forward motion.
@@ -52,7 +52,7 @@ def torque(result: "Record") -> "Figure":
             "cannot draw the view 'torque': this result has none of the channels"
             f" {', '.join(TORQUES)} (see output.channels)"
         )
-    figure = new_figure(result, TORQUE_HEIGHT)
+    set_up(figure, result, TORQUE_HEIGHT)
     ax = figure.subplots()
     handles = [
         ax.plot(result.channels["angle"], result.channels[name], **line_style(i), label=words)[0]
@@ -65,7 +65,6 @@ def torque(result: "Record") -> "Figure":
     turns = ax.secondary_xaxis("top", functions=(_turns, _radians))
     turns.set_xlabel("turns from the horizontal")
     add_legend(figure, handles)
-    return figure
 
 
 def _turns(angle: Any) -> Any:
@@ -76,7 +75,7 @@ def _radians(turns: Any) -> Any:
     return turns * TURN
 
 
-def path(result: "Record") -> "Figure":
+def path(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the path of the tracer point with sun, planet and crank at the last sample.
 
     Without the channel of the crank's angle, only sun and path are drawn.
@@ -87,7 +86,7 @@ def path(result: "Record") -> "Figure":
             " effects.tracer_point to the scenario (see output.channels)"
         )
     sun_radius, radius = (scenario_value(result, "mechanism", f"{part}_radius") for part in PARTS)
-    figure = new_figure(result, PATH_HEIGHT)
+    set_up(figure, result, PATH_HEIGHT)
     plane = figure.subplots()
     sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
@@ -100,7 +99,6 @@ def path(result: "Record") -> "Figure":
     plane.set_xlabel("x, m")
     plane.set_ylabel("y, m")
     add_legend(figure, handles, columns=3)
-    return figure
 
 
 def _path(result: "Record", sun_radius: float, radius: float) -> tuple[Any, Any]:

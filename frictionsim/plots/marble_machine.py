@@ -11,14 +11,14 @@ from frictionsim.plots.style import (
     grid,
     label,
     line_style,
-    new_figure,
     require_channels,
     scenario_value,
+    set_up,
 )
 from frictionsim.plots.time_history import OTHER_EVENT
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
@@ -28,7 +28,7 @@ TRANSFER = "transfer"
 MAX_TRANSFERS = 60  # marks of more transfers would hide the channels
 
 
-def torque(result: "Record") -> "Figure":
+def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the torques on the gear over its angle: all, and again at the scale of the load.
 
     The torque of the motor is multiplied by the gear ratio. In steady motion it equals the load
@@ -38,7 +38,7 @@ def torque(result: "Record") -> "Figure":
     ratio = scenario_value(result, "mechanism", "gear_ratio")
     driving = {"motor, times the gear ratio": ratio * result.channels["motor_torque"]}
     resisting = _resisting(result)
-    figure = new_figure(result, HEIGHT)
+    set_up(figure, result, HEIGHT)
     axes = figure.subplots(2 if resisting else 1, 1, sharex=True, squeeze=False)[:, 0]
     for ax in axes:
         handles = _draw(ax, result.channels["angle"], driving | resisting)
@@ -49,7 +49,6 @@ def torque(result: "Record") -> "Figure":
     axes[-1].set_xlabel("angle of the gear, rad")
     figure.align_ylabels(axes)
     add_legend(figure, [*handles, *_mark_transfers(result, axes)], columns=3)
-    return figure
 
 
 def _resisting(result: "Record") -> dict[str, Any]:

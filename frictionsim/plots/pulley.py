@@ -12,7 +12,7 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.validation import ValidationFailure, validate
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Quantities, Record
 
@@ -22,12 +22,12 @@ LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to ho
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
-def response(result: "Record") -> "Figure":
+def response(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw force, friction torque, angular velocity and angle over time.
 
     Lines show the forces of impending motion and the static limit of the friction torque.
     """
-    figure, axes, handles = time_history.draw_channels(result)
+    axes, handles = time_history.draw_channels(result, figure)
     if "friction_torque" in result.channels:
         limits = _limits(result)
         if "drive_force" in axes:
@@ -35,7 +35,6 @@ def response(result: "Record") -> "Figure":
         if limits and "friction_torque" in axes and "shaft_reaction" in result.channels:
             handles.append(_draw_static_limit(axes["friction_torque"], result, limits))
     add_legend(figure, handles)
-    return figure
 
 
 def _limits(result: "Record") -> "Quantities":

@@ -1,18 +1,17 @@
-"""Colours, line styles, titles and legends of all pictures, and the writing of picture files."""
+"""Colours, line styles, titles and legends of all pictures."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from tomllib import TOMLDecodeError, loads
 from typing import TYPE_CHECKING, Any
-from warnings import catch_warnings, simplefilter
 
-import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import InputError
 from frictionsim.scenario.methods import SET_VALUED
 
 if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
     from frictionsim.results import Record
 
 # Okabe and Ito: colour-blind safe.
@@ -29,22 +28,9 @@ Style = dict[str, Any]
 """Keyword arguments of a matplotlib line."""
 
 STICK_COLOUR = "#E5E5E5"
-WIDTH = 8.0  # inches
+WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
-DOTS_PER_INCH = 100  # keeps pictures with many events below 200 KB
-FORMATS = (".png", ".pdf", ".svg")
-
-
-def check_format(path: Path) -> None:
-    """Check that the suffix of a picture names a known format.
-
-    Raises
-    ------
-    InputError
-        If it does not.
-    """
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: expected a picture name that ends in .png, .pdf or .svg")
+MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 
 
 def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
@@ -52,7 +38,7 @@ def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
 
     Parameters
     ----------
-    result : Result
+    result : Record
     view : str
     names : sequence of str
         The channels.
@@ -89,7 +75,7 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
 
     Parameters
     ----------
-    result : Result
+    result : Record
     *keys : str or int
         Path of the value.
 
@@ -108,19 +94,34 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
     return value
 
 
-def new_figure(result: "Record", height: float, *notes: str) -> Figure:
-    """Return an empty figure with the title of a result.
+def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes: str) -> float:
+    """Give an empty figure the title of a result, and its height unless it is part of a figure.
 
     Parameters
     ----------
-    result : Result
+    figure : Figure or SubFigure
+    result : Record
     height : float, inches
     *notes : str
         Further notes in the title.
+
+    Returns
+    -------
+    float
+        The height that there is relative to `height`, at most 1: small texts fit a low subfigure.
     """
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
     figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
-    return figure
+    if isinstance(figure, Figure):
+        figure.set_figheight(height)
+        return 1.0
+    return min(1.0, float(figure.bbox.height / figure.dpi) / height)
+
+
+def relative_width(figure: "Figure | SubFigure") -> float:
+    """Return the width of a figure or subfigure relative to WIDTH."""
+    if isinstance(figure, Figure):
+        return figure.get_figwidth() / WIDTH
+    return float(figure.bbox.width / figure.dpi) / WIDTH
 
 
 def _title(result: "Record", notes: Sequence[str]) -> str:
@@ -164,7 +165,7 @@ def label(result: "Record", name: str, words: str = "") -> str:
 
     Parameters
     ----------
-    result : Result
+    result : Record
     name : str
         The channel.
     words : str
@@ -184,20 +185,27 @@ def grid(ax: Any) -> None:
     ax.grid(linewidth=0.3)
 
 
-def add_legend(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None:
-    """Add a legend below the figure, whose height is increased for it.
+def shrink(text: Any, scale: float) -> None:
+    """Give a text the size for a subfigure that is `scale` as high or wide as a picture."""
+    text.set_size(min(1.0, max(MIN_TEXT, scale)) * text.get_size())
+
+
+def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: int = 4) -> None:
+    """Add a legend at the lower edge of a figure or subfigure; a figure is made higher for it.
 
     Parameters
     ----------
-    figure : Figure
+    figure : Figure or SubFigure
     handles : sequence of matplotlib artists
     columns : int
-        At most.
+        At most, in a figure of WIDTH; a narrower figure has fewer.
     """
     if not handles:
         return
-    rows = -(-len(handles) // columns)
-    figure.set_figheight(figure.get_figheight() + LEGEND_ROW * rows)
+    columns = max(1, int(columns * min(1.0, relative_width(figure))))
+    if isinstance(figure, Figure):
+        rows = -(-len(handles) // columns)
+        figure.set_figheight(figure.get_figheight() + LEGEND_ROW * rows)
     figure.legend(
         handles=handles,
         loc="outside lower center",
@@ -206,35 +214,3 @@ def add_legend(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None
         frameon=False,
         handlelength=3.0,
     )
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a picture; equal figures give identical bytes.
-
-    Parameters
-    ----------
-    figure : Figure
-    path : Path
-        Ends in .png, .pdf or .svg.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
-    try:
-        # A fixed salt: otherwise SVG element names are random.
-        with mpl.rc_context({"svg.hashsalt": "frictionsim"}), catch_warnings():
-            simplefilter("ignore")  # the font may lack letters of the title
-            figure.savefig(path, dpi=DOTS_PER_INCH, **_options(path))
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
-
-
-def _options(path: Path) -> dict[str, Any]:
-    options: dict[str, dict[str, Any]] = {
-        ".png": {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}},
-        ".pdf": {"metadata": {"CreationDate": None}},
-        ".svg": {"metadata": {"Date": None}},
-    }
-    return options[path.suffix.lower()]

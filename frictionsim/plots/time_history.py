@@ -21,18 +21,22 @@ from frictionsim.plots.style import (
     grid,
     label,
     line_style,
-    new_figure,
+    relative_width,
+    set_up,
+    shrink,
 )
+from frictionsim.results import OPEN, SLACK, TAUT
 from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
 PANEL_HEIGHT = 1.7  # inches
 MAX_MARKS = 60  # events; marks of more would hide the channels
-MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08  # of the width: for the label `stick`, for a time
+# For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
+MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 EVENT_LINES: dict[str, Style] = {
@@ -40,23 +44,28 @@ EVENT_LINES: dict[str, Style] = {
     REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
     REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
 }
+# Of a pulley that no body touches, and of a span with and without tension.
+ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
-def response(result: "Record") -> "Figure":
+def response(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the channels in PANELS of the kind, or all others if the file has none of them."""
-    figure, _, handles = draw_channels(result)
+    _, handles = draw_channels(result, figure)
     add_legend(figure, handles)
-    return figure
 
 
-def draw_channels(result: "Record") -> "tuple[Figure, dict[str, Any], list[Any]]":
-    """Draw the channels of `response`; return figure, Axes by channel, and legend handles."""
-    figure, axes = stacked_axes(result, _names(result))
+def draw_channels(
+    result: "Record", figure: "Figure | SubFigure"
+) -> tuple[dict[str, Any], list[Any]]:
+    """Draw the channels of `response`; return the Axes by channel, and legend handles."""
+    count = len(result.events["time"])
+    notes = [f"{count} events, not marked"] if count > MAX_MARKS else []
+    axes = stacked_axes(result, figure, _names(result), *notes)
     handles = []
     for name, ax in axes.items():
         handles += _draw_channel(ax, result, name)
-    return figure, axes, [*handles, *mark_modes(result, list(axes.values()))]
+    return axes, [*handles, *mark_modes(result, list(axes.values()))]
 
 
 def _names(result: "Record") -> list[str]:
@@ -65,38 +74,41 @@ def _names(result: "Record") -> list[str]:
         for name, axis in result.axes.items()
         if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MAX_LINES)
     ]
-    wanted = mechanism_module(result.attributes["kind"]).PANELS
+    wanted = getattr(mechanism_module(result.attributes["kind"]), "PANELS", ())
     names = [name for name in wanted if name in drawable] or drawable
     if not names:
         raise InputError("cannot draw this result: it has no channel that can be drawn over time")
     return names
 
 
-def stacked_axes(result: "Record", names: Sequence[str]) -> "tuple[Figure, dict[str, Any]]":
-    """Return a figure with stacked, empty Axes over time, one for each channel.
+def stacked_axes(
+    result: "Record", figure: "Figure | SubFigure", names: Sequence[str], *notes: str
+) -> dict[str, Any]:
+    """Add stacked, empty Axes over time to an empty figure, one for each channel.
 
     Parameters
     ----------
-    result : Result
+    result : Record
+    figure : Figure or SubFigure
     names : sequence of str
         The channels.
+    *notes : str
+        Further notes in the title.
 
     Returns
     -------
-    Figure
     dict of Axes
         By channel.
     """
-    count = len(result.events["time"])
-    notes = [f"{count} events, not marked"] if count > MAX_MARKS else []
-    figure = new_figure(result, 0.8 + PANEL_HEIGHT * len(names), *notes)
+    scale = set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(label(result, name))
+        shrink(ax.yaxis.label, scale)
         grid(ax)
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
-    return figure, dict(zip(names, axes, strict=True))
+    return dict(zip(names, axes, strict=True))
 
 
 def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
@@ -122,7 +134,7 @@ def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
 
     Parameters
     ----------
-    result : Result
+    result : Record
     name : str
         The channel.
 
@@ -131,7 +143,8 @@ def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
     time, values : (n,)
         With both sides of each jump, and NaN between them.
     """
-    time, values = result.channels["time"], result.channels[name]
+    # As floats: the gaps below are NaN, which a count cannot be.
+    time, values = result.channels["time"], np.asarray(result.channels[name], dtype=float)
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
     if sides[0] is None or sides[1] is None:
         return time, values
@@ -150,7 +163,7 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
 
     Parameters
     ----------
-    result : Result
+    result : Record
     axes : sequence of Axes
         Labels are written above the first.
 
@@ -162,10 +175,11 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
+    narrow = MIN_STICK_WIDTH / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
     for start, stop in sticks:
         for ax in axes:
             ax.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
-        if stop - start > MIN_STICK_WIDTH * np.ptp(result.channels["time"]):
+        if stop - start > narrow:
             annotate_above(axes[0], 0.5 * (start + stop), "stick", row=0)
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
@@ -198,7 +212,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
         handles[name] = Line2D([], [], label=escape_mathtext(name), **style)
         for ax in axes:
             ax.axvline(at, **style)
-    min_gap = MIN_GAP * np.ptp(result.channels["time"])
+    min_gap = MIN_GAP / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
     for i, rows in enumerate(label_rows(times, min_gap, max_rows=2)):
         annotate_above(axes[0], times[i], f"{times[i]:.4g} s", row + rows)
     return list(handles.values())
@@ -227,7 +241,7 @@ def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
 
 
 def _event_names(result: "Record") -> list[str]:
-    """Return the label of each event: by its change of mode, else the name of its contact."""
+    """Return the label of each event: by its change of mode, or with the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     return [
         _event_name(result.contacts[int(contact)], before, after)
@@ -238,6 +252,8 @@ def _event_names(result: "Record") -> list[str]:
 def _event_name(contact: str, before: float, after: float) -> str:
     if before == after:
         return contact
+    if {before, after} & ENGAGEMENT.keys():
+        return f"{contact}: {ENGAGEMENT.get(after, 'closed')}"
     if after == 0:
         return REST
     return BREAKAWAY if before == 0 else REVERSAL

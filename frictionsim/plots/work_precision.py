@@ -5,27 +5,48 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext
+from frictionsim.plots.placement import drawn_in
+from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, relative_width
 
 if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
     from frictionsim.work_precision.study import Row, Study
 
 LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
+WIDTH, HEIGHT = 9.0, 5.4  # inches
+COLUMNS = 5  # of the legend
 MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def figure_of(study: "Study") -> Figure:
-    """Return one line for each backend; failed settings are marked at the upper edge.
+def diagram(study: "Study", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
+    """Draw one line for each backend; failed settings are marked at the upper edge.
 
     Parameters
     ----------
     study : Study
+    figure, ax : optional
+        As in `frictionsim.plots.draw`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        If the figure is not empty, or the axes cannot be replaced.
     """
-    figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    return drawn_in(lambda target: _draw(study, target), figure, ax, WIDTH)
+
+
+def _draw(study: "Study", figure: "Figure | SubFigure") -> None:
+    if isinstance(figure, Figure):
+        figure.set_figheight(HEIGHT)
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (quantity, label) in zip(axes, WORK, strict=True):
         _draw_panel(ax, study, quantity)
@@ -33,10 +54,10 @@ def figure_of(study: "Study") -> Figure:
     axes[0].set_ylabel("largest relative error")
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
-        figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=5)
+        columns = max(1, int(COLUMNS * min(1.0, relative_width(figure))))
+        figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
     title = escape_mathtext(study.scenario.title or study.scenario.kind)
     figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)
-    return figure
 
 
 def _draw_panel(ax: Any, study: "Study", quantity: str) -> None:

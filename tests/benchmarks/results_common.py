@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.plots.style import save
+from frictionsim.plots.picture_file import save
 from frictionsim.results import failures
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import validate

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from frictionsim.io import hdf5_reader
-from frictionsim.plots import belt_time_history
+from frictionsim.plots import draw
 from frictionsim.plots.belt_geometry import middle_of_first_span
-from frictionsim.plots.style import BLACK, GREY, add_legend, grid, line
+from frictionsim.plots.style import BLACK, GREY, add_legend, grid, line_style
 from tests.benchmarks.results_common import (
     RESULTS,
     WIDTH,
@@ -62,7 +62,7 @@ def paper() -> None:
     for rtol in TOLERANCES:
         options = ("--set", "solver.duration=2.0", "--set", f"solver.rtol={rtol}")
         runs[f"published law, rtol {rtol}"] = _solve("belt_drive_published", *options)
-    figure = belt_time_history.body(runs[EXACT].result)
+    figure = draw(runs[EXACT].result, "body")
     _mark(figure)
     save_picture(figure, "belt_drive_body")
     save_picture(_relative_speed(runs), "belt_drive_slip")
@@ -118,8 +118,10 @@ def _relative_speed(runs: dict[str, Solved]) -> Figure:
     for i, (label, (result, _)) in enumerate(runs.items()):
         time = result.channels["time"]
         label = f"{label}, to {time[-1]:.3g} s"
-        handles += speed.plot(time, result.channels["pulley_speed"][:, 0], **line(i), label=label)
-        relative.plot(time, _of_body(result, number), **line(i) | {"linewidth": 0.8})
+        handles += speed.plot(
+            time, result.channels["pulley_speed"][:, 0], **line_style(i), label=label
+        )
+        relative.plot(time, _of_body(result, number), **line_style(i) | {"linewidth": 0.8})
     speed.set_ylabel("speed of the driver,\nrad/s")
     speed.axhline(PRINTED_SPEED, color=GREY, linewidth=0.8, linestyle=(0, (1, 1)))
     relative.set_yscale("log")

@@ -14,11 +14,11 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 import tomli_w
+from frictionsim.cli.tables import ProgressBar
 
 from frictionsim import __version__, errors
 from frictionsim.cli import monitor
 from frictionsim.cli.commands import run_command_line
-from frictionsim.cli.tables import ProgressBar
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader
 from frictionsim.io.atomic_write import check_writable

@@ -118,7 +118,6 @@ def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None
     assert run_command_line(["compare", part, whole, "--rtol", "0", "--atol", "0"]) == 0
 
 
-@pytest.mark.xfail(reason="pictures know the built-in kinds only", strict=True)
 @pytest.mark.parametrize("view", [(), ("--view", "heat")])
 def test_it_is_drawn(view: tuple[str, ...], command: Command, tmp_path: Path) -> None:
     command("solve", SCENARIO, "-o", "a.h5", "--quiet")

@@ -15,10 +15,10 @@ from frictionsim.errors import InputError
 from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.validation import validate
 from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.templates import new_scenario
+from frictionsim.scenario.validation import validate
 from tests.docs.pages import DOCS
 from tests.scenario.test_json_schema import lint, with_taplo
 from tests.support import torsion_pendulum

@@ -1,0 +1,144 @@
+"""Where a view is drawn: a new figure, a given figure or subfigure, or the place of given Axes."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from frictionsim.errors import InputError
+from frictionsim.plots.picture_file import png, rendering
+from frictionsim.plots.style import WIDTH
+
+if TYPE_CHECKING:
+    from matplotlib.gridspec import SubplotSpec
+
+View = Callable[[Figure | SubFigure], None]
+"""Draws into an empty figure or subfigure."""
+
+
+class Picture(Figure):
+    """A figure that a notebook shows without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
+def drawn_in(
+    view: View, figure: Figure | SubFigure | None = None, ax: Any = None, width: float = WIDTH
+) -> Figure:
+    """Draw a view where the caller wants it; return the whole figure.
+
+    Parameters
+    ----------
+    view : View
+    figure : Figure or SubFigure, optional
+        An empty one.
+    ax : Axes, optional
+        Empty Axes of a grid, in whose place the view is drawn.
+    width : float, inches
+        Of a new figure.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        If both are given, the figure is not empty, or the axes cannot be replaced. Then, and
+        where the view raises, figure and axes are as before.
+    """
+    if figure is not None and ax is not None:
+        raise InputError("expected a figure or axes to draw into, got both; leave one out")
+    if ax is not None:
+        return _replace(view, ax)
+    if figure is None:
+        figure = Picture(figsize=(width, width), layout="constrained")
+        view(figure)
+        return figure
+    _check_empty(figure)
+    return _fill(view, figure)
+
+
+def _check_empty(figure: Any) -> None:
+    if not isinstance(figure, Figure | SubFigure):
+        raise InputError(f"figure: expected a matplotlib Figure or SubFigure, got {_type(figure)}")
+    if figure.axes or figure.subfigs:
+        raise InputError(
+            "figure: expected an empty figure, got one with axes or subfigures; give one of its"
+            " axes as ax, to draw in their place, or an empty subfigure"
+        )
+
+
+def _type(value: Any) -> str:
+    return type(value).__name__
+
+
+def _replace(view: View, ax: Any) -> Figure:
+    """Draw a view in the place of Axes; they are removed when this has succeeded."""
+    spec = _place_of(ax)
+    part = ax.figure.add_subfigure(spec)
+    try:
+        root = _fill(view, part)
+    except BaseException:
+        part.remove()
+        raise
+    ax.remove()
+    return root
+
+
+def _place_of(ax: Any) -> "SubplotSpec":
+    if not isinstance(ax, Axes):
+        raise InputError(
+            f"ax: expected matplotlib Axes, got {_type(ax)}; of several, choose one, as axes[0, 1]"
+        )
+    if ax.figure is None:
+        raise InputError("ax: these axes were removed from their figure; a view takes their place")
+    if ax.has_data():
+        raise InputError("ax: expected empty axes, got some with data; a view takes their place")
+    spec = ax.get_subplotspec()
+    if spec is None:
+        raise InputError(
+            "ax: expected axes of a grid, as plt.subplots() makes, got axes placed by hand; use"
+            " subplots, or give an empty figure or subfigure as figure"
+        )
+    return spec
+
+
+def _fill(view: View, figure: Figure | SubFigure) -> Figure:
+    """Draw a view into an empty figure or subfigure; take back what it drew if it raises."""
+    root = figure.canvas.figure  # also of a subfigure, at any depth
+    width, height = root.get_size_inches()
+    title = figure.get_suptitle()
+    try:
+        view(figure)
+        if not isinstance(root.get_layout_engine(), ConstrainedLayoutEngine):
+            _arrange(view, figure, root)
+    except BaseException:
+        for artist in (*figure.axes, *figure.legends):
+            artist.remove()
+        figure.suptitle(title)
+        root.set_size_inches(width, height)
+        raise
+    return root
+
+
+def _arrange(view: View, figure: Figure | SubFigure, root: Figure) -> None:
+    """Place the parts of a drawn view so that its texts do not overlap, in any layout.
+
+    The places are those in a trial figure of the same size with constrained layout, the only
+    layout that makes room for titles and legends of figures. The caller's layout stays.
+    """
+    box = figure.bbox
+    size = float(box.width / root.dpi), float(box.height / root.dpi)
+    trial = Figure(figsize=size, dpi=root.dpi, layout="constrained")
+    model: Any = trial if figure is root else trial.subfigures()
+    view(model)
+    with rendering():
+        trial.draw_without_rendering()
+    for ax, placed in zip(figure.axes, model.axes, strict=True):
+        ax.set_position(placed.get_position(original=True))
+    for text, placed in zip(figure.texts, model.texts, strict=False):
+        text.set_position(placed.get_position())
