@@ -45,10 +45,9 @@ if TYPE_CHECKING:
 
 SLACK_TENSION = 0.01  # of the pretension
 FULL_SLIP = 0.99  # of the friction that sliding bodies have
-SAMPLES_TO_LEAVE, SAMPLES_TO_RETURN = (
-    3,
-    10,
-)  # that a new state lasts, from STICK or TAUT and to them
+# For how many samples a new state lasts, where STICK or TAUT is left, and where another state is.
+SAMPLES_TO_LEAVE = 3
+SAMPLES_TO_RETURN = 10
 
 
 def slack_spans(model: "BeltModel", span_tension: "Array") -> "Bools":
