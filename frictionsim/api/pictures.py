@@ -48,7 +48,12 @@ def plot(
 
 
 def save_views(
-    result: results.Result, path: Path, view: str | None, body: int | None, *, no_clobber: bool = False
+    result: results.Result,
+    path: Path,
+    view: str | None,
+    body: int | None,
+    *,
+    no_clobber: bool = False,
 ) -> tuple[list[Path], list[str]]:
     """Draw a view, or all of them, into files; each of all views into FILE-<view>.png.
 

@@ -67,7 +67,7 @@ CHANNELS = base_channels("gear") | {
     "motor_torque": Channel("N m", "torque on the pinion"),
     "load_torque": Channel("N m", "moment of the marbles on the gear"),
     "shaft_reaction": Channel("N", "reaction of the shaft of the gear"),
-    "carried_marbles": Channel("1", "marbles on the gear"),
+    "carried_marbles": Channel("1", "marbles on the gear", integer=True),
     "energy_input": Channel("J", "work of the torque on the pinion"),
     "energy_kinetic": Channel("J", "kinetic energy of gear, marbles and motor"),
     "energy_potential": Channel("J", "potential energy of the marbles, delivered ones included"),

@@ -4,13 +4,25 @@ from collections.abc import Callable
 from math import radians
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frictionsim.results import MODES, SINGLE_DOF_METRICS, Channel, Metric
+from frictionsim.results import (
+    BACKWARD,
+    FORWARD,
+    MODES,
+    SINGLE_DOF_METRICS,
+    STICK,
+    Channel,
+    Flags,
+    Metric,
+)
 from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
 from frictionsim.solvers.mechanism import Mechanism, Value
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
+
+# The modes of one coordinate; the others are of belts.
+SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
 
 # The error metrics of a work-precision study.
 METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_friction", "J"))
@@ -32,7 +44,7 @@ def base_channels(body: str) -> dict[str, Channel]:
         "angular_velocity": Channel("rad/s", f"angular velocity of the {body}"),
         "angular_acceleration": Channel("rad/s^2", f"angular acceleration of the {body}"),
         "friction_torque": Channel("N m", f"torque of the dry friction on the {body}"),
-        "mode": Channel("1", "0 sticking, +1 and -1 sliding", integer=True, flags=MODES[:3]),
+        "mode": Channel("1", "0 sticking, +1 and -1 sliding", integer=True, flags=SINGLE_DOF_MODES),
         "energy_friction": Channel("J", "heat of the dry friction in the shaft"),
     }
 

@@ -14,6 +14,7 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
     sampling          what is recorded
     spans             the tension of each span
     quantities        the summary and the audit, of which torque_balance is a part
+    transitions       full slip and grip, lift-off, slack spans
     run_warnings      what to know before trusting them
     static_quantities the belt at rest
     work_precision    what the cost of accuracy is judged by, and the settings to compare

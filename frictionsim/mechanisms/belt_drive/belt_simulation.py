@@ -11,7 +11,7 @@ from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.kernels.layout import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt_drive.sampling import Observer
-from frictionsim.mechanisms.belt_drive.schema import CHANNELS
+from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mismatch, require_array
 from frictionsim.solvers.common import SampleTimes
@@ -46,7 +46,7 @@ class BeltDrive:
         self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False
         self.effects = scenario.effect_names
-        self.channel_info: Mapping[str, Channel] = CHANNELS
+        self.channel_info: Mapping[str, Channel] = channels_of(scenario)
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
         self.states = self._observer.states

@@ -8,6 +8,7 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
+from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (
     LAST_PART,
     ROUNDING,
@@ -25,11 +26,9 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-SLACK = 0.01  # of the pretension
 MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
-FULL_SLIP = 0.99  # of the friction that sliding bodies have
 FULL_SLIP_SAMPLES = 0.01  # of the run
 CREATED = 0.01  # of the energy that the springs store at the start
 SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt without dampers
@@ -76,7 +75,7 @@ def _slack_spans(
     scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", tension: "Array"
 ) -> Iterator[str]:
     """Say which spans went slack, and when first."""
-    slack = tension < SLACK * float(np.mean(model.equilibrium.tension))
+    slack = slack_spans(model, tension)
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             yield (
@@ -89,15 +88,10 @@ def _full_slip(
     scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
 ) -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
-    law = scenario.effects.belt_friction
-    if law is None:
-        return
-    nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
-    full = nobody_sticks & (np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"])
+    full = full_slip(scenario, seen)
     for j, name in enumerate(scenario.mechanism.names):
         share = float(np.mean(full[:, j]))
-        loaded = name in scenario.drive  # what turns freely carries nothing
-        if loaded and share > FULL_SLIP_SAMPLES and law.pulleys.get(name, law).mu_s > 0.0:
+        if share > FULL_SLIP_SAMPLES:
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {time[np.argmax(full[:, j])]:.6g} s: the load is above what its"

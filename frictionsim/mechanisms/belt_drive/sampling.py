@@ -38,6 +38,7 @@ from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_o
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
 
 if TYPE_CHECKING:
@@ -239,16 +240,21 @@ class Observer:
         return float(sum(np.sum(e.energies(found, shape)) for e, found in self._effects))
 
     def _friction_on_pulleys(self) -> dict[str, "Array"]:
-        """Return the sum of the friction on the belt, N, and what it could be in full slip."""
+        """Return the sum of the friction on the belt, N, and what it could be in full slip.
+
+        And the sum of N s, whose sign is the direction of the slip.
+        """
         contacts = self._system.contacts
         if self._system.friction is None:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
         friction = contacts.table[FRICTION] * self.force_per_impulse
         kinetic = contacts.table[KINETIC] * contacts.table[NORMAL]
+        slip = contacts.table[NORMAL] * contacts.table[SLIP]
         return {
             "_friction": np.array([friction[of].sum() for of in ranges]),
             "_capacity": np.array([kinetic[of].sum() for of in ranges]),
+            "_slip": np.array([slip[of].sum() for of in ranges]),
         }
 
     def _friction_excess(self) -> "Array":
@@ -286,7 +292,7 @@ class Observer:
         return SimulationResult(
             time=time,
             channels=channels,
-            transitions=[],
+            transitions=transitions_of(self._scenario, self._model, time, seen),
             quantities=quantities,
             checks=checks_of(self._scenario, self._model, time, seen),
             non_finite_tail=sound < len(self._samples.get("time", ())),

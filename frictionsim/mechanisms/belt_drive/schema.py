@@ -35,8 +35,20 @@ CHANNELS = {
     "normal_force": Channel("N", "normal force of the pulley on the body", "body"),
     "friction_force": Channel("N", "friction of the pulley on the body, along z x n", "body"),
     "slip_velocity": Channel("m/s", "velocity of the rim less that of the body", "body"),
-    "sticking": Channel("1", "1 where the body sticks to a pulley, else 0", "body"),
-    "pulley_index": Channel("1", "pulley that the body touches, -1 none", "body"),
+    "sticking": Channel(
+        "1",
+        "1 where the body sticks to a pulley, else 0",
+        "body",
+        integer=True,
+        flags=((0, "not_sticking"), (1, "sticking")),
+    ),
+    "pulley_index": Channel(
+        "1",
+        "pulley that the body touches, -1 none",
+        "body",
+        integer=True,
+        flags=((-1, "none"),),  # a scenario's own pulleys: `channel_info`
+    ),
     "tension": Channel("N", "tension, of the joint before the body", "joint"),
     "energy_input": Channel("J", "work of the torques on the pulleys"),
     "energy_kinetic": Channel("J", "kinetic energy of belt and pulleys"),
@@ -296,3 +308,10 @@ class BeltDriveScenario(Scenario):
                 " depends on the steps of the solver"
             )
         return found
+
+
+def channels_of(scenario: BeltDriveScenario) -> dict[str, Channel]:
+    """Return the channels of a scenario: its pulleys are the meanings of `pulley_index`."""
+    index = CHANNELS["pulley_index"]
+    names = enumerate(scenario.mechanism.names)
+    return CHANNELS | {"pulley_index": index._replace(flags=(*index.flags, *names))}

@@ -1,0 +1,149 @@
+"""Transitions of a belt drive: full slip and grip, lift-off, slack spans.
+
+Each sample classifies the contact of the belt with every pulley, named as the pulley:
+
+    FORWARD, BACKWARD   full slip: bodies touch the pulley, none of them sticks, and the friction
+                        is at the whole of its kinetic limit
+    OPEN                no body touches the pulley
+    STICK               else: it grips, or, where there is no full slip, it is touched
+
+and every span, named `span.<from>.<to>`: SLACK where its tension is next to nothing, else TAUT.
+
+Directions. FORWARD is a belt that moves over the rim in the direction of positive (that is,
+counter-clockwise) rotation of that pulley: v . t > R omega for t = z x n along the rim, so that
+the friction on the belt points backward. A belt that is driven by a pulley turning clockwise and
+falls behind slips FORWARD on it.
+
+Full slip is looked for on pulleys that have a drive, torque or speed, and friction: one that turns
+freely carries nothing, and whether the belt grips it is noise. Regularised laws never stick; for
+them a body counts as sticking while it slips slower than the transition speed.
+
+States are known at samples only: a transition has the time of the first sample of its new state,
+and lies within one `output.interval` before it. It is a transition if the new state lasts: for
+SAMPLES_TO_LEAVE samples where STICK or TAUT is left, for SAMPLES_TO_RETURN where another state is.
+That a belt grips takes one body that sticks, and single bodies do so now and then while it slips
+as a whole, as they land on the pulley; bodies that all slide by chance are rarer. The state of a
+load at the very limit differs in every sample: of 30 000 samples, each with either state by chance,
+some 30 are transitions (one for each 2^4 - 2 and 2^11 - 2 samples by turns).
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Transition
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    Array = npt.NDArray[np.float64]
+    Bools = npt.NDArray[np.bool_]
+    Modes = npt.NDArray[np.int64]
+
+SLACK_TENSION = 0.01  # of the pretension
+FULL_SLIP = 0.99  # of the friction that sliding bodies have
+# For how many samples a new state lasts, where STICK or TAUT is left, and where another state is.
+SAMPLES_TO_LEAVE = 3
+SAMPLES_TO_RETURN = 10
+
+
+def slack_spans(model: "BeltModel", span_tension: "Array") -> "Bools":
+    """Return which spans are slack, (n, spans).
+
+    Parameters
+    ----------
+    model : BeltModel
+    span_tension : (n, spans), N
+        The mean tension of each span, in every sample.
+    """
+    slack: Bools = span_tension < SLACK_TENSION * float(np.mean(model.equilibrium.tension))
+    return slack
+
+
+def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools":
+    """Return on which pulleys all bodies slide, with all the friction that there is, (n, pulleys).
+
+    Never on a pulley without a drive or without friction.
+
+    Parameters
+    ----------
+    scenario : BeltDriveScenario
+    seen : dict of (n, ...)
+        What the observer keeps of each sample.
+    """
+    law, names = scenario.effects.belt_friction, scenario.mechanism.names
+    if law is None:
+        return np.zeros(seen["_touching"].shape, dtype=np.bool_)
+    can_slip = [name in scenario.drive and law.pulleys.get(name, law).mu_s > 0.0 for name in names]
+    nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
+    at_limit = np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"]
+    full: Bools = nobody_sticks & at_limit & np.array(can_slip)
+    return full
+
+
+def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Modes":
+    """Return STICK, FORWARD, BACKWARD or OPEN for each pulley in every sample, (n, pulleys)."""
+    modes = np.full(seen["_touching"].shape, STICK, dtype=np.int64)
+    full = full_slip(scenario, seen)
+    if full.any():
+        # A kinetic coefficient of zero has no friction to tell the direction.
+        along = np.where(seen["_friction"] != 0.0, seen["_friction"], seen["_slip"])
+        modes[full & (along < 0.0)] = FORWARD
+        modes[full & (along > 0.0)] = BACKWARD
+    modes[seen["_touching"] == 0.0] = OPEN
+    return modes
+
+
+def span_modes(model: "BeltModel", span_tension: "Array") -> "Modes":
+    """Return TAUT or SLACK for each span in every sample, (n, spans)."""
+    return np.where(slack_spans(model, span_tension), SLACK, TAUT)
+
+
+def lasting_changes(modes: "Modes") -> list[tuple[int, int, int]]:
+    """Return the changes to a mode that lasts: first sample of the new mode, old and new mode.
+
+    Parameters
+    ----------
+    modes : (n,)
+        Of one contact in every sample; the first one is the mode at the start.
+    """
+    starts = np.flatnonzero(np.diff(modes)) + 1
+    lengths = np.diff(np.append(starts, len(modes)))
+    mode, found = int(modes[0]), []
+    for start, length in zip(starts, lengths, strict=True):
+        new = int(modes[start])
+        needed = SAMPLES_TO_LEAVE if mode in (STICK, TAUT) else SAMPLES_TO_RETURN
+        if new != mode and length >= needed:
+            found.append((int(start), mode, new))
+            mode = new
+    return found
+
+
+def transitions_of(
+    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+) -> list[Transition]:
+    """Return the transitions of pulleys and spans, in the order of time.
+
+    Parameters
+    ----------
+    scenario : BeltDriveScenario
+    model : BeltModel
+    time : (n,), s
+    seen : dict of (n, ...)
+        What the observer keeps of each sample.
+    """
+    if not time.size:
+        return []
+    names = scenario.mechanism.names
+    after = (*names[1:], names[0])
+    contacts = [*names, *(f"span.{a}.{b}" for a, b in zip(names, after, strict=True))]
+    modes = np.hstack([pulley_modes(scenario, seen), span_modes(model, seen["_span_tension"])])
+    found = [
+        Transition(float(time[sample]), contact, old, new)
+        for contact, column in zip(contacts, modes.T, strict=True)
+        for sample, old, new in lasting_changes(column)
+    ]
+    return sorted(found, key=lambda transition: transition.time)

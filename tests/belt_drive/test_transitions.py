@@ -1,0 +1,354 @@
+"""Transitions of belts against an independent reader of the channels, and against the capstan."""
+
+from itertools import groupby
+from math import asin, exp, pi, tanh
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.errors import BudgetExceeded
+from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.mechanisms.belt_drive.transitions import lasting_changes
+from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT
+from frictionsim.simulation.simulate import run
+from tests.support.belt_scenarios import pair, scenario_of, trio
+from tests.support.scenarios import Scenario, simulate
+from tests.support.second_way_belt import walked
+from tests.support.second_way_transitions import ahead, events, read, read_pulley
+
+INTERVAL = 5e-4
+RUN = {
+    "solver__backend": "moreau",
+    "solver__duration": 0.1,
+    "output__interval": INTERVAL,
+    "mechanism__belt__bodies": 36,
+}
+
+
+# --- full slip ------------------------------------------------------------------------------------
+
+
+def mirrored(data: Scenario) -> Scenario:
+    """Return a drive on two pulleys seen from behind: it turns the other way round."""
+    for pulley in data["mechanism"]["pulleys"]:
+        pulley["center"][0] *= -1.0
+    for drive in data["drive"].values():
+        for signal in drive.values():
+            signal["value"] = [-value for value in signal["value"]]
+    return data
+
+
+def limit(radius: float, mu: float, wrap: float, pretension: float = 200.0) -> float:
+    """Return the torque at which a string slips, N m: T1 = T2 exp(mu a), T1 + T2 = 2 T0."""
+    return 2.0 * pretension * radius * tanh(0.5 * mu * wrap)
+
+
+def overloaded(seed: int) -> tuple[Scenario, float, int]:
+    """Draw a driven pulley under a torque that rises beyond the limit of its friction.
+
+    Return the scenario, the limit of the driven pulley, N m, and the direction of the slip.
+    """
+    rng = np.random.default_rng(seed)
+    mu, radius, sense = rng.uniform(0.15, 0.3), rng.uniform(0.05, 0.09), rng.choice([-1, 1])
+    wrap = pi - 2.0 * asin((0.08 - radius) / 0.25)
+    most = limit(radius, mu, wrap)
+    data = pair(
+        **RUN,
+        drive__driver={"speed": {"time": [0.0, 0.02], "value": [0.0, 10.0 * sense]}},
+        drive__driven={
+            "torque": {"time": [0.0, 0.02, 0.09], "value": [0.0, 0.0, -1.5 * sense * most]}
+        },
+        effects__belt_friction={
+            "mu_s": 0.8,
+            "mu_k": 0.8,
+            "pulleys": {"driven": {"mu_s": mu * rng.choice([1.0, 1.1]), "mu_k": mu}},
+        },
+    )
+    data["mechanism"]["pulleys"][1]["radius"] = radius
+    if seed % 3 == 0:
+        data["effects"]["belt_friction"] |= {"law": "regularised", "transition_speed": 0.05}
+        data["solver"] |= {"backend": "rkf45"}
+    return data, most, int(sense)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("mirror", [False, True])
+def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bool) -> None:
+    """The driven pulley falls behind the belt: in the direction of the drive the belt is ahead."""
+    data, most, sense = overloaded(seed)
+    done = simulate(mirrored(data) if mirror else data)
+    assert done.status == "done"
+    found = events(done)
+    assert found == read(done)
+    slips = [event for event in found if event[1] == "driven"]
+    assert slips[0][2:] == (STICK, -sense if mirror else sense)
+    torque = 1.5 * most * (slips[0][0] - 0.02) / 0.07
+    begins = int(np.searchsorted(done.time, slips[0][0] - 0.1 * INTERVAL))
+    over_rim = np.sign(ahead(done, 1)[begins + 1 : begins + 10])
+    assert set(over_rim) == {float(slips[0][3])}
+    # The polygon of 36 bodies, inertia, and mu_s up to a tenth above mu_k.
+    assert 0.85 * most < torque < 1.25 * most
+    assert not [event for event in found if event[1] == "driver"]
+
+
+def test_the_mirrored_drive_has_the_same_transitions_with_other_signs() -> None:
+    data, _, _ = overloaded(1)
+    one, other = events(simulate(data)), events(simulate(mirrored(data)))
+    assert one
+    assert other == [(t, contact, -before, -after) for t, contact, before, after in one]
+
+
+THREE: dict[str, Scenario] = {
+    f"{name}, {sense:+d}": trio(
+        **RUN | {"mechanism__belt__bodies": 48},
+        drive__driver={"torque": {"time": [0.0, 0.06], "value": [0.0, sense * torque]}},
+        drive__roller=roller,
+    )
+    for name, torque, roller in (
+        ("strong", 40.0, None),
+        ("stronger", 80.0, {"torque": {"speed": [-50.0, 50.0], "value": [2.0, -2.0]}}),
+    )
+    for sense in (-1, 1)
+}
+
+
+@pytest.mark.parametrize("name", THREE)
+def test_transitions_of_three_pulleys_are_those_of_the_channels(name: str) -> None:
+    """Its patch is taken off: the reader knows one coefficient for each pulley."""
+    data = THREE[name]
+    data["effects"].pop("patch")
+    done = simulate(data)
+    found = events(done)
+    assert found == read(done)
+    # The driver runs ahead of the belt.
+    ahead_of_belt = BACKWARD if name.endswith("+1") else FORWARD
+    assert (STICK, ahead_of_belt) in [event[2:] for event in found if event[1] == "driver"]
+
+
+def pulse(most: float, duration: float = 0.16) -> Scenario:
+    """Return a drive whose driven pulley is loaded from 0.02 to 0.07 s."""
+    load = {"time": [0.0, 0.02, 0.03, 0.06, 0.07], "value": [0.0, 0.0, -most, -most, 0.0]}
+    return pair(
+        **RUN | {"solver__duration": duration},
+        drive__driver={"speed": {"time": [0.0, 0.02], "value": [0.0, 10.0]}},
+        drive__driven={"torque": load},
+        effects__belt_friction={
+            "mu_s": 0.6,
+            "mu_k": 0.6,
+            "pulleys": {"driven": {"mu_s": 0.2, "mu_k": 0.2}},
+        },
+    )
+
+
+@pytest.mark.parametrize("over", [1.25, 1.6, 3.0])
+def test_a_pulley_grips_again_when_its_load_is_gone(over: float) -> None:
+    most = limit(0.08, 0.2, pi)
+    done = simulate(pulse(over * most))
+    found = events(done)
+    assert found == read(done)
+    assert [event[1:] for event in found] == [
+        ("driven", STICK, FORWARD),
+        ("driven", FORWARD, STICK),
+    ]
+    slips, grips = (event[0] for event in found)
+    # The pulley swings on the belt with a period of 12 ms.
+    assert 0.0 <= slips - (0.02 + 0.01 / over) < 3e-3
+    # While it slips, T1/T2 is that of the capstan: the load below it brings the rim up again.
+    assert grips > 0.06
+    lasts = (done.time > slips + 0.01) & (done.time < 0.06)
+    c = done.channels
+    rows = zip(c["tension"][lasts], c["pulley_index"][lasts], strict=True)
+    slack, tight = np.mean([walked(*row, 2) for row in rows], axis=0)[[1, 0]]
+    ratio = max(slack, tight) / min(slack, tight)
+    assert ratio == pytest.approx(exp(0.2 * pi), rel=0.1)
+    over_rim = ahead(done, 1)
+    begins = int(np.searchsorted(done.time, grips - 0.1 * INTERVAL))
+    assert np.all(np.abs(over_rim[begins + 1 : begins + 20]) < 0.02 * np.max(over_rim))
+
+
+# --- what is no full slip -------------------------------------------------------------------------
+
+
+def test_a_loaded_belt_that_grips_has_no_transitions() -> None:
+    for torque in (0.0, -5.0, 5.0):
+        ramp = {"time": [0.0, 0.02], "value": [0.0, torque]}
+        assert events(simulate(pair(**RUN, drive__driver__torque=ramp))) == []
+
+
+def test_a_roller_that_carries_nothing_has_no_slip() -> None:
+    """It slides as a whole with next to no friction, while the belt runs over it."""
+    slippery = {"roller": {"mu_s": 0.01, "mu_k": 0.01}}
+    data = trio(**RUN | {"mechanism__belt__bodies": 48}, drive__roller=None)
+    data["effects"]["belt_friction"]["pulleys"] = slippery
+    assert "roller" not in {event[1] for event in events(simulate(data))}
+    # The same with a drive, even one without torque: now it may be told of.
+    data["drive"]["roller"] = {"torque": 0.0}
+    assert "roller" in {event[1] for event in events(simulate(data))}
+
+
+@pytest.mark.parametrize("friction", [None, {"mu_s": 0.0, "mu_k": 0.0}])
+def test_a_belt_without_friction_does_not_slip(friction: Any) -> None:
+    data = trio(
+        **RUN | {"mechanism__belt__bodies": 48},
+        effects__belt_friction=friction,
+        effects__patch=None,
+    )
+    assert events(simulate(data)) == []
+
+
+def test_friction_that_vanishes_in_slip_still_has_a_direction() -> None:
+    data, _, sense = overloaded(1)
+    data["effects"]["belt_friction"]["pulleys"]["driven"]["mu_k"] = 0.0
+    found = [event for event in events(simulate(data)) if event[1] == "driven"]
+    assert found[0][2:] == (STICK, sense)
+
+
+# --- lift-off and slack spans ---------------------------------------------------------------------
+
+
+def test_a_roller_lifts_off_and_is_touched_again() -> None:
+    """It hardly touches the back of a belt that swings."""
+    data = trio(
+        **RUN | {"mechanism__belt__bodies": 48},
+        drive__driver={"torque": {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}},
+        drive__roller=None,
+        effects__patch=None,
+    )
+    data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
+    done = simulate(data)
+    found = events(done)
+    assert found == read(done)
+    modes = [event[2:] for event in found if event[1] == "roller"]
+    assert len(modes) >= 2
+    assert modes == ([(STICK, OPEN), (OPEN, STICK)] * len(modes))[: len(modes)]
+    c = done.channels
+    gap = np.min(np.hypot(c["x"] - 0.2, c["y"] + 0.128), axis=1) - 0.06
+    for time, *_, after in (event for event in found if event[1] == "roller"):
+        at = int(np.searchsorted(done.time, time - 0.1 * INTERVAL))
+        assert np.all(gap[at : at + 3] >= 0.0) == (after == OPEN)
+        assert (gap[at - 1] >= 0.0) == (after != OPEN)
+
+
+@pytest.mark.parametrize(("torque", "slack"), [(4.0, False), (30.0, True)])
+def test_a_span_goes_slack(torque: float, slack: bool) -> None:
+    """Two spans of 40 N each hold a difference of 80 N: 6.4 N m on 80 mm, at 4.3 ms."""
+    data = pair(
+        **RUN | {"solver__duration": 0.03, "output__interval": 2e-4},
+        mechanism__belt__pretension=40.0,
+        drive__driver={"speed": 0.0},
+        drive__driven={"torque": {"time": [0.0, 0.02], "value": [0.0, -torque]}},
+        effects__belt_friction={"mu_s": 5.0, "mu_k": 5.0},
+    )
+    done = simulate(data)
+    found = events(done)
+    assert found == read(done)
+    spans = [event for event in found if event[1].startswith("span.")]
+    assert any("goes slack" in warning for warning in done.warnings) is slack
+    if not slack:
+        assert spans == []
+        return
+    time, *first = spans[0]
+    assert first == ["span.driver.driven", TAUT, SLACK]
+    assert 0.02 * 6.4 / torque < time < 0.012
+
+
+# --- which changes are transitions ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("modes", "found"),
+    [
+        ([0] * 5, []),
+        ([0, 1, 1, 0, 0, 0], []),
+        ([0, 1, 1, 1], [(1, 0, 1)]),
+        ([0, 1, 0, 1, 1, 1], [(3, 0, 1)]),
+        ([0, 1, 1, 1, *[0] * 9], [(1, 0, 1)]),
+        ([0, 1, 1, 1, *[0] * 10], [(1, 0, 1), (4, 1, 0)]),
+        ([1, *[-1] * 9, 1], []),
+        ([1, *[-1] * 10], [(1, 1, -1)]),
+        ([0, 1, -1, 1, -1, 0], []),
+        ([3, 4, 4, 4, *[3] * 10, 4, 4, 4], [(1, 3, 4), (4, 4, 3), (14, 3, 4)]),
+        ([1], []),
+    ],
+)
+def test_a_change_that_lasts_is_a_transition(
+    modes: list[int], found: list[tuple[int, int, int]]
+) -> None:
+    assert lasting_changes(np.array(modes)) == found
+
+
+def test_a_state_that_is_a_matter_of_chance_gives_few_transitions() -> None:
+    """30 000 samples with either state at random: 29 are expected, 15 000 change."""
+    modes = np.random.default_rng(7).integers(0, 2, 30_000)
+    assert len(list(groupby(modes))) > 14_000
+    assert len(lasting_changes(modes)) < 60
+
+
+def test_a_belt_at_the_very_limit_does_not_flicker() -> None:
+    """Between one and two samples in three differ from the one before."""
+    load = {"speed": [-10.0, -2.0, 2.0, 10.0], "value": [14.0, 14.0, -14.0, -14.0]}
+    data = pair(
+        **RUN | {"solver__duration": 1.0, "output__interval": 1e-3},
+        drive__driver__torque={"speed": [-40.0, -20.0, 0.0], "value": [0.0, -20.0, -20.0]},
+        drive__driven__torque=load,
+        effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
+    )
+    done = simulate(data)
+    states = read_pulley(done, 0)
+    assert len(list(groupby(states))) > 300
+    assert 1 <= len([e for e in done.transitions if e.contact == "driver"]) < 10
+
+
+# --- what they do not depend on -------------------------------------------------------------------
+
+
+def test_transitions_do_not_depend_on_the_recorded_channels() -> None:
+    data = pulse(16.0)
+    whole = events(simulate(data))
+    data["output"]["channels"] = ["pulley_speed"]
+    done = simulate(data)
+    assert list(done.channels) == ["pulley_speed"]
+    assert events(done) == whole != []
+
+
+@pytest.mark.parametrize("part", [0.029, 0.05, 0.12])
+def test_an_interrupted_run_has_its_own_transitions_and_resumed_those_of_all(part: float) -> None:
+    def stop(t: float) -> None:
+        if t >= part:
+            raise BudgetExceeded("stopped here")
+
+    scenario = scenario_of(pulse(16.0))
+    whole = run(scenario, lambda t: None)
+    first = run(scenario, stop)
+    assert first.checkpoint is not None
+    # Of two samples after a change it is not known yet whether it lasts.
+    assert events(first) == read(first)
+    assert all(event in events(whole) for event in events(first))
+    assert events(run(scenario, lambda t: None, checkpoint=first.checkpoint)) == events(whole)
+    assert len(events(whole)) == 2
+
+
+def test_a_result_file_holds_them(tmp_path: Path) -> None:
+    done = simulate(pulse(16.0))
+    hdf5_writer.write(done, tmp_path / "belt.h5")
+    kept = hdf5_reader.read(tmp_path / "belt.h5")
+    assert [kept.contacts[int(i)] for i in kept.events["contact"]] == ["driven", "driven"]
+    assert list(kept.events["time"]) == [e.time for e in done.transitions]
+    assert list(kept.events["mode_from"]) == [STICK, FORWARD]
+    assert list(kept.events["mode_to"]) == [FORWARD, STICK]
+
+
+def test_channels_of_integers_have_the_meanings_of_this_scenario() -> None:
+    done = simulate(trio(solver__duration=2e-3))
+    info = done.channel_info
+    assert info["pulley_index"].flags == ((-1, "none"), (0, "driver"), (1, "roller"), (2, "driven"))
+    assert info["sticking"].flags == ((0, "not_sticking"), (1, "sticking"))
+    whole = {
+        name
+        for name, values in done.channels.items()
+        if np.array_equal(values, np.round(values)) and np.ptp(values) > 0.0
+    }
+    assert {name for name in done.channels if info[name].integer} == whole
+    assert whole == {"pulley_index", "sticking"}
