@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from frictionsim import compare
 from frictionsim.io import hdf5_writer
-from frictionsim.io.comparison import compare
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import GOLDEN, SCENARIOS

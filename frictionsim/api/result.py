@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, failure_class
+from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, InputError, failure_class
 from frictionsim.results import Check, Quantities, Record, SolverStatistics, failures
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ class Result:
     record : Record
         What the file holds, see `frictionsim.io.hdf5_writer`.
     checkpoint : dict of arrays or None
-        The state to resume from; None of a run that cannot be resumed, and of one from a file,
-        whose state `resume` reads.
+        The state of a run that was just solved and can be resumed; `load_checkpoint` also reads
+        that of a file.
     """
 
     def __init__(
@@ -170,6 +170,22 @@ class Result:
         from frictionsim.scenario.loading import origin_of
 
         return origin_of(self.record.attributes)
+
+    def load_checkpoint(self) -> dict[str, Any]:
+        """Return the state to resume from; of a result from a file it is read and verified.
+
+        Raises
+        ------
+        InputError
+            If the run cannot be resumed.
+        """
+        if self.checkpoint is not None:
+            return self.checkpoint
+        if self.path is None or self._run is not None:
+            raise InputError(f"cannot resume this run: it has no checkpoint ({self.status})")
+        from frictionsim.io.hdf5_reader import read_checkpoint
+
+        return read_checkpoint(self.path).state
 
     @property
     def exit_code(self) -> int:

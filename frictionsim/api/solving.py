@@ -7,11 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result import Result
+from frictionsim.api.result import Result, open
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.results import Quantities
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ScenarioSource, load, scenario_from_result
+from frictionsim.scenario.loading import ScenarioSource, load
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import run
 
@@ -113,27 +113,21 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    from frictionsim.io import hdf5_reader
     from frictionsim.io.destination import whole_name
 
-    if isinstance(result, Result) and result.path is None:
-        source, resumed, state = "this result", None, result.checkpoint
-        if state is None:
-            raise InputError(f"cannot resume this run: it has no checkpoint ({result.status})")
-        scenario = result.scenario
-    else:
-        resumed = Path(result.path or "") if isinstance(result, Result) else Path(result)
-        source = str(resumed)
-        attributes, state = hdf5_reader.read_checkpoint(resumed)
-        scenario = scenario_from_result(resumed, attributes)
-        output = output or whole_name(resumed)
-    destination = _destination(output, resumed, no_clobber)
+    incomplete = result if isinstance(result, Result) else open(result)
+    state = incomplete.load_checkpoint()
+    scenario, path = incomplete.scenario, incomplete.path
+    if output is None and path is not None:
+        output = whole_name(path)
+    destination = _destination(output, path, no_clobber)
     try:
         return _simulate(scenario, destination, max_wall, progress, False, state, check)
     except ArgumentError:
         raise
     except InputError as error:
-        raise InputError(f"{source}: cannot resume this run: {error}") from None
+        name = "this result" if path is None else path
+        raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
 def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None) -> Quantities:

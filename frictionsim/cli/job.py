@@ -119,6 +119,7 @@ def resume_job(
     InputError, OutputError
     """
     incomplete = fs.open(source)
+    incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
     known = incomplete.scenario.warnings()
     warn(known)
     with report.monitored(incomplete.scenario) as monitor:

@@ -5,9 +5,16 @@ from typing import Any
 
 from frictionsim.errors import unknown
 
-# What is expected of a value, by the name of its type in typer.
-TYPES = {"float": "a number", "integer": "a whole number", "boolean": "true or false"}
-RANGE = r"(.+) is not in the range x(.+)"
+# What is expected of a value: by the name of click's type, and by the error of pydantic, of which
+# one or the other judges it, by the version of typer.
+TYPES = {"float": "a number", "integer": "a whole number"}
+ERRORS = {
+    "float_parsing": "a number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "greater_than_equal": "a number of at least {ge}",
+    "greater_than": "a number above {gt}",
+}
 
 
 def usage_message(error: Any) -> str:
@@ -35,7 +42,7 @@ def usage_message(error: Any) -> str:
         text = f"{error.option_name}: expected a value"
     elif found := fullmatch(r"No such command '(.*?)'.*", text):
         text = unknown("command", found[1], context.command.list_commands(context))
-    elif found := fullmatch(r"Got unexpected extra arguments? \((.*)\)", text):
+    elif found := fullmatch(r"Got unexpected extra argument\S* \((.*)\)", text):
         text = f"unexpected argument '{found[1]}'"
     return f"{text}; see {_command(context)} --help"
 
@@ -51,13 +58,19 @@ def _parameter(error: Any) -> str:
         return str(error.param_hint or "an argument")
     if parameter.param_type_name == "option":
         return str(max(parameter.opts, key=len))
-    return str(parameter.make_metavar(error.ctx)).strip("[]{}.")
+    return str(parameter.metavar or parameter.name.upper()).rstrip(".")
 
 
 def _expected(error: Any) -> str:
+    """Return what is expected of a value, and what was found."""
     message = str(error.message).rstrip(".")
+    judged = getattr(error.__cause__, "errors", None)
+    if judged is not None:
+        first = judged()[0]
+        wanted = ERRORS.get(first["type"], "").format(**first.get("ctx", {}))
+        return f"expected {wanted}, got '{first['input']}'" if wanted else message
     if found := fullmatch(r"'(.*)' is not a valid (.+)", message):
         return f"expected {TYPES.get(found[2], found[2])}, got '{found[1]}'"
-    if found := fullmatch(RANGE, message):
-        return f"expected a number {found[2].replace('>=', 'of at least ')}, got {found[1]}"
+    if found := fullmatch(r"(.+) is not in the range x>=(.+)", message):
+        return f"expected a number of at least {found[2]}, got '{found[1]}'"
     return message

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
-from frictionsim.scenario.overrides import Overrides, apply_overrides, plain
-from frictionsim.scenario.settings import Origin, Scenario
-from frictionsim.scenario.validation import (
+from frictionsim.scenario.model_validation import (
     MAX_KEY_LENGTH,
     KeyPath,
     ValidationFailure,
     key_text,
-    validate,
 )
+from frictionsim.scenario.overrides import Overrides, apply_overrides, plain
+from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.validation import validate
 
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_FILE_SIZE = 16 * 1024 * 1024

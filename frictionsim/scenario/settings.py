@@ -187,8 +187,8 @@ class Scenario(Params):
         ScenarioError
             If a key is unknown or a value does not fit.
         """
+        from frictionsim.scenario.model_validation import ValidationFailure, validate_model
         from frictionsim.scenario.overrides import apply_overrides
-        from frictionsim.scenario.validation import ValidationFailure, validate
 
         data, texts = self.to_dict(), self._origin.overrides
         for given in (overrides, keys):
@@ -196,10 +196,10 @@ class Scenario(Params):
                 texts += apply_overrides(data, given)[1]
         try:
             # No folder is needed: the data of CSV files are included.
-            found = validate(data, Path())
+            found = validate_model(type(self), data, Path())
         except ValidationFailure as failure:
             raise ScenarioError([f"overrides: {line}" for line in failure.lines()]) from None
-        return found.with_origin(Origin(self._origin.source, texts))  # type: ignore[return-value]
+        return found.with_origin(Origin(self._origin.source, texts))
 
     @property
     def interval(self) -> float:

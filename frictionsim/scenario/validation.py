@@ -1,34 +1,16 @@
 """Validation of the data of a scenario by the model of its kind."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import kind_names, mechanism_module
+from frictionsim.scenario.model_validation import ValidationFailure, validate_model
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
-KeyPath = tuple[str | int, ...]
-
-# Products of several such numbers do not overflow.
-MAX_NUMBER = 1e50
-MAX_KEY_LENGTH = 60  # characters of a key in a message
-
-
-class ValidationFailure(Exception):
-    """Errors in the data of a scenario, by key path, without positions in the file."""
-
-    def __init__(self, faults: list[tuple[KeyPath, str]]) -> None:
-        super().__init__(faults)
-        self.faults = faults
-
-    def lines(self) -> list[str]:
-        """Return the faults as text: key and message."""
-        return [f"{key_text(key)}: {message}" for key, message in self.faults]
+__all__ = ["ValidationFailure", "validate"]
 
 
 def validate(data: dict[str, Any], folder: Path) -> "Scenario":
@@ -53,59 +35,7 @@ def validate(data: dict[str, Any], folder: Path) -> "Scenario":
         model = _model_of(data)
     except InputError as error:
         raise ValidationFailure([(("kind",), str(error))]) from None
-    try:
-        scenario = model.model_validate(data, context={"folder": folder})
-    except ValidationError as error:
-        from frictionsim.scenario.messages import error_message
-
-        raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
-    beyond = [
-        (path, f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}")
-        for path, value in _numbers(scenario.model_dump(by_alias=True))
-        if abs(value) > MAX_NUMBER
-    ]
-    if beyond:
-        raise ValidationFailure(beyond)
-    return scenario
-
-
-def key_text(key: KeyPath) -> str:
-    """Return a key for a message: its parts quoted if necessary, shortened, on one line."""
-    return ".".join(map(_part_text, key)) or "scenario"
-
-
-def _part_text(part: str | int) -> str:
-    text = str(part)
-    if not text.replace("-", "_").isidentifier() and not text.isdecimal():
-        text = repr(text)
-    return text if len(text) <= MAX_KEY_LENGTH else text[:MAX_KEY_LENGTH] + "..."
-
-
-def _root_errors(error: ValidationError) -> list[Any]:
-    """Return the errors, without lists reported as too short because an item is invalid."""
-    errors = error.errors()
-    locations = [e["loc"] for e in errors]
-    return [
-        e
-        for e in errors
-        if e["type"] != "too_short"
-        or not any(len(p) > len(e["loc"]) and p[: len(e["loc"])] == e["loc"] for p in locations)
-    ]
-
-
-def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
-    """Yield all numbers of a scenario with their keys; of a list the largest magnitude."""
-    left: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
-    while left:
-        path, value = left.pop()
-        if isinstance(value, dict):
-            left.extend(((*path, key), inner) for key, inner in value.items())
-        elif isinstance(value, tuple) and value and isinstance(value[0], int | float):
-            yield path, max(value, key=abs)
-        elif isinstance(value, tuple):
-            left.extend(((*path, i), inner) for i, inner in enumerate(value))
-        elif isinstance(value, int | float):
-            yield path, value
+    return validate_model(model, data, folder)
 
 
 def _model_of(data: dict[str, Any]) -> "type[Scenario]":

@@ -91,7 +91,9 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
     if None not in angles:
         events["angle"] = np.array(angles, dtype=np.float64)
     for name, values in run.sides.items():
-        events[name] = _typed(info[name.rpartition("_")[0]], values)
+        channel = info.get(name.rpartition("_")[0])
+        if channel is not None:
+            events[name] = _typed(channel, values)
     return {"events": events, "contacts": contacts}
 
 

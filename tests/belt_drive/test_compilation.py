@@ -15,8 +15,8 @@ import numba
 import numpy as np
 import pytest
 
+from frictionsim.api.result import Result
 from frictionsim.cli.monitor import monitor_run
-from frictionsim.cli.tables import print_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
@@ -169,15 +169,13 @@ def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
         np.testing.assert_array_equal(prepared[part], values, err_msg=part)
 
 
-def test_the_table_has_the_seconds_of_compilation_where_there_was_one(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
     done = simulate(pulley())
     statistics = done.statistics._replace(wall_seconds=2.1)
-    print_run(done._replace(statistics=statistics), "a.h5")
-    assert "solved in 2.1 s: " in capsys.readouterr().out
-    print_run(done._replace(statistics=statistics._replace(compile_seconds=24.0)), "a.h5")
-    assert "solved in 2.1 s after 24 s of compilation: " in capsys.readouterr().out
+    assert "solved in 2.1 s: " in Result.of_run(done._replace(statistics=statistics)).summary()
+    compiled = statistics._replace(compile_seconds=24.0)
+    text = Result.of_run(done._replace(statistics=compiled)).summary()
+    assert "solved in 2.1 s after 24 s of compilation: " in text
 
 
 @pytest.mark.parametrize(

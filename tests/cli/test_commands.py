@@ -14,9 +14,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 import tomli_w
-from frictionsim.cli.tables import ProgressBar
 
 from frictionsim import __version__, errors
+from frictionsim.api.progress import ProgressBar
 from frictionsim.cli import monitor
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
@@ -89,15 +89,21 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
     ("arguments", "message"),
     [
         ([], "Usage: frictionsim"),
-        (["simulate"], "No such command 'simulate'"),
-        (["solve"], "Missing argument 'SCENARIO'"),
-        (["solve", PULLEY, "--speed"], "No such option: --speed"),
-        (["solve", PULLEY, "--set"], "'--set' requires an argument"),
+        (["simulate"], "unknown command 'simulate'"),
+        (["solve"], "SCENARIO is missing"),
+        (["solve", PULLEY, "--speed"], "unknown option '--speed'"),
+        (["solve", PULLEY, "--set"], "--set: expected a value"),
         (["solve", PULLEY, "another.toml"], "another.toml"),
         (["solve", PULLEY, "--backend", "rkf4"], "unknown backend 'rkf4' (did you mean 'rkf45'?)"),
-        (["compare", PULLEY, PULLEY], "not a readable HDF5 file"),
-        (["compare", PULLEY, PULLEY, "--rtol", "-1"], "'--rtol'"),
-        (["compare", PULLEY, PULLEY, "--rtol", "nan"], "'--rtol'"),
+        (["compare", PULLEY, PULLEY], "this is a scenario; 'frictionsim solve"),
+        (
+            ["compare", PULLEY, PULLEY, "--rtol", "-1"],
+            "--rtol: expected a number of at least 0.0, got '-1'",
+        ),
+        (
+            ["compare", PULLEY, PULLEY, "--rtol", "nan"],
+            "--rtol: expected a number of at least 0.0, got 'nan'",
+        ),
         (["compare", "none.h5", "none.h5"], "there is no such file"),
         (["compare", ".", "none.h5"], FOLDER),
         (["plot", "."], FOLDER),
@@ -288,7 +294,7 @@ def test_pace_excludes_compilation_and_earlier_parts(
     clock = 100.0
     monkeypatch.setattr(monitor, "monotonic", lambda: clock)
     monkeypatch.setattr(monitor, "STEPS_BETWEEN_UPDATES", 1)
-    monkeypatch.setattr("frictionsim.cli.tables.ProgressBar", Bar)
+    monkeypatch.setattr("frictionsim.api.progress.ProgressBar", Bar)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with monitor.monitor_run(10.0, with_progress=True) as on_step:
         clock += 30.0  # to compile

@@ -97,7 +97,7 @@ def test_out_of_memory_is_not_an_internal_error(
     def run(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("frictionsim.cli.job.run", run)
+    monkeypatch.setattr("frictionsim.api.solving.run", run)
     assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 1
     assert "out of memory; a larger output.interval" in capsys.readouterr().err
     assert not (here / "a.h5").exists()

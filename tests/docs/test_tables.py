@@ -12,7 +12,7 @@ import pytest
 
 import frictionsim
 from frictionsim import errors
-from frictionsim.cli.json_output import run_json
+from frictionsim.api.result import Result
 from frictionsim.io.hdf5_writer import write
 from frictionsim.plots import VIEWS
 from frictionsim.scenario.kinds import KINDS, mechanism_module
@@ -151,7 +151,7 @@ def test_the_quantities_of_a_belt_run_exist() -> None:
 
 
 def test_the_keys_of_json_are_those_of_the_page() -> None:
-    printed = run_json(short_run("pulley"), "pulley.toml", "pulley.h5")
+    printed = Result.of_run(short_run("pulley")).to_json()
     shown = {names(row[0])[0]: row for row in table("docs/cli.md", "json")}
     keys = [key for row in shown.values() for key in names(row[0])]
     assert sorted(keys) == sorted(printed)

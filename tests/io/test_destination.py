@@ -165,7 +165,7 @@ def test_solve_says_that_nothing_was_written(
     before = Path("a.partial.h5").read_bytes()
     capsys.readouterr()
     empty = stopping(0, lambda t: Interrupted(15, t))
-    monkeypatch.setattr("frictionsim.cli.job.run", lambda *_: empty)
+    monkeypatch.setattr("frictionsim.api.solving.run", lambda *_: empty)
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 143
     captured = capsys.readouterr()
     assert json.loads(captured.out)["output"] is None
@@ -249,7 +249,7 @@ def test_no_clobber_keeps_any_existing_file(
 ) -> None:
     Path("a.h5").write_bytes(content)
     with monkeypatch.context() as patched:
-        patched.setattr("frictionsim.cli.job.run", None)  # refused before the run
+        patched.setattr("frictionsim.api.solving.run", None)  # refused before the run
         assert solve("-o", "a.h5", "--no-clobber") == 4
         message = "a.h5: the file exists and --no-clobber forbids to replace it"
         assert message in capsys.readouterr().err

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray
 
-from frictionsim.cli.json_output import run_json
-from frictionsim.cli.tables import print_run
+from frictionsim import compare
+from frictionsim.api.result import Result
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.comparison import Row, compare
+from frictionsim.io.comparison import Row
 from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
 from frictionsim.results import Channel, Check, Quantity, Transition
@@ -159,7 +159,7 @@ def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
     """Return the row of a channel of the comparison of a changed run with the file."""
     other = path.with_name("other.h5")
     hdf5_writer.write(run._replace(**changes), other)
-    rows = compare(other, path, 1e-6, 1e-9, 1e-6, []).rows
+    rows = compare(other, path).rows
     assert [row.name for row in rows if not row.ok] in ([], [channel])
     return next(row for row in rows if row.name == channel)
 
@@ -194,8 +194,8 @@ def test_samples_near_an_event_are_not_compared(run: RunResult, path: Path) -> N
     values[event - 1 : event + 1] += 0.5
     other = path.with_name("other.h5")
     hdf5_writer.write(run._replace(channels=run.channels | {"tension": values}), other)
-    assert compare(other, path, 1e-6, 1e-9, 0.01, []).same
-    assert not compare(other, path, 1e-6, 1e-9, 1e-6, []).same
+    assert compare(other, path, time_atol=0.01).same
+    assert not compare(other, path).same
 
 
 def test_columns_are_drawn_with_the_names_of_their_members(
@@ -222,9 +222,9 @@ def test_plot_draws_other_channels_if_those_of_the_kind_are_missing(
 
 
 def test_transitions_without_position_have_no_angle_in_json_and_table(
-    run: RunResult, capsys: pytest.CaptureFixture[str]
+    run: RunResult,
 ) -> None:
-    (event,) = run_json(run, "s.toml", "a.h5")["events"]
+    result = Result.of_run(run)
+    (event,) = result.to_json()["events"]
     assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}
-    print_run(run, "a.h5")
-    assert "angle" not in capsys.readouterr().out
+    assert "angle" not in result.summary()

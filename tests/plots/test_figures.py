@@ -333,7 +333,8 @@ def test_a_kind_may_bring_views_of_its_own(
         monkeypatch.setattr(f"{room}.mechanism_module", lambda kind: modules[kind]())
     result = results["pulley_return"]
     clock = result._replace(attributes=result.attributes | {"kind": "clock"})
-    assert draw(clock).get_suptitle() == "dial"
+    assert list(views_of("clock")) == ["response", "dial"]
+    assert draw(clock, "dial").get_suptitle() == "dial"
     assert list(views_of("bare")) == ["response"]
     plain = result._replace(attributes=result.attributes | {"kind": "bare"})
     assert draw(plain).axes[0].get_ylabel().endswith("rad")

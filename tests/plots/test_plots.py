@@ -128,7 +128,7 @@ def test_view_all_skips_views_without_channels(cli: Callable, tmp_path: Path) ->
             ["--view", "all", "-o", "a.jpg"],
             "expected a picture name that ends in .png, .pdf or .svg",
         ),
-        (["--body", "x"], "Invalid value for '--body'"),
+        (["--body", "x"], "--body: expected a whole number, got 'x'"),
     ],
 )
 def test_plot_refuses_invalid_options(
@@ -142,7 +142,7 @@ def test_plot_refuses_invalid_options(
 
 
 def test_a_result_of_an_unknown_kind_is_refused() -> None:
-    with pytest.raises(InputError, match="of kind 'clock'; known: pulley, marble_machine"):
+    with pytest.raises(InputError, match="unknown kind 'clock'; known: pulley, marble_machine"):
         views_of("clock")
 
 

@@ -59,6 +59,9 @@ def read(path: Path) -> Record:
     """Read a result file."""
     with h5py.File(path) as file:
         channels = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
+        if "events" not in file:
+            text = file.attrs["scenario"]
+            return Record(tomllib.loads(text), channels.pop("time"), channels, [])
         group = file["events"]
         names = str(group["contact"].attrs["flag_meanings"]).split()
         columns = [group[name][()] for name in ("time", "contact", "mode_from", "mode_to")]
