@@ -8,11 +8,12 @@
 Modules are imported when one of their names is first used, so that this import takes no time.
 """
 
-from typing import TYPE_CHECKING, Any
-
 __version__ = "0.1.0"
 
+TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:
+    from typing import Any
+
     from frictionsim.api.comparing import compare as compare
     from frictionsim.api.pictures import plot as plot
     from frictionsim.api.result import Result as Result
@@ -76,7 +77,7 @@ _NAMES_THERE = {
 __all__ = [name for name in _MODULES if name != "open"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     """Import a public name when it is first used."""
     if name not in _MODULES:
         raise AttributeError(f"module 'frictionsim' has no attribute '{name}'")
