@@ -32,6 +32,10 @@ def done(request: pytest.FixtureRequest) -> RunResult:
     return simulate(trio(solver__backend=request.param, solver__duration=0.02))
 
 
+# Groups of a file without events.
+SUMMARY = ("audit", "quantities", "solver")
+
+
 @pytest.fixture(scope="module")
 def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "belt.h5"
@@ -42,7 +46,7 @@ def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_channels_and_their_axes(done: RunResult, result: Path) -> None:
     sizes = {"time": 21, "pulley": 3, "body": 60, "joint": 60}
     with h5py.File(result) as file:
-        assert set(file) == {*DIMENSIONS, *sizes, "events"}
+        assert set(file) == {*DIMENSIONS, *sizes, *SUMMARY}
         for name, axes in DIMENSIONS.items():
             dataset = file[name]
             assert dataset.shape == tuple(sizes[axis] for axis in axes), name
@@ -72,7 +76,7 @@ def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "few.h5"
     hdf5_writer.write(done, path)
     with h5py.File(path) as file:
-        assert set(file) == {"time", "body", "sticking", "energy_input", "events"}
+        assert set(file) == {"time", "body", "sticking", "energy_input", *SUMMARY}
 
 
 def test_what_the_channels_mean(done: RunResult) -> None:
