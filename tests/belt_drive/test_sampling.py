@@ -50,7 +50,8 @@ def test_channels_and_their_axes(done: RunResult, result: Path) -> None:
         for name, axes in DIMENSIONS.items():
             dataset = file[name]
             assert dataset.shape == tuple(sizes[axis] for axis in axes), name
-            assert dataset.dtype == np.float64
+            integer = name in ("sticking", "pulley_index")
+            assert dataset.dtype == (np.int8 if integer else np.float64)
             assert {"units", "long_name"} <= set(dataset.attrs)
             assert np.array_equal(dataset[()], done.channels[name])
             assert np.all(np.isfinite(dataset[()])), name
@@ -59,7 +60,9 @@ def test_channels_and_their_axes(done: RunResult, result: Path) -> None:
             if len(axes) == 2:
                 assert dataset.chunks is not None
                 assert dataset.compression == "gzip"
-        assert file["pulley"].attrs["names"] == "driver roller driven"
+        assert file["pulley"].asstr()[...].tolist() == ["driver", "roller", "driven"]
+        meanings = file["pulley_index"].attrs["flag_meanings"]
+        assert meanings == "none driver roller driven"
         assert file.attrs["kind"] == "belt_drive"
 
 

@@ -19,7 +19,7 @@ from tests.support.scenarios import ROOT, SCENARIOS
 pytestmark = pytest.mark.packaging
 
 SCRIPTS = "Scripts" if sys.platform == "win32" else "bin"
-FOR_TESTS = ("pytest", "hypothesis")
+FOR_TESTS = ("pytest", "hypothesis", "jsonschema", "taplo")
 # In turn, in one folder that is empty at first.
 COMMANDS = {
     "frictionsim --version": __version__,
