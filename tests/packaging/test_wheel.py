@@ -1,9 +1,11 @@
 """The wheel in a fresh environment, away from the sources, and the tests of the source archive."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
+import tomllib
 import venv
 import zipfile
 from email import message_from_bytes
@@ -18,6 +20,7 @@ from tests.support.scenarios import ROOT, SCENARIOS
 
 pytestmark = pytest.mark.packaging
 
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = "Scripts" if sys.platform == "win32" else "bin"
 FOR_TESTS = ("pytest", "hypothesis", "jsonschema", "taplo")
 # In turn, in one folder that is empty at first.
@@ -98,7 +101,13 @@ def test_its_description_is_the_readme(metadata: Message) -> None:
     assert metadata["Description-Content-Type"] == "text/markdown"
     description = metadata.get_payload(decode=True)
     assert isinstance(description, bytes)
-    assert description.decode() == (ROOT / "README.md").read_text(encoding="utf-8")
+    text, readme = description.decode(), (ROOT / "README.md").read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)]*)\)|src=\"([^\"]*)\"", text)
+    assert len(targets) > 10
+    # Its links lead somewhere wherever it is read.
+    home = PROJECT["urls"]["Homepage"]
+    assert all(re.match("https?:|#", link or picture) for link, picture in targets)
+    assert re.sub(f"{home}/(blob|raw)/main/", "", text) == readme
 
 
 def test_the_wheel_works_in_an_empty_folder(environment: Environment, tmp_path: Path) -> None:
