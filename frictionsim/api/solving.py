@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.result import Result, open
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.results import Quantities
@@ -47,7 +48,8 @@ def solve(
         As of `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
     output : path, optional
         File to write the result to. An incomplete result never replaces a complete one: it is
-        written to NAME.partial.h5 then. `Result.path` says where it is.
+        written to NAME.partial.h5 then. `Result.path` says where it is. Ctrl-C stops a run with an
+        output after its step, writes the samples so far and raises KeyboardInterrupt.
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s
@@ -180,7 +182,10 @@ def _simulate(
     state: dict[str, Any] | None,
     check: bool,
 ) -> Result:
-    with _shown(progress, scenario) as on_step:
+    # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
+    stop = nullcontext(None) if destination is None else StopAfterStep()
+    with stop as interruption, _shown(progress, scenario) as shown:
+        on_step = shown if interruption is None else interruption.after(shown)
         limited = on_step if max_wall is None else _with_limit(on_step, max_wall, scenario)
         done = run(scenario, limited, _checkpoint_writer(destination), state)
         path = None if destination is None else destination.write(done)
@@ -189,6 +194,8 @@ def _simulate(
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
             estimate = estimate_errors(done, limited)
+    if interruption is not None and interruption.received:
+        raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result.of_run(done, path, estimate)
     return result.check() if check else result
 
