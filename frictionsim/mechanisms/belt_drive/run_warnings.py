@@ -79,8 +79,9 @@ def _slack_spans(
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             yield (
-                f"the span {span} goes slack at t = {time[np.argmax(slack[:, i])]:.6g} s: a slack"
-                " belt is chaotic, so that its motion depends on rounding; trust means only"
+                f"the span {span} goes slack at t = {time[np.argmax(slack[:, i])]:.6g} s (it is an"
+                " event where it lasts): a slack belt is chaotic, so that its motion depends on"
+                " rounding; trust means only"
             )
 
 
@@ -94,8 +95,9 @@ def _full_slip(
         if share > FULL_SLIP_SAMPLES:
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
-                f" first at t = {time[np.argmax(full[:, j])]:.6g} s: the load is above what its"
-                " friction can carry; give more pretension, friction or arc, or less torque"
+                f" first at t = {time[np.argmax(full[:, j])]:.6g} s (it is an event where it"
+                " lasts): the load is above what its friction can carry; give more pretension,"
+                " friction or arc, or less torque"
             )
 
 
