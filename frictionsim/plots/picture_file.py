@@ -59,7 +59,9 @@ def save(figure: "Figure", path: Path) -> None:
         with rendering():
             figure.savefig(path, dpi=DOTS_PER_INCH, **OPTIONS[path.suffix.lower()])
     except OSError as error:
-        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+        missing = f"there is no folder '{path.parent}'" if not path.parent.is_dir() else ""
+        why = missing or error.strerror or error
+        raise OutputError(f"{path}: cannot write the picture: {why}") from None
 
 
 def png(figure: "Figure") -> bytes:
