@@ -190,7 +190,7 @@ def _log_end(run: RunResult) -> None:
         for name, check in run.checks.items():
             LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
     LOG.info(
-        "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected steps %d, wall time %.3g s",
+        "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected %d, wall time %.3g s",
         run.status,
         run.time[-1] if run.time.size else 0.0,
         run.time.size,
