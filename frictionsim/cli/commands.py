@@ -69,7 +69,8 @@ def run_command_line(arguments: list[str]) -> int:
         print_error("out of memory; a larger output.interval records fewer samples")
         return EXIT_SOLVER_FAILED
     except OSError as error:
-        print_error(f"cannot print the output: {error.strerror}")
+        where = "cannot print the output" if error.filename is None else error.filename
+        print_error(f"{where}: {error.strerror}")
         return EXIT_NOT_WRITTEN
     except Exception as error:
         if "--debug" in arguments:

@@ -1,5 +1,6 @@
 """The commands on files: show, compare, plot, new and schema."""
 
+from os.path import isdir
 from pathlib import Path
 from typing import Annotated
 
@@ -177,11 +178,11 @@ def _write_new(file: Path, text: str) -> None:
         with file.open("x", encoding="utf-8") as opened:
             opened.write(text)
     except OSError as error:
-        if file.is_dir():
+        if isdir(file):  # false for a name that is too long, where Path.is_dir fails
             why = "this is a folder; give a file name"
         elif isinstance(error, FileExistsError):
             why = "the file exists and is not replaced; give another name"
-        elif not file.parent.is_dir():
+        elif not isdir(file.parent):
             why = f"there is no folder '{file.parent}'"
         else:
             why = str(error.strerror)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -211,8 +212,8 @@ def _folder(output: Path | None) -> Path:
                 " -o"
             ) from None
         return RESULTS
-    if not output.is_dir():
-        found = "this is a file" if output.exists() else "there is no such folder, create it first"
+    if not isdir(output):
+        found = "this is a file" if exists(output) else "there is no such folder, create it first"
         raise OutputError(
             f"{output}: expected a folder for the results of several scenarios; {found}"
         )

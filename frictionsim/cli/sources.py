@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,7 +83,7 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
     """
     found = []
     for source in sources:
-        if source == STDIN or not Path(source).is_dir():
+        if source == STDIN or not isdir(source):
             found.append(source)
             continue
         inside = sorted(map(str, Path(source).rglob("*.toml")))
