@@ -28,7 +28,7 @@ def _arguments(command: Any) -> list[Any]:
 
 
 def _usage(argument: Any) -> str:
-    return str(argument.name).upper() + ("..." if argument.nargs == -1 else "")
+    return str(argument.metavar or argument.name.upper()) + ("..." if argument.nargs == -1 else "")
 
 
 def _options(command: Any) -> str:

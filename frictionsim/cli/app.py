@@ -1,6 +1,5 @@
 """The application, the options that several commands have, and how errors end a command."""
 
-import logging
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -46,23 +45,6 @@ Verbose = Annotated[
         "--verbose", "-v", count=True, show_default=False, help="Log on stderr; -vv logs more."
     ),
 ]
-
-
-def log_on_stderr(verbose: int) -> None:
-    """Show what the package logs: warnings, with -v information, with -vv also details."""
-    handler = logging.StreamHandler()
-    handler.setFormatter(_Format())
-    logger = logging.getLogger("frictionsim")
-    logger.handlers = [handler]
-    logger.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])
-
-
-class _Format(logging.Formatter):
-    """Messages as those of `print_error`."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "
-        return f"frictionsim: {level}{record.getMessage()}"
 
 
 def _show_version(wanted: bool) -> None:

@@ -4,7 +4,6 @@ Every command is a thin layer over `import frictionsim`: it reads options, calls
 prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
-import sys
 from pathlib import Path
 from signal import SIGINT
 from typing import Annotated, Any
@@ -23,7 +22,9 @@ from frictionsim.cli.app import (
     Verbose,
     app,
 )
+from frictionsim.cli.completion import backends as backends_of
 from frictionsim.cli.messages import print_error, print_json, print_text, warn
+from frictionsim.cli.sources import check_read_once, load_scenario, scenarios_in
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
@@ -33,7 +34,6 @@ from frictionsim.errors import (
     EXIT_SOLVER_FAILED,
     ArgumentError,
     FrictionsimError,
-    InputError,
     ScenarioError,
 )
 
@@ -42,6 +42,12 @@ def run_command_line(arguments: list[str]) -> int:
     """Run a command and return its exit code; errors are printed to stderr."""
     from frictionsim.cli import file_commands  # noqa: F401  registers its commands
 
+    if "" in arguments:
+        print_error(
+            f"argument {arguments.index('') + 1} is empty, as of a variable of the shell that is"
+            " not set; expected a command, an option or a file"
+        )
+        return EXIT_BAD_INPUT
     try:
         code = app(arguments, standalone_mode=False, prog_name="frictionsim")
     except ArgumentError as error:
@@ -53,7 +59,7 @@ def run_command_line(arguments: list[str]) -> int:
     except typer.TyperException as error:
         from frictionsim.cli.usage import usage_message
 
-        print_error(usage_message(error))
+        print_error(usage_message(error, arguments))
         return EXIT_BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_SIGNAL + SIGINT
@@ -63,15 +69,15 @@ def run_command_line(arguments: list[str]) -> int:
         print_error("out of memory; a larger output.interval records fewer samples")
         return EXIT_SOLVER_FAILED
     except OSError as error:
-        print_error(f"cannot print the output: {error.strerror}")
+        where = "cannot print the output" if error.filename is None else error.filename
+        print_error(f"{where}: {error.strerror}")
         return EXIT_NOT_WRITTEN
     except Exception as error:
         if "--debug" in arguments:
             raise
-        print_error(
-            f"internal error: {type(error).__name__}: {error}\n"
-            "please report it with the scenario; --debug before the command shows the traceback"
-        )
+        from frictionsim.cli.defect import defect_message
+
+        print_error(defect_message(error))
         return EXIT_DEFECT
     return code if isinstance(code, int) else EXIT_DONE
 
@@ -81,7 +87,7 @@ def solve(
     scenarios: Annotated[
         list[str],
         typer.Argument(
-            metavar="SCENARIO...",
+            metavar="SCENARIO",
             help="Scenarios in TOML; - reads the standard input.",
             show_default=False,
         ),
@@ -97,7 +103,12 @@ def solve(
     ] = None,
     backend: Annotated[
         str | None,
-        typer.Option("--backend", metavar="NAME", help="Override the backend of the scenario."),
+        typer.Option(
+            "--backend",
+            metavar="NAME",
+            help="Override the backend of the scenario.",
+            autocompletion=backends_of,
+        ),
     ] = None,
     max_wall: MaxWall = None,
     max_steps: Annotated[
@@ -114,22 +125,26 @@ def solve(
 ) -> int:
     """Simulate scenarios, write the result files and print the summaries."""
     if max_steps is not None:
+        if max_steps <= 0:
+            raise ArgumentError("max_steps", f"expected a number above 0, got {max_steps}")
         overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
     if max_wall is not None and not max_wall > 0.0:
         raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
     # All are read before the first is solved: an error in the last is told at once.
-    loaded = [_load(source, overrides, backend) for source in scenarios]
+    check_read_once(scenarios)
+    loaded = [load_scenario(source, overrides, backend) for source in scenarios]
 
-    from frictionsim.cli.job import Job, Report, run_job, targets_of
+    from frictionsim.cli.job import Job, Report, run_jobs, targets_of
 
-    report = Report(as_json, quiet, verbose)
-    for source, scenario, target in zip(
-        scenarios, loaded, targets_of(scenarios, output), strict=True
-    ):
-        job = Job(scenario, source, target, max_wall, estimate_error, no_clobber)
-        if run_job(job, report) > EXIT_SIGNAL:
-            break
-    report.close(several=len(scenarios) > 1)
+    targets = targets_of(scenarios, output, no_clobber)
+    report = Report(as_json, quiet, verbose, several=len(scenarios) > 1)
+    run_jobs(
+        [
+            Job(scenario, source, target, max_wall, estimate_error, no_clobber)
+            for scenario, source, target in zip(loaded, scenarios, targets, strict=True)
+        ],
+        report,
+    )
     return report.exit_code
 
 
@@ -153,7 +168,7 @@ def resume(
 
     report = Report(as_json, quiet, verbose)
     resume_job(result, output, max_wall, no_clobber, report)
-    report.close(several=False)
+    report.close()
     return report.exit_code
 
 
@@ -162,7 +177,7 @@ def check(
     scenarios: Annotated[
         list[str],
         typer.Argument(
-            metavar="SCENARIO...",
+            metavar="SCENARIO",
             help="Scenarios in TOML, or folders of them.",
             show_default=False,
         ),
@@ -171,11 +186,12 @@ def check(
     as_json: AsJson = False,
 ) -> int:
     """Validate scenarios without running them."""
+    check_read_once(scenarios)
     code, found = EXIT_DONE, []
-    for source in _scenarios_in(scenarios):
+    for source in scenarios_in(scenarios):
         data: dict[str, Any] = {"scenario": source, "ok": True, "faults": [], "warnings": []}
         try:
-            loaded = _load(source, overrides)
+            loaded = load_scenario(source, overrides)
         except ScenarioError as error:
             if not as_json:
                 print_error(str(error))
@@ -185,7 +201,7 @@ def check(
             warnings, effects = loaded.warnings(), loaded.effect_names
             if not as_json:
                 named = ", ".join(effects) or "none"
-                print(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
+                print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
                 warn(warnings, f"{source}: ")
             data |= {
                 "warnings": warnings,
@@ -203,7 +219,7 @@ def check(
 @app.command()
 def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
     """Compute the forces and torques of impending motion."""
-    loaded = _load(scenario, overrides)
+    loaded = load_scenario(scenario, overrides)
     quantities = fs.static(loaded)
     if as_json:
         from frictionsim.results import quantities_json
@@ -250,7 +266,7 @@ def cost(
     as_json: AsJson = False,
 ) -> int:
     """Measure error against run time for every friction law and backend at several settings."""
-    loaded = _load(scenario, overrides)
+    loaded = load_scenario(scenario, overrides)
 
     from frictionsim.cli.cost_study import Files, Wanted, run_study
 
@@ -268,29 +284,3 @@ def cost(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
         )
     return study.exit_code
-
-
-def _load(
-    source: str, overrides: list[str] | None = None, backend: str | None = None
-) -> "fs.Scenario":
-    if source != "-":
-        return fs.load(source, overrides, backend)
-    from frictionsim.scenario.settings import STDIN
-
-    if sys.stdin is None:
-        raise InputError("-: the standard input is closed; expected a scenario in TOML")
-    return fs.loads(sys.stdin.read(), overrides, backend, name=STDIN)
-
-
-def _scenarios_in(sources: list[str]) -> list[str]:
-    """Return the paths, with the scenarios of each folder instead of the folder."""
-    found = []
-    for source in sources:
-        if source == "-" or not Path(source).is_dir():
-            found.append(source)
-            continue
-        inside = sorted(map(str, Path(source).rglob("*.toml")))
-        if not inside:
-            raise InputError(f"{source}: there is no scenario (*.toml) in this folder")
-        found += inside
-    return found

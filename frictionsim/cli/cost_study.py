@@ -1,6 +1,7 @@
 """`frictionsim cost`: interprets the options, runs the study and writes its files."""
 
 import sys
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -49,11 +50,11 @@ class Files(NamedTuple):
 
             check_format(self.plot)
         for target in (self.csv, self.plot):
-            if target is not None and not target.parent.is_dir():
+            if target is not None and not isdir(target.parent):
                 raise OutputError(
                     f"{target}: cannot write here: there is no folder '{target.parent}'"
                 )
-            if target is not None and target.is_dir():
+            if target is not None and isdir(target):
                 raise OutputError(f"{target}: this is a folder; give a file name")
 
     def write(self, study: "fs.Study") -> None:

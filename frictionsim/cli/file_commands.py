@@ -1,6 +1,6 @@
 """The commands on files: show, compare, plot, new and schema."""
 
-import sys
+from os.path import isdir
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +8,8 @@ import typer
 
 import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, ResultFile, app
-from frictionsim.cli.messages import print_error, print_json, print_text
+from frictionsim.cli.completion import kinds, kinds_and_scenarios, views
+from frictionsim.cli.messages import opened_stdout, print_error, print_json, print_text, warn
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError, OutputError
 
 
@@ -30,11 +31,29 @@ def show(
     elif as_csv:
         from frictionsim.api.channel_csv import write_channels
 
-        write_channels(found.record, sys.stdout)
+        with opened_stdout() as stdout:
+            write_channels(found.record, stdout)
     elif scenario:
         print_text(found.record.attributes["scenario"].rstrip("\n"))
+        return
     else:
         print_text(found.summary())
+    warn(found.warnings)
+    _print_end(found)
+
+
+def _print_end(found: "fs.Result") -> None:
+    """Print how a run ended if it is not done and sound, as `solve` does."""
+    if found.status == "done":
+        if found.reason:
+            print_error(f"{found.reason}; do not trust {found.path}")
+        return
+    print_error(f"run {found.status}: {found.reason}")
+    try:
+        found.load_checkpoint()
+    except InputError:
+        return
+    print_error(f"'frictionsim resume {found.path}' continues the run")
 
 
 @app.command()
@@ -77,7 +96,12 @@ def plot(
     ] = None,
     view: Annotated[
         str | None,
-        typer.Option("--view", metavar="NAME", help="View to draw, or 'all'. [the first]"),
+        typer.Option(
+            "--view",
+            metavar="NAME",
+            help="View to draw, or 'all'. [the first]",
+            autocompletion=views,
+        ),
     ] = None,
     body: Annotated[
         int | None,
@@ -107,7 +131,11 @@ def plot(
 def new(
     kind: Annotated[
         str | None,
-        typer.Argument(help="Kind of mechanism, or name of a shipped scenario."),
+        typer.Argument(
+            help="Kind of mechanism, or name of a shipped scenario.",
+            show_default=False,
+            autocompletion=kinds_and_scenarios,
+        ),
     ] = None,
     file: Annotated[
         Path | None, typer.Argument(help="Scenario to write. [prints it]", show_default=False)
@@ -118,32 +146,56 @@ def new(
 ) -> None:
     """Write a commented scenario to start from; an existing file is not replaced."""
     if listed:
+        if kind is not None:
+            raise InputError(f"new: expected no argument beside --list, got '{kind}'")
         from frictionsim.api.starting import list_of_scenarios
 
         print_text(list_of_scenarios())
         return
     if kind is None:
         raise InputError("new: KIND is missing; 'frictionsim new --list' lists what there is")
+    if Path(kind).suffix == ".toml":
+        raise InputError(
+            f"new: expected the kind before the file, got '{kind}'; 'frictionsim new pulley {kind}'"
+            " writes a pulley, 'frictionsim new --list' lists what there is"
+        )
     text = fs.new(kind)
     if file is None:
         print_text(text.rstrip("\n"))
         return
+    _write_new(file, text)
+    print_text(str(file))
+
+
+def _write_new(file: Path, text: str) -> None:
+    """Write a file that is not there yet.
+
+    Raises
+    ------
+    OutputError
+    """
     try:
         with file.open("x", encoding="utf-8") as opened:
             opened.write(text)
-    except FileExistsError:
-        raise OutputError(
-            f"{file}: the file exists and is not replaced; give another name"
-        ) from None
     except OSError as error:
-        raise OutputError(f"{file}: cannot write the scenario: {error.strerror}") from None
-    print_text(str(file))
+        if isdir(file):  # false for a name that is too long, where Path.is_dir fails
+            why = "this is a folder; give a file name"
+        elif isinstance(error, FileExistsError):
+            why = "the file exists and is not replaced; give another name"
+        elif not isdir(file.parent):
+            why = f"there is no folder '{file.parent}'"
+        else:
+            why = str(error.strerror)
+        raise OutputError(f"{file}: cannot write the scenario: {why}") from None
 
 
 @app.command()
 def schema(
     kind: Annotated[
-        str | None, typer.Argument(help="Kind of mechanism. [all kinds]", show_default=False)
+        str | None,
+        typer.Argument(
+            help="Kind of mechanism. [all kinds]", show_default=False, autocompletion=kinds
+        ),
     ] = None,
 ) -> None:
     """Print the JSON schema of scenarios, for editors and other tools."""

@@ -2,15 +2,23 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
-from frictionsim.cli.app import log_on_stderr
+from frictionsim.cli.log_lines import log_on_stderr
 from frictionsim.cli.messages import print_error, print_json, print_text, warn
 from frictionsim.cli.monitor import RunMonitor, monitor_run
-from frictionsim.errors import EXIT_DONE, InputError, OutputError
-from frictionsim.io.destination import whole_name
+from frictionsim.cli.sources import STDIN
+from frictionsim.errors import (
+    EXIT_DONE,
+    EXIT_SIGNAL,
+    FrictionsimError,
+    InputError,
+    OutputError,
+)
+from frictionsim.io.destination import Destination, whole_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -41,10 +49,12 @@ class Report:
         Print no summary and no progress.
     verbose : int
         0 logs warnings, 1 also information, 2 also details.
+    several : bool
+        Print the JSON as a list: there are several scenarios.
     """
 
-    def __init__(self, as_json: bool, quiet: bool, verbose: int) -> None:
-        self._as_json, self.quiet = as_json, quiet
+    def __init__(self, as_json: bool, quiet: bool, verbose: int, several: bool = False) -> None:
+        self._as_json, self.quiet, self.several = as_json, quiet, several
         self._objects: list[dict[str, Any]] = []
         self.exit_code = EXIT_DONE
         log_on_stderr(verbose)
@@ -80,10 +90,38 @@ class Report:
         self.exit_code = max(self.exit_code, result.exit_code)
         return result.exit_code
 
-    def close(self, several: bool) -> None:
+    def add_error(self, error: FrictionsimError, source: str) -> None:
+        """Print the error that kept one of several scenarios from being solved."""
+        print_error(f"{source}: {str(error).removeprefix(f'{source}: ')}")
+        self.exit_code = max(self.exit_code, error.exit_code)
+
+    def close(self) -> None:
         """Print the JSON: one object, or a list of them if there are several scenarios."""
         if self._as_json:
-            print_json(self._objects if several else self._objects[0])
+            print_json(self._objects if self.several else self._objects[0])
+
+
+def run_jobs(jobs: Sequence[Job], report: Report) -> None:
+    """Run jobs one after the other until one is interrupted.
+
+    One of several that cannot be solved does not keep the others from it.
+
+    Raises
+    ------
+    InputError, OutputError
+        As `run_job`, if there is one job.
+    """
+    for job in jobs:
+        try:
+            code = run_job(job, report)
+        except (InputError, OutputError) as error:
+            if not report.several:
+                raise
+            report.add_error(error, job.source)
+            continue
+        if code > EXIT_SIGNAL:
+            break
+    report.close()
 
 
 def run_job(job: Job, report: Report) -> int:
@@ -133,8 +171,8 @@ def resume_job(
     report.add(result, str(source), known, output or whole_name(source))
 
 
-def targets_of(sources: Sequence[str], output: Path | None) -> list[Path]:
-    """Return the result file of each scenario.
+def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:
+    """Return the result file of each scenario; of several it is checked that all can be written.
 
     Parameters
     ----------
@@ -142,34 +180,54 @@ def targets_of(sources: Sequence[str], output: Path | None) -> list[Path]:
         Paths of scenarios, or "-".
     output : Path or None
         The file; of several scenarios a folder.
+    no_clobber : bool
+        Do not replace existing files.
 
     Raises
     ------
     InputError
         If two scenarios would be written to one file.
     OutputError
-        If the folder does not exist or cannot be created.
+        If the folder does not exist or cannot be created, or a file cannot be written.
     """
+    if output == Path(STDIN):
+        raise InputError("-o -: a result is an HDF5 file, it is not printed; give a file name")
     if output is not None and len(sources) == 1:
         return [output]
-    folder = output or RESULTS
-    if output is not None and not output.is_dir():
-        raise OutputError(f"{output}: expected a folder for the results of several scenarios")
+    targets = _targets_in(_folder(output), sources)
+    if len(sources) > 1:
+        for target in targets:
+            Destination(target).check(no_clobber)
+    return targets
+
+
+def _folder(output: Path | None) -> Path:
+    """Return the folder for results; the default one is created."""
     if output is None:
         try:
-            folder.mkdir(exist_ok=True)
+            RESULTS.mkdir(exist_ok=True)
         except OSError as error:
             raise OutputError(
-                f"cannot create the folder '{folder}' ({error.strerror}); give a result file with"
+                f"cannot create the folder '{RESULTS}' ({error.strerror}); give a result file with"
                 " -o"
             ) from None
+        return RESULTS
+    if not isdir(output):
+        found = "this is a file" if exists(output) else "there is no such folder, create it first"
+        raise OutputError(
+            f"{output}: expected a folder for the results of several scenarios; {found}"
+        )
+    return output
+
+
+def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
     targets: dict[Path, str] = {}
     for source in sources:
-        target = folder / f"{'stdin' if source == '-' else Path(source).stem}{SUFFIX}"
+        target = folder / f"{'stdin' if source == STDIN else Path(source).stem}{SUFFIX}"
         if target in targets:
             raise InputError(
                 f"{targets[target]} and {source} would both be written to {target}; solve them one"
-                " by one with -o"
+                " by one, each with its -o"
             )
         targets[target] = source
     return list(targets)

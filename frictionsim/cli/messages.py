@@ -2,8 +2,9 @@
 
 import os
 import sys
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
 
 
 def print_error(message: str) -> None:
@@ -32,11 +33,30 @@ def print_text(text: str) -> None:
     OSError
         If it cannot be printed for another reason.
     """
+    with opened_stdout() as stdout:
+        print(text, file=stdout)
+
+
+@contextmanager
+def opened_stdout() -> Iterator[TextIO]:
+    """Return the context of writing to stdout, which ends after the reader of a pipe has gone.
+
+    What is printed later is discarded, as is everything if stdout is closed.
+
+    Raises
+    ------
+    OSError
+        If something cannot be printed for another reason.
+    """
+    if sys.stdout is None:
+        with open(os.devnull, "w", encoding="utf-8") as null:
+            yield null
+        return
     try:
-        print(text, flush=True)
+        yield sys.stdout
+        sys.stdout.flush()
     except BrokenPipeError:
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_json(data: Any) -> None:

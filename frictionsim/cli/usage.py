@@ -1,5 +1,6 @@
 """Errors in the use of the command line, in the words of our other messages."""
 
+from collections.abc import Sequence
 from re import fullmatch
 from typing import Any
 
@@ -17,12 +18,14 @@ ERRORS = {
 }
 
 
-def usage_message(error: Any) -> str:
+def usage_message(error: Any, arguments: Sequence[str]) -> str:
     """Return the message for an error of typer: where, what was wanted and what was found.
 
     Parameters
     ----------
     error : typer.TyperException
+    arguments : sequence of str
+        The command line.
 
     Returns
     -------
@@ -32,23 +35,44 @@ def usage_message(error: Any) -> str:
     context: Any = getattr(error, "ctx", None)
     text = error.format_message().rstrip(".")
     if name == "NoSuchOption":
-        known = [option for p in context.command.params for option in p.opts] if context else []
-        text = unknown("option", error.option_name, [o for o in known if o.startswith("--")])
+        text = _unknown_option(error.option_name, context)
     elif name == "MissingParameter":
         text = f"{_parameter(error)} is missing"
     elif name == "BadParameter":
         text = f"{_parameter(error)}: {_expected(error)}"
     elif name == "BadOptionUsage":
-        text = f"{error.option_name}: expected a value"
+        wanted = "no value" if "does not take a value" in text else "a value"
+        text = f"{error.option_name}: expected {wanted}"
     elif found := fullmatch(r"No such command '(.*?)'.*", text):
         text = unknown("command", found[1], context.command.list_commands(context))
     elif found := fullmatch(r"Got unexpected extra argument\S* \((.*)\)", text):
         text = f"unexpected argument '{found[1]}'"
-    return f"{text}; see {_command(context)} --help"
+    return f"{text}; see {_command(context, arguments)} --help"
 
 
-def _command(context: Any) -> str:
-    return context.command_path if context is not None else "frictionsim"
+def _command(context: Any, arguments: Sequence[str]) -> str:
+    """Return the command in which the error is; of some errors typer does not tell it."""
+    if context is not None:
+        return str(context.command_path)
+    named = next((argument for argument in arguments if not argument.startswith("-")), "")
+    return f"frictionsim {named}".rstrip()
+
+
+def _unknown_option(option: str, context: Any) -> str:
+    """Return the message for an option that a command does not have, where it stands."""
+    if context is None:
+        return f"unknown option '{option}'"
+    command, program = context.command, context.find_root().command
+    if command is not program and option in _options(program):
+        return f"{option}: expected before the command: 'frictionsim {option} {context.info_name}'"
+    for name, other in getattr(command, "commands", {}).items():
+        if option in _options(other):
+            return f"{option}: expected after the command, as in 'frictionsim {name} {option}'"
+    return unknown("option", option, [name for name in _options(command) if name[:2] == "--"])
+
+
+def _options(command: Any) -> list[str]:
+    return [option for parameter in command.params for option in parameter.opts]
 
 
 def _parameter(error: Any) -> str:

@@ -1,5 +1,6 @@
 """The file that a run writes to: an incomplete result never replaces a complete one."""
 
+import logging
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,8 @@ from frictionsim.io.atomic_write import check_no_clobber, check_writable
 
 if TYPE_CHECKING:
     from frictionsim.simulation.simulate import RunResult
+
+LOG = logging.getLogger(__name__)
 
 PARTIAL = ".partial"
 
@@ -85,15 +88,18 @@ class Destination:
         """
         if run.status == "done":
             hdf5_writer.write(run, self.whole)
+            LOG.info("result written: %s", self.whole)
             for part in self._written - {self.whole}:
                 with suppress(OSError):
                     part.unlink()
+                    LOG.info("incomplete result removed: %s", part)
             return self.whole
         place = self._place_of_part()
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and place.exists() and place != self._resumed:
             return None
         hdf5_writer.write(run, place)
+        LOG.info("incomplete result written: %s (%s)", place, run.reason)
         self._written.add(place)
         return place
 

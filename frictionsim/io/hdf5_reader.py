@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isnan
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -131,9 +132,9 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _why_not_open(path: Path) -> str:
-    if path.is_dir():
+    if isdir(path):  # false for a name that is too long, where Path.is_dir fails
         return "this is a folder; give the name of a result file"
-    if not path.is_file():
+    if not isfile(path):
         return "there is no such file" + near_files(path, SUFFIXES)
     if path.suffix == ".toml":
         return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
+from os.path import isdir
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -59,7 +60,9 @@ def save(figure: "Figure", path: Path) -> None:
         with rendering():
             figure.savefig(path, dpi=DOTS_PER_INCH, **OPTIONS[path.suffix.lower()])
     except OSError as error:
-        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+        missing = f"there is no folder '{path.parent}'" if not isdir(path.parent) else ""
+        why = missing or error.strerror or error
+        raise OutputError(f"{path}: cannot write the picture: {why}") from None
 
 
 def png(figure: "Figure") -> bytes:

@@ -1,5 +1,6 @@
 """Simulation of one scenario: returns channels, transitions, quantities, checks and statistics."""
 
+import logging
 from collections.abc import Mapping
 from math import inf
 from time import perf_counter
@@ -14,6 +15,7 @@ from frictionsim.errors import (
     SolverError,
 )
 from frictionsim.results import (
+    MODES,
     Channel,
     Check,
     Quantities,
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
 
+LOG = logging.getLogger(__name__)
 
 OUT_OF_RANGE = (
     "a number exceeds the range of double precision; check the scenario for forces or inertias"
@@ -148,15 +151,54 @@ def run(
     InputError
         If the checkpoint is of another scenario.
     """
+    _log_scenario(scenario)
     simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     clock = _Clock()
     if checkpoint is not None:
+        LOG.info("the run is resumed")
         simulation.restore(checkpoint)
         load_part(clock, "clock", checkpoint)
     monitor = on_step
     if on_checkpoint is not None and scenario.output.checkpoint is not None:
         on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
-    return _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
+    done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
+    _log_end(done)
+    return done
+
+
+def _log_scenario(scenario: "Scenario") -> None:
+    solver = scenario.solver
+    LOG.info(
+        "scenario %s: kind %s, effects %s, law %s, backend %s",
+        scenario.origin.source or scenario.title or scenario.kind,
+        scenario.kind,
+        ", ".join(scenario.effect_names) or "none",
+        scenario.law or "none",
+        solver.backend,
+    )
+    for override in scenario.origin.overrides:
+        LOG.debug("overridden: %s", override)
+    LOG.debug("limit: solver.max_steps = %d", solver.max_steps)
+
+
+def _log_end(run: RunResult) -> None:
+    if LOG.isEnabledFor(logging.DEBUG):
+        modes = dict(MODES)
+        for e in run.transitions:
+            before, after = modes[e.mode_from], modes[e.mode_to]
+            LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, before, after)
+        for name, check in run.checks.items():
+            LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
+    LOG.info(
+        "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected %d, wall time %.3g s",
+        run.status,
+        run.time[-1] if run.time.size else 0.0,
+        run.time.size,
+        len(run.transitions),
+        run.statistics.steps,
+        run.statistics.rejected,
+        run.statistics.wall_seconds or 0.0,
+    )
 
 
 def _with_checkpoints(
@@ -191,6 +233,7 @@ def _solve(
 ) -> _Termination:
     try:
         clock.compiling += simulation.prepare(monitor)
+        LOG.info("the run starts")
         clock.start()
         try:
             simulation.solve(on_step)

@@ -1,11 +1,14 @@
 """The limit on the wall time of a run."""
 
+import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from time import perf_counter
 from typing import Any
 
 from frictionsim.errors import BudgetExceeded
+
+LOG = logging.getLogger(__name__)
 
 
 class WallTimeLimit:
@@ -22,6 +25,7 @@ class WallTimeLimit:
     def __init__(self, seconds: float, duration: float) -> None:
         self._seconds, self._duration = seconds, duration
         self._end = perf_counter() + seconds
+        LOG.debug("limit: %g s of wall time", seconds)
 
     def __call__(self, t: float) -> None:
         """Check the clock.

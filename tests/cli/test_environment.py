@@ -30,12 +30,6 @@ def shell(command: str, cwd: Path, **environment: str) -> "subprocess.CompletedP
     )
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.mark.parametrize("name", ["scenario.toml", "force.csv", "notes"])
 def test_a_file_that_is_not_a_result_is_never_replaced(
     name: str, here: Path, capsys: pytest.CaptureFixture[str]

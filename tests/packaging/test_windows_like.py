@@ -27,6 +27,7 @@ def started(*arguments: str | Path, cwd: Path, **environment: str) -> "subproces
         [*PROGRAM, "--debug", *map(str, arguments)],
         cwd=cwd,
         env={**os.environ, **environment},
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -90,6 +91,17 @@ def test_the_result_is_the_same(folder: Path) -> None:
         (["static", PULLEY], "force_to_lift"),
         (["static", BELT], "torque_limit_driven"),
         (["plot", "a.h5"], "a.png"),
+        (["plot", "a.h5", "--view", "all", "--json"], "a-response.png"),
+        (["show", "a.h5"], "result: a.h5"),
+        (["show", "a.h5", "--json"], '"status": "done"'),
+        (["show", "a.h5", "--csv"], "time [s],angle [rad]"),
+        (["show", "a.h5", "--scenario"], 'kind = "pulley"'),
+        (["new", "pulley", "hoist.toml"], "hoist.toml"),
+        (["new", "belt_drive"], 'kind = "belt_drive"'),
+        (["new", "--list"], "belt_verification"),
+        (["schema", "pulley"], '"properties"'),
+        (["schema"], '"properties"'),
+        (["check", SCENARIOS, "--json"], '"ok": true'),
         (["compare", "a.h5", "a.h5"], "the files agree"),
         (["solve", SCENARIOS / "hard" / "jump_from_csv.toml", "-o", "jump.h5"], "result: jump.h5"),
         (["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1",
@@ -98,6 +110,15 @@ def test_the_result_is_the_same(folder: Path) -> None:
 )  # fmt: skip
 def test_commands_need_no_posix(arguments: list[str | Path], answer: str, folder: Path) -> None:
     assert answer in output(*arguments, cwd=folder)
+
+
+def test_several_scenarios_and_the_standard_input_need_no_posix(tmp_path: Path) -> None:
+    out = output("solve", PULLEY, SCENARIOS / "pulley_return.toml", "-v", cwd=tmp_path)
+    assert out.count("result: results") == 2
+    with started("solve", "-", "-o", "a.h5", cwd=tmp_path) as process:
+        out, said = process.communicate(PULLEY.read_text(encoding="utf-8"), timeout=300)
+    assert (process.returncode, said) == (0, "")
+    assert "result: a.h5" in out
 
 
 @pytest.mark.parametrize("backend", ["moreau", "rkf45"])

@@ -6,6 +6,7 @@ stamp of one file only to tell whether a kernel is still the same, but kernels c
 files: the folder of the cache therefore carries a digest of the source of all of them.
 """
 
+import logging
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -14,6 +15,8 @@ from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
+
+LOG = logging.getLogger(__name__)
 
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
 FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
@@ -117,7 +120,9 @@ def _numba() -> Any:
 
     from frictionsim.mechanisms.belt_drive.kernels.cache import usable_folder
 
-    numba.config.CACHE_DIR = str(usable_folder(build_name()))  # type: ignore[attr-defined]
+    folder = str(usable_folder(build_name()))
+    LOG.info("folder of the compiled kernels: %s", folder)
+    numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
     return numba
 
 
@@ -160,6 +165,8 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
             compiling = getattr(on_step, "compiling", None)
             if not found.noticed and compiling is not None:
                 stack.enter_context(compiling(expected))
+            if not found.noticed:
+                LOG.info("compilation of kernels starts")
             found.noticed = True
 
         def on_end(self, event: Any) -> None:
@@ -171,6 +178,7 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
             yield found
         if found.noticed:
             found.seconds = perf_counter() - started
+            LOG.info("kernels compiled in %.3g s", found.seconds)
 
 
 def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:

@@ -1,0 +1,90 @@
+"""What a shell offers: commands, options, kinds, shipped scenarios, views and backends."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from frictionsim.cli import completion
+from frictionsim.errors import InputError
+from frictionsim.scenario.kinds import KINDS
+from tests.support.scenarios import ROOT
+
+
+def offered(*words: str, cwd: Path) -> list[str]:
+    """Return what bash is offered for the last word."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(ROOT),
+        "_FRICTIONSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(("frictionsim", *words)),
+        "COMP_CWORD": str(len(words)),
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "frictionsim"],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["s"], ["solve", "static", "show", "schema"]),
+        (["solve", "--max"], ["--max-wall", "--max-steps"]),
+        (["show", "--"], ["--json", "--csv", "--scenario", "--help"]),
+        (["schema", ""], list(KINDS)),
+        (["new", "pul"], ["pulley", "pulley_horizontal", "pulley_return"]),
+        (["new", "hard/belt_s"], ["hard/belt_slack", "hard/belt_squeal", "hard/belt_stiff_contact",
+         "hard/belt_stiff_damping", "hard/belt_sudden_stop"]),
+        (["plot", "a.h5", "--view", "t"], ["torque", "tension"]),
+        (["plot", "a.h5", "--view", "a"], ["all"]),
+        (["solve", "a.toml", "--backend", "rk"], ["rkf45", "rk45"]),
+    ],
+)  # fmt: skip
+def test_words_are_offered(words: list[str], wanted: list[str], tmp_path: Path) -> None:
+    assert offered(*words, cwd=tmp_path) == wanted
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_a_shell_is_printed(shell: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "frictionsim", "--show-completion", shell],
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(ROOT),
+            "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "_FRICTIONSIM_COMPLETE" in done.stdout
+
+
+def test_plug_ins_that_conflict_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def conflict() -> None:
+        raise InputError("the kind 'winch' is provided by a and by b")
+
+    monkeypatch.setattr("frictionsim.scenario.kinds.kind_names", conflict)
+    assert completion.kinds("p") == ["pulley"]
+    assert "pulley_return" in completion.kinds_and_scenarios("pulley")
+
+
+def test_an_installation_without_scenarios_offers_the_kinds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def missing() -> None:
+        raise InputError("install the package again")
+
+    monkeypatch.setattr("frictionsim.scenario.shipped.shipped_scenarios", missing)
+    assert completion.kinds_and_scenarios("") == list(KINDS)

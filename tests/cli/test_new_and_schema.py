@@ -1,0 +1,122 @@
+"""`new` and `schema`: what to start from."""
+
+import json
+import shutil
+import sys
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.scenario.kinds import KINDS
+from frictionsim.scenario.shipped import shipped_scenarios
+from tests.cli.conftest import Run, strict_json
+from tests.support.scenarios import SCENARIOS
+
+SHIPPED = tuple(shipped_scenarios())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_scenario_of_each_kind_is_valid(kind: str, told: Run) -> None:
+    assert told("new", kind, "hoist.toml") == ("hoist.toml\n", "")
+    out, err = told("check", "hoist.toml")
+    assert (out.startswith("hoist.toml: ok; effects "), err) == (True, "")
+    assert strict_json(told("check", "hoist.toml", "--json")[0])["scenarios"][0]["kind"] == kind
+    assert told("new", kind)[0] == Path("hoist.toml").read_text(encoding="utf-8")
+
+
+def test_a_new_scenario_runs(told: Run) -> None:
+    told("new", "pulley", "hoist.toml")
+    assert "result: results/hoist.h5" in told("solve", "hoist.toml")[0]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_scenario_is_written(name: str, told: Run) -> None:
+    shutil.copy(SCENARIOS / "hard" / "jump.csv", "jump.csv")
+    told("new", name, "copy.toml")
+    assert told("check", "copy.toml")[0].startswith("copy.toml: ok; effects ")
+    if name not in KINDS:  # of these there is a commented one
+        assert "#:schema" not in Path("copy.toml").read_text(encoding="utf-8")
+
+
+def test_the_list_has_all(told: Run) -> None:
+    out, err = told("new", "--list")
+    assert err == ""
+    kinds, _, shipped = out.partition("\n\n")
+    assert kinds.splitlines() == ["kind", *KINDS]
+    assert [line.split()[0] for line in shipped.splitlines()[1:]] == list(SHIPPED)
+    assert "Pulley on a dry shaft" in shipped
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["pulley", "old.toml"], 4, "old.toml: cannot write the scenario: the file exists and is"
+         " not replaced; give another name"),
+        (["pulley", "."], 4, ".: cannot write the scenario: this is a folder; give a file name"),
+        (["pulley", "no/a.toml"], 4, "no/a.toml: cannot write the scenario: there is no folder"
+         " 'no'"),
+        (["pulley", "a" * 300], 4, f"{'a' * 300}: cannot write the scenario: File name too long"),
+        (["puley"], 2, "unknown kind or shipped scenario 'puley' (did you mean 'pulley'?)"),
+        (["hoist.toml", "pulley"], 2, "new: expected the kind before the file, got 'hoist.toml';"
+         " 'frictionsim new pulley hoist.toml' writes a pulley, 'frictionsim new --list' lists"
+         " what there is"),
+        ([], 2, "new: KIND is missing; 'frictionsim new --list' lists what there is"),
+        (["pulley", "--list"], 2, "new: expected no argument beside --list, got 'pulley'"),
+        (["pulley", "a", "b"], 2, "unexpected argument 'b'; see frictionsim new --help"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_sentence(
+    arguments: list[str], code: int, message: str, told: Run
+) -> None:
+    Path("old.toml").write_text("precious")
+    assert told("new", *arguments, code=code) == ("", f"frictionsim: {message}\n")
+    assert [path.name for path in Path().iterdir()] == ["old.toml"]
+    assert Path("old.toml").read_text() == "precious"
+
+
+@pytest.mark.parametrize("kind", [None, *KINDS])
+def test_the_schema_is_one_of_json_and_accepts_a_new_scenario(
+    kind: str | None, told: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, err = told("schema", *filter(None, [kind]))
+    assert err == ""
+    found = strict_json(out)
+    Draft202012Validator.check_schema(found)
+    scenario = tomllib.loads(told("new", kind or "pulley")[0])
+    Draft202012Validator(found).validate(scenario)
+    scenario["solver"]["duration"] = -1
+    assert not Draft202012Validator(found).is_valid(scenario)
+
+
+def test_the_printed_schema_is_the_one_beside_the_scenarios(told: Run) -> None:
+    shipped = (SCENARIOS / "schemas" / "pulley.json").read_text(encoding="utf-8")
+    assert told("schema", "pulley")[0] == shipped
+
+
+def test_an_unknown_kind_has_no_schema(told: Run) -> None:
+    _, err = told("schema", "puley", code=2)
+    assert err == "frictionsim: unknown kind 'puley' (did you mean 'pulley'?)\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+@pytest.mark.parametrize("arguments", [["new", "pulley"], ["new", "--list"], ["schema"]])
+def test_a_full_device_is_told(
+    arguments: list[str], here: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    full = open("/dev/full", "w", encoding="utf-8")  # noqa: SIM115  its closing fails
+    monkeypatch.setattr(sys, "stdout", full)
+    assert run_command_line(arguments) == 4
+    monkeypatch.undo()
+    with suppress(OSError):
+        full.close()
+    assert "cannot print the output: No space left on device" in capsys.readouterr().err
+
+
+def test_json_of_the_schema_is_indented(told: Run) -> None:
+    out, _ = told("schema", "epicyclic")
+    assert out == json.dumps(json.loads(out), indent=2) + "\n"

@@ -1,0 +1,248 @@
+"""`solve` with several scenarios, and scenarios from the standard input."""
+
+import io
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+import tomli_w
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import Interrupted, ScenarioError
+from frictionsim.io import hdf5_reader
+from frictionsim.simulation import simulate
+from tests.cli.conftest import Run, strict_json
+from tests.support.scenarios import SCENARIOS, pulley
+
+PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
+
+
+def give(text: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the standard input hold a text."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+
+
+def test_each_has_a_file_and_a_summary(told: Run) -> None:
+    out, err = told("solve", PULLEY, RETURN)
+    assert err == ""
+    assert [line for line in out.splitlines() if line.startswith("result: ")] == [
+        "result: results/pulley.h5",
+        "result: results/pulley_return.h5",
+    ]
+    assert hdf5_reader.read(Path("results/pulley_return.h5")).attributes["status"] == "done"
+
+
+def test_output_is_a_folder(told: Run) -> None:
+    Path("down").mkdir()
+    told("solve", PULLEY, RETURN, "-q", "-o", "down")
+    assert sorted(path.name for path in Path("down").iterdir()) == ["pulley.h5", "pulley_return.h5"]
+    assert not Path("results").exists()
+
+
+def test_json_is_a_list_in_the_order_of_the_scenarios(told: Run) -> None:
+    found = strict_json(told("solve", RETURN, PULLEY, "--json")[0])
+    assert [item["scenario"] for item in found] == [RETURN, PULLEY]
+    assert [item["output"] for item in found] == ["results/pulley_return.h5", "results/pulley.h5"]
+    assert isinstance(strict_json(told("solve", PULLEY, "--json")[0]), dict)
+
+
+def test_the_exit_code_is_the_highest(told: Run) -> None:
+    Path("short.toml").write_text(tomli_w.dumps(pulley(solver={"max_steps": 10})))
+    out, err = told("solve", PULLEY, "short.toml", RETURN, "--json", code=5)
+    assert [item["status"] for item in strict_json(out)] == ["done", "failed", "done"]
+    assert "run failed: limit solver.max_steps = 10 reached" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (
+            [PULLEY, "none.toml"],
+            2,
+            "none.toml: cannot read this scenario: No such file or directory",
+        ),
+        (
+            [PULLEY, RETURN, "--set", "drive.direction=up"],
+            2,
+            "--set: drive.direction: expected 'vertical' or 'horizontal', got 'up'",
+        ),
+        (
+            [PULLEY, "copy/pulley.toml"],
+            2,
+            f"{PULLEY} and copy/pulley.toml would both be written to results/pulley.h5; solve them"
+            " one by one, each with its -o",
+        ),
+        (
+            [PULLEY, RETURN, "-o", "none"],
+            4,
+            "none: expected a folder for the results of several scenarios; there is no such folder,"
+            " create it first",
+        ),
+        (
+            [PULLEY, RETURN, "-o", "file"],
+            4,
+            "file: expected a folder for the results of several scenarios; this is a file",
+        ),
+        (
+            [PULLEY, RETURN, "-o", "full", "--no-clobber"],
+            4,
+            "full/pulley_return.h5: the file exists and --no-clobber forbids to replace it; give"
+            " another name",
+        ),
+        (
+            [PULLEY, RETURN, "-o", "blocked"],
+            4,
+            "blocked/pulley_return.h5: cannot write the result: this is a folder; give a file name",
+        ),
+        ([PULLEY, "-", "-"], 2, "-: given twice; the standard input can be read once only"),
+    ],
+)  # fmt: skip
+def test_nothing_is_solved_if_one_is_invalid(
+    arguments: list[str],
+    code: int,
+    message: str,
+    told: Run,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("frictionsim.api.solving.run", None)  # to call it is an error
+    for folder in ("copy", "full", "blocked/pulley_return.h5"):
+        Path(folder).mkdir(parents=True)
+    shutil.copy(PULLEY, "copy")
+    Path("full/pulley_return.h5").touch()
+    Path("file").touch()
+    assert told("solve", *arguments, code=code) == ("", f"frictionsim: {message}\n")
+
+
+def test_one_that_cannot_be_solved_does_not_stop_the_others(
+    told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a belt without a position of rest, which only the start of a run tells."""
+
+    def run(scenario: object, *others: object) -> simulate.RunResult:
+        if "first" in str(scenario.origin.source):  # type: ignore[attr-defined]
+            raise ScenarioError(["the belt has no rest position"])
+        return simulate.run(scenario, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("frictionsim.api.solving.run", run)
+    shutil.copy(PULLEY, "first.toml")
+    out, err = told("solve", "first.toml", RETURN, "--json", code=2)
+    assert [item["scenario"] for item in strict_json(out)] == [RETURN]
+    assert err == "frictionsim: first.toml: the belt has no rest position\n"
+    assert told("solve", "first.toml", code=2)[0] == ""
+
+
+def test_a_signal_stops_all(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    sources = []
+
+    def run(scenario: object, on_step: object, *others: object) -> simulate.RunResult:
+        sources.append(scenario.origin.source)  # type: ignore[attr-defined]
+
+        def interrupting(t: float) -> None:
+            if t > 0.1:
+                raise Interrupted(signal.SIGINT, t)
+
+        return simulate.run(scenario, interrupting, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("frictionsim.api.solving.run", run)
+    out, err = told("solve", PULLEY, RETURN, "--json", code=130)
+    assert sources == [PULLEY]
+    assert [item["status"] for item in strict_json(out)] == ["interrupted"]
+    assert "frictionsim: run interrupted: by SIGINT" in err
+    assert not Path("results/pulley_return.h5").exists()
+
+
+def test_the_standard_input_is_a_scenario(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    give(Path(PULLEY).read_bytes(), monkeypatch)
+    found = strict_json(
+        told("solve", "-", "--json", "--set", "mechanism.load=2000", "--backend", "rkf45")[0]
+    )
+    assert (found["scenario"], found["output"]) == ("-", "results/stdin.h5")
+    with h5py.File("results/stdin.h5") as file:
+        assert file.attrs["source"] == "<stdin>"
+        assert file.attrs["command"] == (
+            "frictionsim solve - --set mechanism.load=2000 --set solver.backend=rkf45"
+        )
+
+
+def test_the_standard_input_may_be_one_of_several(
+    told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    give(Path(PULLEY).read_bytes(), monkeypatch)
+    out, _ = told("check", RETURN, "-")
+    assert out.splitlines()[1].startswith("-: ok; effects shaft_friction")
+    give(Path(PULLEY).read_bytes(), monkeypatch)
+    assert strict_json(told("static", "-", "--json")[0])["scenario"] == "-"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            b"",
+            "<stdin>:1: kind: the scenario is empty; it starts with kind, one of 'pulley',"
+            " 'marble_machine', 'epicyclic', 'belt_drive'",
+        ),
+        (
+            b"#" * (16 * 2**20 + 1),
+            "-: the standard input is larger than 16 MiB; expected a scenario in TOML; use CSV"
+            " files for signals",
+        ),
+        (
+            b'kind = "\xff"',
+            "-: expected a scenario in TOML on the standard input, got invalid UTF-8 at byte 8",
+        ),
+        (b"kind = \n", "<stdin>:1: not valid TOML: Invalid value, in 'kind ='"),
+        (b'kind = "puley"', "<stdin>:1: kind: unknown kind 'puley' (did you mean 'pulley'?)"),
+    ],
+    ids=["empty", "long", "not UTF-8", "not TOML", "unknown kind"],
+)
+def test_a_bad_standard_input_is_one_sentence(
+    text: bytes, message: str, told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    give(text, monkeypatch)
+    assert told("solve", "-", code=2) == ("", f"frictionsim: {message}\n")
+
+
+def test_a_closed_standard_input_is_told(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    _, err = told("solve", "-", code=2)
+    assert err == "frictionsim: -: the standard input is closed; expected a scenario in TOML\n"
+
+
+def test_a_mark_of_the_byte_order_is_no_error(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    give(b"\xef\xbb\xbf" + Path(PULLEY).read_bytes(), monkeypatch)
+    assert told("check", "-")[0].startswith("-: ok")
+
+
+def test_a_result_is_not_printed(told: Run) -> None:
+    assert told("solve", PULLEY, "-o", "-", code=2)[1] == (
+        "frictionsim: -o -: a result is an HDF5 file, it is not printed; give a file name\n"
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
+def test_ctrl_c_between_and_in_runs_ends_the_command(here: Path) -> None:
+    """As a process: the second of two long runs does not start."""
+    long = pulley(
+        drive__force=3000.0,
+        effects__viscous_damping=None,
+        solver={"backend": "rkf45", "duration": 1000.0, "max_step": 1e-5},
+    )
+    for name in ("a.toml", "b.toml"):
+        Path(name).write_text(tomli_w.dumps(long))
+    command = [sys.executable, "-m", "frictionsim", "solve", "a.toml", "b.toml", "-v"]
+    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "the run starts" in line:
+                break
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "run interrupted: by SIGINT" in err
+    assert "b.toml" not in out + err
+    assert run_command_line(["show", "results/a.h5"]) == 0
