@@ -151,7 +151,7 @@ def unknown(what: str, found: str, known: list[str]) -> str:
     """
     from difflib import get_close_matches  # imported here: needed for error messages only
 
-    near = get_close_matches(found, known, n=1)
+    near = get_close_matches(str(found), known, n=1)
     if near:
         return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
     return f"unknown {what} '{found}'; known: {', '.join(known)}"
