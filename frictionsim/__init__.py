@@ -68,10 +68,6 @@ _MODULES = {
     "AuditError": "errors",
     "OutputError": "errors",
 }
-_NAMES_THERE = {
-    "open": "open_result",
-    "kinds": "kind_names",
-}  # a name in its module, if it is another
 
 # Without `open`, which `from frictionsim import *` would hide.
 __all__ = [name for name in _MODULES if name != "open"]
@@ -80,13 +76,22 @@ __all__ = [name for name in _MODULES if name != "open"]
 def __getattr__(name: str) -> "Any":
     """Import a public name when it is first used."""
     if name not in _MODULES:
-        raise AttributeError(f"module 'frictionsim' has no attribute '{name}'")
+        # With name and module Python suggests a near name.
+        raise AttributeError(
+            f"module 'frictionsim' has no attribute '{name}'", name=name, obj=_this_module()
+        )
     from importlib import import_module
 
     module = import_module(f"frictionsim.{_MODULES[name]}")
     found = getattr(module, name)
     globals()[name] = found
     return found
+
+
+def _this_module() -> object:
+    from sys import modules
+
+    return modules[__name__]
 
 
 def __dir__() -> list[str]:

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.arguments import as_number, as_path
 from frictionsim.api.result import Result, open
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.results import Quantities
@@ -74,6 +75,7 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
+    _check(max_wall, progress)
     loaded = _scenario(scenario, overrides)
     destination = _destination(output, None, no_clobber)
     return _simulate(loaded, destination, max_wall, progress, estimate_error, None, check)
@@ -115,7 +117,8 @@ def resume(
     """
     from frictionsim.io.destination import whole_name
 
-    incomplete = result if isinstance(result, Result) else open(result)
+    _check(max_wall, progress)
+    incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
@@ -123,8 +126,6 @@ def resume(
     destination = _destination(output, path, no_clobber)
     try:
         return _simulate(scenario, destination, max_wall, progress, False, state, check)
-    except ArgumentError:
-        raise
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
@@ -158,6 +159,16 @@ def _scenario(source: Scenario | ScenarioSource, overrides: "Overrides | None") 
     return source.replace(overrides) if overrides else source
 
 
+def _check(max_wall: float | None, progress: Progress) -> None:
+    """Check arguments before anything is read."""
+    if max_wall is not None:
+        as_number("max_wall", max_wall, "s")
+    if not (isinstance(progress, bool) or callable(progress)):
+        raise ArgumentError(
+            "progress", f"expected True, False or a function of the time, got {progress!r}"
+        )
+
+
 def _destination(
     output: str | PathLike[str] | None, resumed: Path | None, no_clobber: bool
 ) -> "Destination | None":
@@ -166,7 +177,7 @@ def _destination(
     # Imported here because a run without a file does not need h5py.
     from frictionsim.io.destination import Destination
 
-    destination = Destination(Path(output), resumed)
+    destination = Destination(as_path("output", output), resumed)
     destination.check(no_clobber)
     return destination
 
@@ -216,8 +227,6 @@ def _with_limit(
     """Return an `on_step` that also stops the run at a wall time, s."""
     from frictionsim.simulation.wall_time import LimitedSteps
 
-    if not max_wall > 0.0:
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
     return LimitedSteps(on_step, max_wall, scenario.solver.duration)
 
 

@@ -5,6 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.arguments import as_names, as_number, as_path
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, load
@@ -80,7 +81,7 @@ class Study:
         OutputError
             If it cannot be written.
         """
-        target = Path(path)
+        target = as_path("path", path)
         if target.suffix == CSV:
             self.save_csv(target)
         elif target.suffix in HDF5:
@@ -122,6 +123,11 @@ class Study:
         """Return the table as plain data, as the command line prints it with --json."""
         return study_json(self.data, self.data.scenario.origin.source)
 
+    def __repr__(self) -> str:
+        scenario, rows = self.data.scenario, len(self.data.rows)
+        title = f" '{scenario.title}'" if scenario.title else ""
+        return f"<frictionsim.Study {scenario.kind}{title}: {self.status}, {rows} settings>"
+
     def _repr_html_(self) -> str:
         from frictionsim.api.study_table import study_parts
         from frictionsim.api.tables import as_html
@@ -133,9 +139,9 @@ def cost(
     scenario: Scenario | ScenarioSource,
     overrides: "Overrides | None" = None,
     *,
-    laws: Iterable[str] | None = None,
-    backends: Iterable[str] | None = None,
-    tolerances: Iterable[float] | None = None,
+    laws: str | Iterable[str] | None = None,
+    backends: str | Iterable[str] | None = None,
+    tolerances: float | Iterable[float] | None = None,
     max_wall: float = 5.0,
     repeats: int = 3,
     progress: "Progress | None" = None,
@@ -146,9 +152,9 @@ def cost(
     ----------
     scenario, overrides
         As of `solve`.
-    laws, backends : iterable of str, optional
+    laws, backends : str or iterable of str, optional
         Friction laws and methods to use; by default all that apply.
-    tolerances : iterable of float, optional
+    tolerances : float or iterable of float, optional
         Relative tolerances of adaptive methods.
     max_wall : float, s
         Limit of the wall time of each run.
@@ -168,10 +174,10 @@ def cost(
     SolverError
         If all reference runs fail.
     """
-    if not 0.0 < max_wall < float("inf"):
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
-    if repeats < 1:
-        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats}")
+    if as_number("max_wall", max_wall, "s") == float("inf"):
+        raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
+    if not isinstance(repeats, int) or repeats < 1:
+        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario)
     loaded = loaded.replace(overrides) if overrides else loaded
     wanted = _tolerances(tolerances)
@@ -226,26 +232,30 @@ def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ..
     return ladder.references(scenario, kind.build(scenario), rtol)
 
 
-def _tolerances(given: Iterable[float] | None) -> tuple[float, ...]:
+def _tolerances(given: float | Iterable[float] | None) -> tuple[float, ...]:
     if given is None:
         return TOLERANCES
-    found = tuple(given)
+    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    try:
+        found = tuple(map(float, values))
+    except (TypeError, ValueError):
+        found = ()
     if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
         raise ArgumentError(
             "tolerances",
             f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
-            f" got '{','.join(map(str, found))}'",
+            f" got '{','.join(map(str, values))}'",
         )
     return tuple(sorted(set(found), reverse=True))
 
 
 def _named(
-    argument: str, what: str, given: Iterable[str] | None, known: tuple[str, ...]
+    argument: str, what: str, given: str | Iterable[str] | None, known: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the names that are given; all known ones if none are."""
     if given is None:
         return known
-    names = tuple(given)
+    names = tuple(as_names(argument, given))
     for name in names:
         if name not in known:
             raise ArgumentError(argument, unknown(what, name, list(known)))

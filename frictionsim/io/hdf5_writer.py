@@ -196,10 +196,10 @@ def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
-    file.attrs["format_version"] = FORMAT_VERSION
-    file.attrs["Conventions"] = CONVENTIONS
-    for name, text in attributes.items():
-        file.attrs[name] = text
+    of_the_format = {"format_version": FORMAT_VERSION, "Conventions": CONVENTIONS}
+    # A record that was read has those of its file, which may be of another version.
+    for name, value in (of_the_format | attributes | of_the_format).items():
+        file.attrs[name] = value
 
 
 def _channel(record: Record, name: str) -> Channel:
