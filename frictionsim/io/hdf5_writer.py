@@ -260,7 +260,8 @@ def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     group = file.create_group("checkpoint")
     lengths = {length for values in state.values() for length in np.shape(values)}
     scales = {length: _add_length(group, length) for length in sorted(lengths)}
-    for name, values in state.items():
+    # In the order in which a file gives them, so that a copy has the same bytes.
+    for name, values in sorted(state.items()):
         dataset = group.create_dataset(name, data=values)
         for dimension, length in zip(dataset.dims, dataset.shape, strict=True):
             dimension.attach_scale(scales[length])
