@@ -87,6 +87,8 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
         "mode_from": np.array([e.mode_from for e in transitions], dtype=np.int8),
         "mode_to": np.array([e.mode_to for e in transitions], dtype=np.int8),
     }
+    if not transitions:  # the same as a file without events gives
+        return {"events": events, "contacts": contacts}
     angles = [e.position for e in transitions]
     if None not in angles:
         events["angle"] = np.array(angles, dtype=np.float64)

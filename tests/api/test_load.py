@@ -120,7 +120,7 @@ def test_files_are_relative_to_the_scenario_or_to_the_current_folder(
     override = {"drive.force": {"csv": Path("force.csv")}}
     assert fs.load(tmp_path / "a" / "s.toml", override) == scenario
     assert scenario.replace(override) == scenario
-    with pytest.raises(fs.ScenarioError, match="force.csv"):
+    with pytest.raises(fs.ScenarioError, match=r"force\.csv"):
         fs.load(PLAIN, override)
     monkeypatch.chdir(tmp_path / "a")
     assert fs.load(PLAIN, override).to_dict()["drive"] == scenario.to_dict()["drive"]
