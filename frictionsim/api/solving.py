@@ -56,8 +56,9 @@ def solve(
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
-        True shows a progress bar. A callable is called with the simulated time, s, after each
-        step; an exception of it other than `frictionsim.errors.Interrupted` is not handled.
+        True shows a progress bar on a terminal. A callable is called with the simulated time, s,
+        after each step; if it raises `frictionsim.errors.Interrupted`, the run stops and can be
+        resumed.
     check : bool
         Raise the error of a run that failed or whose self-audit failed, as `Result.check`.
 
@@ -76,7 +77,7 @@ def solve(
         Only with `check`.
     """
     _check(max_wall, progress)
-    loaded = _scenario(scenario, overrides)
+    loaded = with_overrides(scenario, overrides)
     destination = _destination(output, None, no_clobber)
     return _simulate(loaded, destination, max_wall, progress, estimate_error, None, check)
 
@@ -148,12 +149,13 @@ def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = 
     ------
     InputError, ScenarioError
     """
-    loaded = _scenario(scenario, overrides)
+    loaded = with_overrides(scenario, overrides)
     found: Quantities = mechanism_module(loaded.kind).statics(loaded)
     return found
 
 
-def _scenario(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
     if not isinstance(source, Scenario):
         return load(source, overrides)
     return source.replace(overrides) if overrides else source

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.arguments import as_names, as_number, as_path
+from frictionsim.api.solving import with_overrides
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.variants import TOLERANCES, Setting
@@ -144,7 +145,7 @@ def cost(
     tolerances: float | Iterable[float] | None = None,
     max_wall: float = 5.0,
     repeats: int = 3,
-    progress: "Progress | None" = None,
+    progress: "Progress | Callable[[str], Any] | None" = None,
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
@@ -160,8 +161,8 @@ def cost(
         Limit of the wall time of each run.
     repeats : int
         Maximum number of timed runs of each setting.
-    progress : Progress, optional
-        Is told each setting and each step.
+    progress : callable or Progress, optional
+        Is called with the name of each setting; a `Progress` is told each step as well.
 
     Returns
     -------
@@ -170,7 +171,7 @@ def cost(
     Raises
     ------
     InputError, ScenarioError
-        Before anything is run.
+        If the scenario or an argument is not valid; before anything is run.
     SolverError
         If all reference runs fail.
     """
@@ -178,8 +179,8 @@ def cost(
         raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
     if not isinstance(repeats, int) or repeats < 1:
         raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
-    loaded = scenario if isinstance(scenario, Scenario) else load(scenario)
-    loaded = loaded.replace(overrides) if overrides else loaded
+    told = _progress(progress)
+    loaded = with_overrides(scenario, overrides)
     wanted = _tolerances(tolerances)
     methods = _named("backends", "backend", backends, methods_of(loaded.PAIRS))
     friction = _named("laws", "friction law", laws, laws_of(loaded.PAIRS))
@@ -192,7 +193,6 @@ def cost(
         if setting.backend in methods and (not setting.law or setting.law in friction)
     ]
     rtol = min(wanted) * ladder.REFERENCE_REFINEMENT
-    progress = progress or Progress()
     return Study(
         work_precision.study(
             loaded,
@@ -201,8 +201,8 @@ def cost(
             kind.METRICS,
             max_wall,
             repeats,
-            progress.on_step,
-            progress.on_setting,
+            told.on_step,
+            told.on_setting,
         )
     )
 
@@ -216,6 +216,16 @@ class Progress:
         on_setting: Callable[[str], Any] = lambda name: None,
     ) -> None:
         self.on_step, self.on_setting = on_step, on_setting
+
+
+def _progress(given: Progress | Callable[[str], Any] | None) -> Progress:
+    if given is None or isinstance(given, Progress):
+        return given or Progress()
+    if not callable(given):
+        raise ArgumentError(
+            "progress", f"expected a function of the name of a setting, got {given!r}"
+        )
+    return Progress(on_setting=given)
 
 
 def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:

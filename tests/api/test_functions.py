@@ -193,7 +193,16 @@ def test_a_study_is_saved_and_drawn(study: fs.Study, tmp_path: Path) -> None:
 
 
 def test_single_names_and_numbers_are_enough() -> None:
-    study = fs.cost(pulley(), laws="set-valued", backends="events", tolerances=1e-3, repeats=1)
+    told: list[str] = []
+    study = fs.cost(
+        pulley(),
+        laws="set-valued",
+        backends="events",
+        tolerances=1e-3,
+        repeats=1,
+        progress=told.append,
+    )
+    assert told
     assert study.dataset["setting"].values.tolist() == ["rtol 1e-3"]
 
 
@@ -219,6 +228,10 @@ COST: dict[str, tuple[dict[str, Any], str]] = {
     "repeats": ({"repeats": 0}, "repeats: expected a number of at least 1, got 0"),
     "half": ({"repeats": 1.5}, "repeats: expected a number of at least 1, got 1.5"),
     "time": ({"max_wall": 0.0}, "max_wall: expected a number above 0 s, got 0"),
+    "progress": (
+        {"progress": True},
+        "progress: expected a function of the name of a setting, got True",
+    ),
     "no limit": ({"max_wall": float("inf")}, "max_wall: expected a number above 0 s, got inf"),
 }
 
