@@ -12,8 +12,6 @@ __version__ = "0.1.0"
 
 TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:
-    from typing import Any
-
     from frictionsim.api.comparing import compare as compare
     from frictionsim.api.pictures import plot as plot
     from frictionsim.api.result import Result as Result
@@ -68,25 +66,32 @@ _MODULES = {
     "AuditError": "errors",
     "OutputError": "errors",
 }
-_NAMES_THERE = {
-    "open": "open_result",
-    "kinds": "kind_names",
-}  # a name in its module, if it is another
 
 # Without `open`, which `from frictionsim import *` would hide.
 __all__ = [name for name in _MODULES if name != "open"]
 
 
-def __getattr__(name: str) -> "Any":
-    """Import a public name when it is first used."""
-    if name not in _MODULES:
-        raise AttributeError(f"module 'frictionsim' has no attribute '{name}'")
-    from importlib import import_module
+if not TYPE_CHECKING:  # a type checker would take every name for one of this module
 
-    module = import_module(f"frictionsim.{_MODULES[name]}")
-    found = getattr(module, name)
-    globals()[name] = found
-    return found
+    def __getattr__(name: str) -> object:
+        """Import a public name when it is first used."""
+        if name not in _MODULES:
+            # With name and module Python suggests a near name.
+            raise AttributeError(
+                f"module 'frictionsim' has no attribute '{name}'", name=name, obj=_this_module()
+            )
+        from importlib import import_module
+
+        module = import_module(f"frictionsim.{_MODULES[name]}")
+        found = getattr(module, name)
+        globals()[name] = found
+        return found
+
+
+def _this_module() -> object:
+    from sys import modules
+
+    return modules[__name__]
 
 
 def __dir__() -> list[str]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from signal import Signals
+from typing import Any
 
 EXIT_DONE = 0
 EXIT_SOLVER_FAILED = 1
@@ -40,8 +41,8 @@ class ArgumentError(InputError):
         super().__init__(f"{argument}: {text}")
         self.argument, self.text = argument, text
 
-    def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return type(self), (self.argument, self.text)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.argument, self.text), self.__dict__
 
 
 class ScenarioError(InputError):
@@ -51,8 +52,8 @@ class ScenarioError(InputError):
         super().__init__("\n".join(faults))
         self.faults = faults
 
-    def __reduce__(self) -> tuple[type, tuple[list[str]]]:
-        return type(self), (self.faults,)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.faults,), self.__dict__
 
 
 class SolverError(FrictionsimError):
@@ -111,8 +112,8 @@ class Interrupted(SolverError):
         self.exit_code = EXIT_SIGNAL + signal_number
         self._arguments = signal_number, time
 
-    def __reduce__(self) -> tuple[type, tuple[int, float]]:
-        return type(self), self._arguments
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._arguments, self.__dict__
 
 
 class AuditError(FrictionsimError):
@@ -151,7 +152,7 @@ def unknown(what: str, found: str, known: list[str]) -> str:
     """
     from difflib import get_close_matches  # imported here: needed for error messages only
 
-    near = get_close_matches(found, known, n=1)
+    near = get_close_matches(str(found), known, n=1)
     if near:
         return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
     return f"unknown {what} '{found}'; known: {', '.join(known)}"

@@ -77,13 +77,14 @@ class Transition(NamedTuple):
 
 
 class Check(NamedTuple):
-    """A check of the audit, passed if the value does not exceed the limit."""
+    """A check of the audit: its `value` and the `limit` that this must not exceed."""
 
     value: float
     limit: float
 
     @property
     def ok(self) -> bool:
+        """Whether it is passed."""
         return bool(self.value <= self.limit)
 
 
@@ -128,7 +129,7 @@ class SimulationResult(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A number of the summary; `value` is None where it is not defined."""
+    """A number of the summary: `value` and `unit`; the value is None where it is not defined."""
 
     value: float | None
     unit: str

@@ -14,6 +14,7 @@ from command_line import commands
 from excerpt import excerpt
 from layout import layout
 from method_table import methods
+from python_api import api, errors
 from scenario_keys import keys, signal
 
 from frictionsim.scenario.json_schema import schema
@@ -22,7 +23,9 @@ from frictionsim.scenario.kinds import KINDS
 DOCS = Path(__file__).parents[1]
 SCHEMAS = DOCS.parent / "scenarios" / "schemas"
 PARTS: Mapping[str, Callable[..., str]] = {
+    "api": api,
     "commands": commands,
+    "errors": errors,
     "excerpt": excerpt,
     "keys": keys,
     "layout": layout,

@@ -5,6 +5,7 @@
     studies     cost and Study
     comparing   compare
     pictures    plot
+    arguments   checks of arguments
     dataset     results as xarray.Dataset
     tables      results as text and HTML
     json_data   results as JSON

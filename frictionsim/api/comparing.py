@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.api import result as results
+from frictionsim.api.arguments import as_names, as_path, as_tolerance
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def compare(
     rtol: float = 1e-6,
     atol: float = 1e-9,
     time_atol: float = 1e-6,
-    ignore: Iterable[str] = (),
+    ignore: str | Iterable[str] = (),
 ) -> Comparison:
     """Compare a result with a golden (reference) result, channel by channel and event by event.
 
@@ -34,7 +34,7 @@ def compare(
         Tolerances; atol in the unit of each channel.
     time_atol : float, s
         Tolerance of event times.
-    ignore : iterable of str
+    ignore : str or iterable of str
         Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
 
     Returns
@@ -44,16 +44,30 @@ def compare(
 
     Raises
     ------
+    ArgumentError
+        If a tolerance is negative, or a pattern of `ignore` matches nothing.
     InputError
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    records = _named(result, "the result"), _named(golden, "the golden result")
-    return compare_records(*records, Tolerances(rtol, atol, time_atol), list(ignore))
+    tolerances = Tolerances(
+        as_tolerance("rtol", rtol),
+        as_tolerance("atol", atol),
+        as_tolerance("time_atol", time_atol),
+    )
+    patterns = as_names("ignore", ignore)
+    records = (
+        _named("result", result, "the result"),
+        _named("golden", golden, "the golden result"),
+    )
+    return compare_records(*records, tolerances, patterns)
 
 
-def _named(source: results.Result | str | PathLike[str], words: str) -> "tuple[str, Record]":
+def _named(
+    argument: str, source: results.Result | str | PathLike[str], words: str
+) -> "tuple[str, Record]":
     """Return a result with its name for messages."""
     if isinstance(source, results.Result):
         return str(source.path or words), source.record
-    return str(Path(source)), results.open(source).record
+    path = as_path(argument, source)
+    return str(path), results.open(path).record

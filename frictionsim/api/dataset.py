@@ -10,9 +10,13 @@ from frictionsim.results import Channel
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
+OF_THE_FORMAT = ("format_version", "Conventions")
+
 
 def channels_dataset(record: "Record") -> xarray.Dataset:
     """Return the channels over time, with the axes of their columns as coordinates.
+
+    Data and attributes are those of the file, without the version of its format.
 
     Parameters
     ----------
@@ -21,23 +25,24 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
     Returns
     -------
     xarray.Dataset
-        Its attributes are those of the file.
     """
-    coordinates: dict[str, Any] = {"time": ("time", record.channels["time"], _of(record, "time"))}
+    time = _fixed(record.channels["time"])
+    coordinates: dict[str, Any] = {"time": ("time", time, _of(record, "time"))}
     for axis, members in record.members.items():
         numbered = all(name.isdecimal() for name in members)
-        values = np.arange(len(members)) if numbered else np.array(members)
-        coordinates[axis] = (axis, values)
+        values = np.arange(len(members), dtype=np.int32) if numbered else np.array(members)
+        coordinates[axis] = (axis, values, _axis_attributes(axis, numbered))
     variables = {
         name: (
             ("time", record.axes[name]) if record.axes[name] else ("time",),
-            values,
+            _fixed(values),
             _of(record, name),
         )
         for name, values in record.channels.items()
         if name != "time"
     }
-    return xarray.Dataset(variables, coordinates, dict(record.attributes))
+    attributes = {k: text for k, text in record.attributes.items() if k not in OF_THE_FORMAT}
+    return xarray.Dataset(variables, coordinates, attributes)
 
 
 def events_dataset(record: "Record") -> xarray.Dataset:
@@ -52,16 +57,32 @@ def events_dataset(record: "Record") -> xarray.Dataset:
     xarray.Dataset
     """
     variables: dict[str, Any] = {
-        name: (("event",), values, _attributes(record.of_event(name)))
+        name: (("event",), _fixed(values), _attributes(record.of_event(name)))
         for name, values in record.events.items()
         if name not in ("time", "contact")
     }
     names = [record.contacts[int(index)] for index in record.events["contact"]]
     contacts = np.array(names, dtype=str)
     variables["contact"] = (("event",), contacts, {"long_name": "contact that changes its mode"})
-    time = (("event",), record.events["time"], _attributes(record.of_event("time")))
-    event = ("event", np.arange(len(names)))
+    time = (("event",), _fixed(record.events["time"]), _attributes(record.of_event("time")))
+    numbers = np.arange(len(names), dtype=np.int32)
+    event = ("event", numbers, {"units": "1", "long_name": "number of the event, from 0"})
     return xarray.Dataset(variables, {"event": event, "time": time})
+
+
+def _fixed(values: Any) -> Any:
+    """Return a view of an array that cannot be changed: results are not changed."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def _axis_attributes(axis: str, numbered: bool) -> dict[str, Any]:
+    """Return the attributes of an axis, as in a file."""
+    words = axis.replace("_", " ")
+    if numbered:
+        return {"units": "1", "long_name": f"number of the {words}, from 0"}
+    return {"long_name": f"name of the {words}"}
 
 
 def _of(record: "Record", name: str) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.api import result as results
+from frictionsim.api.arguments import as_path
 from frictionsim.io.atomic_write import check_no_clobber
 
 if TYPE_CHECKING:
@@ -43,7 +44,9 @@ def plot(
     """
     from frictionsim.plots import draw
 
-    found = result if isinstance(result, results.Result) else results.open(result)
+    found = (
+        result if isinstance(result, results.Result) else results.open(as_path("result", result))
+    )
     return draw(found.record, view, body, ax=ax)
 
 

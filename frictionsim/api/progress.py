@@ -21,12 +21,15 @@ class ProgressBar:
     """
 
     def __init__(self, duration: float) -> None:
+        console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
             BarColumn(),
             TextColumn("{task.percentage:.1f} %{task.fields[pace]}"),
-            console=Console(stderr=True),
+            console=console,
             transient=True,
+            # Elsewhere, as in a log, rich would leave an empty line.
+            disable=not (console.is_terminal or console.is_jupyter),
         )
         self._task = self._progress.add_task("", total=duration, pace="")
         self._duration = duration

@@ -1,11 +1,23 @@
 """The result of a run, whether it was just solved or read from a file."""
 
+import logging
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from signal import Signals
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.errors import EXIT_AUDIT_FAILED, EXIT_DONE, AuditError, InputError, failure_class
+from frictionsim.api.arguments import as_path
+from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
+    EXIT_DONE,
+    EXIT_SIGNAL,
+    EXIT_SOLVER_FAILED,
+    AuditError,
+    BudgetExceeded,
+    InputError,
+    failure_class,
+)
 from frictionsim.results import Check, Quantities, Record, SolverStatistics, failures
 
 if TYPE_CHECKING:
@@ -14,6 +26,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.simulation.simulate import RunResult
     from frictionsim.work_precision.error_estimate import Estimate
+
+LOG = logging.getLogger(__name__)
 
 
 class Result:
@@ -44,6 +58,7 @@ class Result:
             self.record = record
         self.path, self._run, self._estimate = path, run, estimate
         self.checkpoint = None if run is None else run.checkpoint
+        self._exit_code = _exit_code_of(run, estimate)
 
     @classmethod
     def of_run(
@@ -96,7 +111,11 @@ class Result:
     @property
     def quantities(self) -> Quantities:
         """The quantities of the summary by name, each with `value` and `unit`."""
-        return self._run.quantities if self._run else self.record.quantities
+        if self._run is None:
+            return self.record.quantities
+        from frictionsim.simulation.record import defined
+
+        return defined(self._run.quantities)
 
     @property
     def errors(self) -> dict[str, float | None]:
@@ -118,7 +137,7 @@ class Result:
         """Reasons to doubt the quantities."""
         if self._run:
             return self._run.warnings
-        return tuple(self.record.attributes.get("warnings", "").splitlines())
+        return tuple(filter(None, self.record.attributes.get("warnings", "").split("\n")))
 
     @property
     def statistics(self) -> SolverStatistics | None:
@@ -145,7 +164,8 @@ class Result:
         """The channels over time, with units and descriptions as attributes.
 
         The columns of a belt's channels have the coordinates `pulley`, `body` and `joint`:
-        ``result.dataset["pulley_speed"].sel(pulley="driven")``.
+        ``result.dataset["pulley_speed"].sel(pulley="driven")``. Its data cannot be changed in
+        place; ``dataset.copy(deep=True)`` can.
         """
         from frictionsim.api.dataset import channels_dataset
 
@@ -190,9 +210,10 @@ class Result:
     @property
     def exit_code(self) -> int:
         """The exit code of the command line for this result."""
-        if self._run:
-            estimated = self._estimate.exit_code if self._estimate else EXIT_DONE
-            return self._run.exit_code or estimated
+        if self._exit_code is not None:
+            return self._exit_code
+        if self.status == "interrupted":
+            return _exit_code_of_signal(self.reason)
         if self.status != "done":
             return failure_class(self.failure).exit_code
         return EXIT_AUDIT_FAILED if failures(self.audit) else EXIT_DONE
@@ -203,19 +224,24 @@ class Result:
         Raises
         ------
         SolverError
-            Of the class of its failure, if the run failed or was interrupted.
+            Of the class of its failure and with its exit code, if the run failed or was
+            interrupted.
         AuditError
             If a check of its audit failed.
         """
         if self.status != "done":
             where = "" if self.path is None else f" (samples up to this time are in {self.path})"
-            raise failure_class(self.failure)(f"run {self.status}: {self.reason}{where}")
+            error = failure_class(self.failure)(f"run {self.status}: {self.reason}{where}")
+            error.exit_code = self.exit_code
+            raise error
         if failed := failures(self.audit):
             raise AuditError(f"self-audit failed: {failed}")
         return self
 
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
+
+        What can be resumed can be resumed from the new file as well.
 
         Parameters
         ----------
@@ -236,11 +262,21 @@ class Result:
         from frictionsim.io.atomic_write import check_no_clobber
         from frictionsim.io.hdf5_writer import write_record
 
-        target = Path(path)
+        target = as_path("path", path)
         if no_clobber:
             check_no_clobber(target)
-        write_record(self.record, target, self.checkpoint)
+        write_record(self.record, target, self._checkpoint_to_save())
         return target
+
+    def _checkpoint_to_save(self) -> dict[str, Any] | None:
+        resumable = self.status == "interrupted" or self.failure == BudgetExceeded.failure
+        if self.checkpoint is not None or self._run is not None or not resumable:
+            return self.checkpoint
+        try:
+            return self.load_checkpoint()
+        except InputError as error:
+            LOG.warning("saved without the state to resume from: %s", error)
+            return None
 
     def summary(self) -> str:
         """Return the summary as text, as the command line prints it."""
@@ -274,7 +310,21 @@ class Result:
             "_run": None,
             "_estimate": self._estimate,
             "checkpoint": self.checkpoint,
+            "_exit_code": self._exit_code,
         }
+
+
+def _exit_code_of(run: "RunResult | None", estimate: "Estimate | None") -> int | None:
+    """Return the exit code of a run and of the estimate of its errors; None without a run."""
+    if run is None:
+        return None
+    return run.exit_code or (estimate.exit_code if estimate else EXIT_DONE)
+
+
+def _exit_code_of_signal(reason: str) -> int:
+    """Return the exit code of an interrupted run of a file, whose reason names the signal."""
+    named = [signal for signal in Signals if signal.name in reason.split()]
+    return EXIT_SIGNAL + named[0] if named else EXIT_SOLVER_FAILED
 
 
 def open(path: str | PathLike[str]) -> Result:
@@ -296,4 +346,5 @@ def open(path: str | PathLike[str]) -> Result:
     """
     from frictionsim.io.hdf5_reader import read
 
-    return Result(read(Path(path)), Path(path))
+    found = as_path("path", path)
+    return Result(read(found), found)

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.arguments import as_number, as_path
 from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.result import Result, open
 from frictionsim.errors import ArgumentError, InputError, OutputError
@@ -57,8 +58,9 @@ def solve(
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
-        True shows a progress bar. A callable is called with the simulated time, s, after each
-        step; an exception of it other than `frictionsim.errors.Interrupted` is not handled.
+        True shows a progress bar on a terminal. A callable is called with the simulated time, s,
+        after each step; if it raises `frictionsim.errors.Interrupted`, the run stops and can be
+        resumed.
     check : bool
         Raise the error of a run that failed or whose self-audit failed, as `Result.check`.
 
@@ -76,7 +78,8 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    loaded = _scenario(scenario, overrides)
+    _check(max_wall, progress)
+    loaded = with_overrides(scenario, overrides)
     destination = _destination(output, None, no_clobber)
     return _simulate(loaded, destination, max_wall, progress, estimate_error, None, check)
 
@@ -117,7 +120,8 @@ def resume(
     """
     from frictionsim.io.destination import whole_name
 
-    incomplete = result if isinstance(result, Result) else open(result)
+    _check(max_wall, progress)
+    incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
@@ -125,8 +129,6 @@ def resume(
     destination = _destination(output, path, no_clobber)
     try:
         return _simulate(scenario, destination, max_wall, progress, False, state, check)
-    except ArgumentError:
-        raise
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
@@ -149,15 +151,26 @@ def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = 
     ------
     InputError, ScenarioError
     """
-    loaded = _scenario(scenario, overrides)
+    loaded = with_overrides(scenario, overrides)
     found: Quantities = mechanism_module(loaded.kind).statics(loaded)
     return found
 
 
-def _scenario(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
     if not isinstance(source, Scenario):
         return load(source, overrides)
     return source.replace(overrides) if overrides else source
+
+
+def _check(max_wall: float | None, progress: Progress) -> None:
+    """Check arguments before anything is read."""
+    if max_wall is not None:
+        as_number("max_wall", max_wall, "s")
+    if not (isinstance(progress, bool) or callable(progress)):
+        raise ArgumentError(
+            "progress", f"expected True, False or a function of the time, got {progress!r}"
+        )
 
 
 def _destination(
@@ -168,7 +181,7 @@ def _destination(
     # Imported here because a run without a file does not need h5py.
     from frictionsim.io.destination import Destination
 
-    destination = Destination(Path(output), resumed)
+    destination = Destination(as_path("output", output), resumed)
     destination.check(no_clobber)
     return destination
 
@@ -223,8 +236,6 @@ def _with_limit(
     """Return an `on_step` that also stops the run at a wall time, s."""
     from frictionsim.simulation.wall_time import LimitedSteps
 
-    if not max_wall > 0.0:
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
     return LimitedSteps(on_step, max_wall, scenario.solver.duration)
 
 

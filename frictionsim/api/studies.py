@@ -5,9 +5,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.arguments import as_names, as_number, as_path
+from frictionsim.api.solving import with_overrides
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.variants import TOLERANCES, Setting
@@ -80,7 +82,7 @@ class Study:
         OutputError
             If it cannot be written.
         """
-        target = Path(path)
+        target = as_path("path", path)
         if target.suffix == CSV:
             self.save_csv(target)
         elif target.suffix in HDF5:
@@ -122,6 +124,11 @@ class Study:
         """Return the table as plain data, as the command line prints it with --json."""
         return study_json(self.data, self.data.scenario.origin.source)
 
+    def __repr__(self) -> str:
+        scenario, rows = self.data.scenario, len(self.data.rows)
+        title = f" '{scenario.title}'" if scenario.title else ""
+        return f"<frictionsim.Study {scenario.kind}{title}: {self.status}, {rows} settings>"
+
     def _repr_html_(self) -> str:
         from frictionsim.api.study_table import study_parts
         from frictionsim.api.tables import as_html
@@ -133,12 +140,12 @@ def cost(
     scenario: Scenario | ScenarioSource,
     overrides: "Overrides | None" = None,
     *,
-    laws: Iterable[str] | None = None,
-    backends: Iterable[str] | None = None,
-    tolerances: Iterable[float] | None = None,
+    laws: str | Iterable[str] | None = None,
+    backends: str | Iterable[str] | None = None,
+    tolerances: float | Iterable[float] | None = None,
     max_wall: float = 5.0,
     repeats: int = 3,
-    progress: "Progress | None" = None,
+    progress: "Progress | Callable[[str], Any] | None" = None,
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
@@ -146,16 +153,16 @@ def cost(
     ----------
     scenario, overrides
         As of `solve`.
-    laws, backends : iterable of str, optional
+    laws, backends : str or iterable of str, optional
         Friction laws and methods to use; by default all that apply.
-    tolerances : iterable of float, optional
+    tolerances : float or iterable of float, optional
         Relative tolerances of adaptive methods.
     max_wall : float, s
         Limit of the wall time of each run.
     repeats : int
         Maximum number of timed runs of each setting.
-    progress : Progress, optional
-        Is told each setting and each step.
+    progress : callable or Progress, optional
+        Is called with the name of each setting; a `Progress` is told each step as well.
 
     Returns
     -------
@@ -164,16 +171,16 @@ def cost(
     Raises
     ------
     InputError, ScenarioError
-        Before anything is run.
+        If the scenario or an argument is not valid; before anything is run.
     SolverError
         If all reference runs fail.
     """
-    if not 0.0 < max_wall < float("inf"):
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
-    if repeats < 1:
-        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats}")
-    loaded = scenario if isinstance(scenario, Scenario) else load(scenario)
-    loaded = loaded.replace(overrides) if overrides else loaded
+    if as_number("max_wall", max_wall, "s") == float("inf"):
+        raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
+    if not isinstance(repeats, int) or repeats < 1:
+        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
+    told = _progress(progress)
+    loaded = with_overrides(scenario, overrides)
     wanted = _tolerances(tolerances)
     methods = _named("backends", "backend", backends, methods_of(loaded.PAIRS))
     friction = _named("laws", "friction law", laws, laws_of(loaded.PAIRS))
@@ -186,7 +193,6 @@ def cost(
         if setting.backend in methods and (not setting.law or setting.law in friction)
     ]
     rtol = min(wanted) * ladder.REFERENCE_REFINEMENT
-    progress = progress or Progress()
     return Study(
         work_precision.study(
             loaded,
@@ -195,8 +201,8 @@ def cost(
             kind.METRICS,
             max_wall,
             repeats,
-            progress.on_step,
-            progress.on_setting,
+            told.on_step,
+            told.on_setting,
         )
     )
 
@@ -210,6 +216,16 @@ class Progress:
         on_setting: Callable[[str], Any] = lambda name: None,
     ) -> None:
         self.on_step, self.on_setting = on_step, on_setting
+
+
+def _progress(given: Progress | Callable[[str], Any] | None) -> Progress:
+    if given is None or isinstance(given, Progress):
+        return given or Progress()
+    if not callable(given):
+        raise ArgumentError(
+            "progress", f"expected a function of the name of a setting, got {given!r}"
+        )
+    return Progress(on_setting=given)
 
 
 def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:
@@ -226,26 +242,30 @@ def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ..
     return ladder.references(scenario, kind.build(scenario), rtol)
 
 
-def _tolerances(given: Iterable[float] | None) -> tuple[float, ...]:
+def _tolerances(given: float | Iterable[float] | None) -> tuple[float, ...]:
     if given is None:
         return TOLERANCES
-    found = tuple(given)
+    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    try:
+        found = tuple(map(float, values))
+    except (TypeError, ValueError):
+        found = ()
     if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
         raise ArgumentError(
             "tolerances",
             f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
-            f" got '{','.join(map(str, found))}'",
+            f" got '{','.join(map(str, values))}'",
         )
     return tuple(sorted(set(found), reverse=True))
 
 
 def _named(
-    argument: str, what: str, given: Iterable[str] | None, known: tuple[str, ...]
+    argument: str, what: str, given: str | Iterable[str] | None, known: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the names that are given; all known ones if none are."""
     if given is None:
         return known
-    names = tuple(given)
+    names = tuple(as_names(argument, given))
     for name in names:
         if name not in known:
             raise ArgumentError(argument, unknown(what, name, list(known)))

@@ -97,7 +97,7 @@ def summary(result: "Result") -> Parts:
     if result.statistics is not None:
         yield _statistics(result.statistics, len(result.record.channels["time"]))
     else:
-        yield "the file is of format version 1, which holds no quantities, audit and counts"
+        yield "from a file of format version 1, which holds no quantities, audit and counts"
     yield f"result: {result.path or 'none'}"
 
 

@@ -176,7 +176,8 @@ def _read(file: Any) -> Record:
 def _events(file: Any) -> tuple[dict[str, Any], list[str]]:
     """Return the events as arrays and the names of their contacts; empty arrays without events."""
     if "events" not in file and file.attrs["format_version"] > 1:
-        return {name: np.zeros(0) for name in ("time", "contact", "mode_from", "mode_to")}, []
+        types = {"time": "f8", "contact": "i4", "mode_from": "i1", "mode_to": "i1"}
+        return {name: np.zeros(0, dtype) for name, dtype in types.items()}, []
     group = file["events"]
     events = {name: _values(_check_size(item)) for name, item in group.items() if name != "event"}
     return events, _text(group["contact"].attrs["flag_meanings"]).split()

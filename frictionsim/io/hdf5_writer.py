@@ -196,10 +196,10 @@ def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
-    file.attrs["format_version"] = FORMAT_VERSION
-    file.attrs["Conventions"] = CONVENTIONS
-    for name, text in attributes.items():
-        file.attrs[name] = text
+    of_the_format = {"format_version": FORMAT_VERSION, "Conventions": CONVENTIONS}
+    # A record that was read has those of its file, which may be of another version.
+    for name, value in (of_the_format | attributes | of_the_format).items():
+        file.attrs[name] = value
 
 
 def _channel(record: Record, name: str) -> Channel:
@@ -260,7 +260,8 @@ def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     group = file.create_group("checkpoint")
     lengths = {length for values in state.values() for length in np.shape(values)}
     scales = {length: _add_length(group, length) for length in sorted(lengths)}
-    for name, values in state.items():
+    # In the order in which a file gives them, so that a copy has the same bytes.
+    for name, values in sorted(state.items()):
         dataset = group.create_dataset(name, data=values)
         for dimension, length in zip(dataset.dims, dataset.shape, strict=True):
             dimension.attach_scale(scales[length])

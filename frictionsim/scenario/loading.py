@@ -1,8 +1,8 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
 import tomllib
-from collections.abc import Mapping
-from os import PathLike, fspath
+from collections.abc import Iterator, Mapping
+from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +60,7 @@ def load(
             "load: expected the path of a scenario or a dict of its tables, got"
             f" {type(source).__name__}"
         )
-    path = Path(fspath(source))
+    path = Path(fsdecode(source))
     text = _read(path)
     return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
 
@@ -89,7 +89,12 @@ def loads(
     Raises
     ------
     ScenarioError
+        As `load`.
+    InputError
+        If `text` is no text.
     """
+    if not isinstance(text, str):
+        raise InputError(f"loads: expected a scenario as TOML text, got {type(text).__name__}")
     return _validated(_parse(name, text), name, text, overrides, backend, Path())
 
 
@@ -105,6 +110,7 @@ def _validated(
 
     `name` and `text` are of the TOML that the data were read from; None and empty if of none.
     """
+    lines = dict.fromkeys(_keys(data), 0) if name is None else None
     overridden, texts = apply_overrides(data, overrides if overrides is not None else ())
     if backend is not None:
         _table_of(data, "solver", "--backend")["backend"] = backend
@@ -113,7 +119,10 @@ def _validated(
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:
-        raise ScenarioError(_with_positions(found.faults, name, text, overridden)) from None
+        from frictionsim.scenario.toml_positions import key_lines
+
+        lines = key_lines(text) if lines is None else lines
+        raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
     return scenario.with_origin(Origin(name or "", texts))
 
 
@@ -146,7 +155,8 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
 
 def origin_of(attributes: Mapping[str, str]) -> Origin:
     """Return the origin of a scenario from the attributes of a result file."""
-    overrides = tuple(attributes.get("overrides", "").splitlines())
+    # Not splitlines: texts may contain the line separators of Unicode.
+    overrides = tuple(filter(None, attributes.get("overrides", "").split("\n")))
     return Origin(attributes.get("source", ""), overrides)
 
 
@@ -199,12 +209,12 @@ def _parse(name: str, text: str) -> dict[str, Any]:
 
 
 def _with_positions(
-    faults: list[tuple[KeyPath, str]], name: str | None, text: str, overridden: dict[KeyPath, str]
+    faults: list[tuple[KeyPath, str]],
+    name: str | None,
+    lines: dict[KeyPath, int],
+    overridden: dict[KeyPath, str],
 ) -> list[str]:
     """Return the faults as text, with the line or the option that each key comes from."""
-    from frictionsim.scenario.toml_positions import key_lines
-
-    lines = key_lines(text)
     positioned = []
     for key, message in faults:
         option = _option_of(key, overridden, lines)
@@ -222,6 +232,14 @@ def _syntax_fault(text: str, error: str) -> str:
         return f": not valid TOML: {error}"
     line = text.split("\n")[int(number) - 1].strip()
     return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'"
+
+
+def _keys(data: Mapping[str, Any]) -> Iterator[KeyPath]:
+    """Yield the paths of all tables and keys of a dict."""
+    for key, value in data.items():
+        yield (key,)
+        if isinstance(value, Mapping):
+            yield from ((key, *path) for path in _keys(value))
 
 
 def _option_of(

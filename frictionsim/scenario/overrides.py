@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterable, Mapping
 from json import dumps
+from os import PathLike, fsdecode
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
@@ -36,6 +37,8 @@ def apply_overrides(
     ------
     ScenarioError
         If an override is not valid or its key does not fit the data.
+    InputError
+        If they are neither a mapping nor texts.
     """
     if isinstance(overrides, Mapping):
         paths = {
@@ -45,13 +48,28 @@ def apply_overrides(
             for key, value in overrides.items()
         }
         return paths, tuple(f"{key}={toml_value(plain(v))}" for key, v in overrides.items())
-    if isinstance(overrides, str) or not all(isinstance(text, str) for text in overrides):
+    texts = _texts(overrides)
+    return {apply_override(data, text): BY_TEXT for text in texts}, tuple(map(_one_line, texts))
+
+
+def _texts(overrides: Iterable[str]) -> tuple[str, ...]:
+    several = isinstance(overrides, Iterable) and not isinstance(overrides, str)
+    texts: tuple[Any, ...] = tuple(overrides) if several else (overrides,)
+    wrong = [text for text in texts if not several or not isinstance(text, str)]
+    if wrong:
         raise InputError(
             'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
-            f" {overrides!r}"
+            f" {wrong[0]!r}"
         )
-    texts = tuple(overrides)
-    return {apply_override(data, text): BY_TEXT for text in texts}, texts
+    return texts
+
+
+def _one_line(override: str) -> str:
+    """Return an override without line breaks, as files keep one a line."""
+    if "\n" not in override:
+        return override
+    key, _, value = override.partition("=")
+    return f"{key.strip()}={toml_value(_parsed(override, value.strip()))}"
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
@@ -125,7 +143,7 @@ def _parsed(where: str, text: str) -> Any:
 
 
 def plain(value: Any, where: str = "scenario") -> Any:
-    """Return a value as TOML has it: numbers of numpy, arrays and tuples become Python's own.
+    """Return a value as TOML has it: numbers of numpy, arrays, tuples and paths are converted.
 
     Parameters
     ----------
@@ -136,14 +154,27 @@ def plain(value: Any, where: str = "scenario") -> Any:
     Raises
     ------
     ScenarioError
-        If TOML has no such value.
+        If TOML has no such value, or a table is within itself.
     """
+    try:
+        return _plain(value, where)
+    except RecursionError:
+        raise ScenarioError(
+            [f"{where}: tables or lists are nested too deeply, or within themselves"]
+        ) from None
+
+
+def _plain(value: Any, where: str) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): plain(inner, f"{where}.{key}") for key, inner in value.items()}
+        return {
+            str(key): _plain(inner, f"{where}{_below(where)}{key}") for key, inner in value.items()
+        }
     if hasattr(value, "tolist"):  # of numpy
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [plain(inner, where) for inner in value]
+        return [_plain(inner, where) for inner in value]
+    if isinstance(value, PathLike):
+        return fsdecode(value)
     if isinstance(value, bool | int | float | str):
         return value
     raise ScenarioError(
@@ -151,10 +182,22 @@ def plain(value: Any, where: str = "scenario") -> Any:
     )
 
 
+def _below(where: str) -> str:
+    """Return what stands between a place and a key below it: `scenario: solver.rtol`."""
+    return "." if ": " in where else ": "
+
+
 def toml_value(value: Any) -> str:
     """Return a plain value as TOML in one line."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{dumps(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{_quoted(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(toml_value, value)) + "]"
-    return dumps(value) if isinstance(value, bool | str) else repr(value)
+    if isinstance(value, str):
+        return _quoted(value)
+    return dumps(value) if isinstance(value, bool) else repr(value)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as TOML; unlike JSON it has no surrogate pairs and no DEL."""
+    return dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

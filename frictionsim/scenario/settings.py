@@ -155,7 +155,10 @@ class Scenario(Params):
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the tables, including overrides, defaults and the data of CSV files."""
+        """Return the tables, including overrides, defaults and the data of CSV files.
+
+        `load` makes an equal scenario of them, but for `output.interval`, which is filled in.
+        """
         tables = self.model_dump(by_alias=True, exclude_none=True)
         tables["output"] = {"interval": self.interval} | tables["output"]
         for section in ("solver", "output"):  # move these sections to the end
@@ -168,35 +171,40 @@ class Scenario(Params):
 
         return tomli_w.dumps(self.to_dict())
 
-    def replace(self, overrides: "Overrides | None" = None, /, **keys: Any) -> Self:
-        """Return a scenario with other values.
+    def replace(self, overrides: "Overrides | None" = None, **keys: Any) -> Self:
+        """Return a scenario with other values; what was left out stays left out.
 
         Parameters
         ----------
         overrides : mapping or iterable of str, optional
             As of `frictionsim.load`: ``{"solver.rtol": 1e-9}``, or texts ``solver.rtol=1e-9``.
+            File names in them are relative to the folder of the scenario's file.
         **keys
             Values of keys of the top level, as ``title="..."``.
 
         Returns
         -------
         Scenario
+            The one that `load` would have returned with these overrides.
 
         Raises
         ------
         ScenarioError
             If a key is unknown or a value does not fit.
+        InputError
+            If `overrides` is of another type.
         """
         from frictionsim.scenario.model_validation import ValidationFailure, validate_model
-        from frictionsim.scenario.overrides import apply_overrides
+        from frictionsim.scenario.overrides import apply_overrides, plain
 
-        data, texts = self.to_dict(), self._origin.overrides
+        # Without defaults: some depend on other keys, as output.interval on the duration.
+        data = plain(self.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))
+        texts = self._origin.overrides
         for given in (overrides, keys):
             if given:
                 texts += apply_overrides(data, given)[1]
         try:
-            # No folder is needed: the data of CSV files are included.
-            found = validate_model(type(self), data, Path())
+            found = validate_model(type(self), data, Path(self._origin.source).parent)
         except ValidationFailure as failure:
             raise ScenarioError([f"overrides: {line}" for line in failure.lines()]) from None
         return found.with_origin(Origin(self._origin.source, texts))

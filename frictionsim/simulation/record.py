@@ -44,7 +44,7 @@ def record_of(run: "RunResult") -> Record:
         members={axis: run.axes[axis] for axis in sorted(axes)},
         **_events(run, info),
         flags={name: channel.flags for name, channel in info.items() if channel.flags},
-        quantities=_finite_or_none(run.quantities),
+        quantities=defined(run.quantities),
         checks=run.checks,
         statistics=run.statistics,
     )
@@ -87,6 +87,8 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
         "mode_from": np.array([e.mode_from for e in transitions], dtype=np.int8),
         "mode_to": np.array([e.mode_to for e in transitions], dtype=np.int8),
     }
+    if not transitions:  # the same as a file without events gives
+        return {"events": events, "contacts": contacts}
     angles = [e.position for e in transitions]
     if None not in angles:
         events["angle"] = np.array(angles, dtype=np.float64)
@@ -97,7 +99,7 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
     return {"events": events, "contacts": contacts}
 
 
-def _finite_or_none(quantities: Quantities) -> Quantities:
+def defined(quantities: Quantities) -> Quantities:
     """Return the quantities; those that are not a number are None, as in a file."""
     return {
         name: q if q.value is None or q.value == q.value else q._replace(value=None)

@@ -6,7 +6,7 @@ A comment right above a block says what is particular about it:
 
     <!-- not run: REASON -->          it is not run
     <!-- exit code 5 -->              `sh`: the last command ends with this code
-    <!-- output --> <!-- stderr -->   `text`: what the block before it prints
+    <!-- output --> <!-- stderr -->   `text`: what the block before it prints, also of Python
     <!-- part of: FILE -->            `toml`: keys that go over those of a shipped scenario
 
 A comment anywhere says what is installed for a page, a project of the checkout:
@@ -21,6 +21,8 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +63,7 @@ def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.M
         site = install(folder / project, folder / ".site")
         monkeypatch.setenv("PYTHONPATH", f"{ROOT}{os.pathsep}{site}")
     last: subprocess.CompletedProcess[str] | None = None
+    names: dict[str, Any] = {"__name__": "__main__"}
     for block in blocks(page):
         if block.skipped:
             continue
@@ -73,10 +76,17 @@ def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.M
         elif block.language == "toml":
             validate(scenario_of(block), SCENARIOS)
         elif block.language == "python":
-            exec(compile(block.text, block.place, "exec"), {})
+            last = run_python(block, names)
         else:
             pytest.fail(f"{block.place}: nothing tests a block of '{block.language}'")
     assert not unknown_to_git(folder), "add them to .gitignore"
+
+
+def run_python(block: Block, names: dict[str, Any]) -> "subprocess.CompletedProcess[str]":
+    """Run Python with the names of the blocks before it, as cells of a notebook."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        exec(compile(block.text, block.place, "exec"), names)
+    return subprocess.CompletedProcess([], 0, out.getvalue(), err.getvalue())
 
 
 def unknown_to_git(folder: Path) -> list[str]:

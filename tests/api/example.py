@@ -1,0 +1,122 @@
+"""What a user's program may look like: each public function with the types that it takes.
+
+`mypy --strict` reads it (test_typing), and it runs.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import frictionsim as fs
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+MU_S = "effects.shaft_friction.mu_s"
+
+
+def scenarios() -> list[fs.Scenario]:
+    """Load a scenario from a path, a text and a dict, with overrides of both kinds."""
+    pulley: Path = fs.scenarios()["pulley"]
+    text: str = fs.new("pulley")
+    by_path: fs.Scenario = fs.load(pulley, {MU_S: 0.3, "solver.rtol": np.float64(1e-8)})
+    by_name: fs.Scenario = fs.load(str(pulley), [f"{MU_S}=0.3"])
+    by_text: fs.Scenario = fs.loads(text, backend="rkf45")
+    tables: dict[str, Any] = by_path.to_dict()
+    by_dict: fs.Scenario = fs.load(tables)
+    other: fs.Scenario = by_path.replace({"solver.duration": 2.0}, title="shorter")
+    written: str = other.to_toml()
+    source: str = other.origin.source
+    warnings: list[str] = other.warnings()
+    print(other.kind, other.title, source, other.interval, len(written), warnings)
+    return [by_path, by_name, by_text, by_dict, other]
+
+
+def report(result: fs.Result) -> float:
+    """Use all that a result has."""
+    quantity: fs.Quantity = result.quantities["breakaway_time"]
+    check: fs.Check = result.audit["energy_balance"]
+    data: xarray.Dataset = result.dataset
+    events: xarray.Dataset = result.events
+    status: str = result.status
+    warnings: tuple[str, ...] = result.warnings
+    scenario: fs.Scenario = result.scenario
+    path: Path | None = result.path
+    steps: int = 0 if result.statistics is None else result.statistics.steps
+    print(status, result.reason, result.failure, result.exit_code, path, steps, warnings)
+    print(check.value, check.limit, check.ok, scenario.kind, result.summary())
+    print(data["angle"].attrs["units"], events["contact"].values, result.to_json()["kind"])
+    assert quantity.value is not None
+    return quantity.value
+
+
+def simulate(folder: Path) -> None:
+    """Solve, save, open, resume, compare and draw."""
+    loaded: list[fs.Scenario] = scenarios()
+    result: fs.Result = fs.solve(loaded[0], output=folder / "a.h5", no_clobber=True)
+    value: float = report(result)
+    name: str | PathLike[str] = str(result.save(folder / "b.h5"))
+    opened: fs.Result = fs.open(name).check()
+    comparison: fs.Comparison = fs.compare(opened, folder / "a.h5", rtol=1e-9, ignore=["energy_*"])
+    differences: list[float | None] = [row.difference for row in comparison.rows]
+    figure: Figure = fs.plot(result, view="response")
+    fs.plot(name, ax=None)
+    print(value, comparison.same, comparison.notes, differences, figure.axes)
+    part: fs.Result = fs.solve(loaded[1], {"solver.max_steps": 100}, progress=print, max_wall=60.0)
+    whole: fs.Result = fs.resume(part, progress=False, max_wall=60.0)
+    estimated: fs.Result = fs.solve(loaded[4], estimate_error=True)
+    errors: dict[str, float | None] = estimated.errors
+    print(whole.status, errors)
+
+
+def other_functions(folder: Path) -> None:
+    """Use the rest."""
+    quantities: dict[str, fs.Quantity] = fs.static(fs.scenarios()["pulley"], {MU_S: 0.3})
+    study: fs.Study = fs.cost(
+        fs.scenarios()["pulley"],
+        laws=["set-valued"],
+        backends="events",
+        tolerances=[1e-3],
+        max_wall=1.0,
+        repeats=1,
+    )
+    path: Path = study.save(folder / "cost.csv")
+    table: xarray.Dataset = study.dataset
+    advice: list[str] = study.recommendations
+    drawn: Figure = study.plot()
+    schema: dict[str, Any] = fs.schema("pulley")
+    kinds: tuple[str, ...] = fs.kinds()
+    print(quantities, path, table.sizes, advice, drawn, schema["title"], kinds, fs.__version__)
+
+
+def errors_of(source: str) -> list[str]:
+    """Return the faults of a scenario, or why it failed."""
+    try:
+        fs.solve(source, check=True)
+    except fs.ScenarioError as error:
+        faults: list[str] = error.faults
+        return faults
+    except (fs.SolverError, fs.AuditError, fs.OutputError, fs.InputError) as error:
+        code: int = error.exit_code
+        return [f"{code}: {error}"]
+    except fs.FrictionsimError:
+        raise
+    return []
+
+
+def in_threads() -> list[float | None]:
+    """Solve several scenarios at once."""
+    with ThreadPoolExecutor() as pool:
+        results = list(pool.map(fs.solve, scenarios()))
+    return [result.quantities["final_angle"].value for result in results]
+
+
+def main(folder: Path) -> None:
+    """Do all of it."""
+    simulate(folder)
+    other_functions(folder)
+    print(errors_of("none.toml"), in_threads())

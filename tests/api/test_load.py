@@ -1,0 +1,372 @@
+"""`load`: what it takes, what it refuses and how it says so; what a Scenario can do."""
+
+import copy
+import pickle
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pydantic
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.scenario.settings import Origin
+from tests.support.drawn_scenarios import gears, marble_machines, pulleys, some
+from tests.support.scenarios import SCENARIOS, pulley
+
+pytestmark = pytest.mark.quick
+
+PULLEY = SCENARIOS / "pulley.toml"
+# Without an interval between samples: it depends on the duration then.
+PLAIN = pulley(output=None)
+MU_S = "effects.shaft_friction.mu_s"
+
+
+def test_a_path_a_text_and_a_dict_give_the_same_scenario() -> None:
+    by_path = fs.load(PULLEY)
+    assert fs.load(str(PULLEY)) == by_path
+    assert fs.load(tomllib.loads(PULLEY.read_text())) == by_path
+    assert fs.loads(PULLEY.read_text()) == by_path
+    assert by_path.origin == Origin(str(PULLEY))
+    assert fs.load(pulley()).origin == Origin()
+    assert (by_path.kind, by_path.title) == ("pulley", "Pulley on a dry shaft")
+
+
+def test_a_dict_may_have_arrays_tuples_and_any_mapping() -> None:
+    force = {"time": np.array([0.0, 0.8]), "value": (np.float32(1832.5), np.int64(3000))}
+    data: dict[str, Any] = {
+        **pulley(),
+        "drive": MappingProxyType({"force": force}),
+        "solver": {"duration": np.float64(2.0), "max_steps": np.int32(1000)},
+        "output": {"at_events": np.bool_(False)},
+    }
+    plain = {
+        **pulley(),
+        "drive": {"force": {"time": [0.0, 0.8], "value": [1832.5, 3000]}},
+        "solver": {"duration": 2.0, "max_steps": 1000},
+        "output": {"at_events": False},
+    }
+    assert fs.load(data) == fs.load(plain)
+    tomllib.loads(fs.load(data).to_toml())
+
+
+def test_a_dict_is_not_changed() -> None:
+    data = pulley()
+    before = copy.deepcopy(data)
+    fs.load(data, {MU_S: 0.3, "output.at_events": False})
+    assert data == before
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        {MU_S: 0.3, "title": "a 'b' \"c\""},
+        {MU_S: np.float64(0.3), "title": "a 'b' \"c\""},
+        [f"{MU_S}=0.3", 'title="a \'b\' \\"c\\""'],
+        (f"{MU_S}={value}" if value else 'title="a \'b\' \\"c\\""' for value in (0.3, None)),
+    ],
+    ids=["mapping", "numpy", "texts", "generator"],
+)
+def test_overrides_are_a_mapping_or_texts(overrides: Any) -> None:
+    scenario = fs.load(PULLEY, overrides)
+    assert scenario.to_dict()["effects"]["shaft_friction"]["mu_s"] == 0.3
+    assert scenario.title == "a 'b' \"c\""
+    assert scenario.origin.source == str(PULLEY)
+    # The command solves the same scenario again.
+    assert fs.load(PULLEY, scenario.origin.overrides) == scenario
+
+
+def test_overrides_reach_into_lists_and_replace_tables() -> None:
+    scenario = fs.load(PULLEY, {"drive.force.value.1": 3000.0, "output": {"interval": 0.5}})
+    tables = scenario.to_dict()
+    assert tables["drive"]["force"]["value"] == (1832.6, 3000.0)
+    assert tables["output"] == {"interval": 0.5, "at_events": True}
+
+
+@pytest.mark.parametrize("title", ["smile \U0001f600", "\x85 and \u2028", "tab \\t", "é"])
+def test_any_title_is_kept_in_overrides_and_files(title: str, tmp_path: Path) -> None:
+    scenario = fs.load(PLAIN, {"title": title, "solver.duration": 0.1})
+    assert fs.load(PLAIN, scenario.origin.overrides) == scenario
+    found = fs.open(fs.solve(scenario).save(tmp_path / "a.h5"))
+    assert found.scenario.title == title
+    assert found.scenario.origin.overrides == scenario.origin.overrides
+
+
+def test_an_override_of_several_lines_is_kept_in_one() -> None:
+    overrides = ["drive.force.value=[1832.6, # at rest\n 3000.0]"]
+    scenario = fs.load(PULLEY, overrides)
+    assert scenario.origin.overrides == ("drive.force.value=[1832.6, 3000.0]",)
+
+
+def with_csv(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "force.csv").write_text("0,1832.6\n0.8,3000\n")
+    text = PULLEY.read_text()
+    begin, end = text.index("force ="), text.index("direction")
+    (folder / "s.toml").write_text(text[:begin] + 'force = {csv = "force.csv"}\n' + text[end:])
+
+
+def test_files_are_relative_to_the_scenario_or_to_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_csv(tmp_path / "a")
+    scenario = fs.load(tmp_path / "a" / "s.toml")
+    assert scenario.to_dict()["drive"]["force"]["value"] == (1832.6, 3000.0)
+    override = {"drive.force": {"csv": Path("force.csv")}}
+    assert fs.load(tmp_path / "a" / "s.toml", override) == scenario
+    assert scenario.replace(override) == scenario
+    with pytest.raises(fs.ScenarioError, match=r"force\.csv"):
+        fs.load(PLAIN, override)
+    monkeypatch.chdir(tmp_path / "a")
+    assert fs.load(PLAIN, override).to_dict()["drive"] == scenario.to_dict()["drive"]
+
+
+REPLACED: Mapping[str, Any] = {
+    "duration": {"solver.duration": 20.0},
+    "friction": {MU_S: 0.3, "effects.shaft_friction.mu_k": 0.2},
+    "law": {"effects.shaft_friction.law": "regularised", "solver.backend": "rkf45"},
+    "interval": {"output.interval": 0.25},
+    "table": {"effects": {}},
+    "text": ["solver.rtol=1e-5", "title=short"],
+}
+
+
+@pytest.mark.parametrize("source", [PULLEY, PLAIN], ids=["path", "dict"])
+@pytest.mark.parametrize("name", REPLACED)
+def test_replace_gives_what_load_gives(name: str, source: Any) -> None:
+    overrides = REPLACED[name]
+    loaded, replaced = fs.load(source, overrides), fs.load(source).replace(overrides)
+    assert replaced == loaded
+    assert replaced.origin == loaded.origin
+    assert replaced.to_toml() == loaded.to_toml()
+    assert fs.load(source).replace(overrides=overrides) == loaded
+
+
+def test_replace_adds_to_the_overrides_and_leaves_the_scenario() -> None:
+    scenario = fs.load(PULLEY, {MU_S: 0.3})
+    longer = scenario.replace({"solver.duration": 9.0}, title="longer")
+    assert longer.origin.overrides == (f"{MU_S}=0.3", "solver.duration=9.0", 'title="longer"')
+    assert fs.load(PULLEY, longer.origin.overrides) == longer
+    assert (scenario.solver.duration, scenario.title) == (3.0, "Pulley on a dry shaft")
+    assert scenario.replace() == scenario
+
+
+@some(60)
+@given(data=st.one_of(pulleys(), marble_machines(), gears()))
+def test_a_scenario_survives_its_tables_and_toml(data: dict[str, Any]) -> None:
+    scenario = fs.load(data)
+    # The interval depends on the duration; the tables have its value.
+    whole = scenario.replace({"output.interval": scenario.interval})
+    assert fs.load(scenario.to_dict()) == whole
+    assert fs.loads(scenario.to_toml()) == whole
+    assert hash(fs.load(scenario.to_dict())) == hash(whole)
+    assert fs.load(whole.to_dict()).to_toml() == scenario.to_toml()
+    longer = {"solver.duration": 3.5}
+    assert scenario.replace(longer) == fs.load(data, longer)
+
+
+def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
+    scenario = fs.load(PULLEY, {MU_S: 0.3})
+    with pytest.raises(pydantic.ValidationError, match="frozen"):
+        scenario.title = "other"
+    with pytest.raises(pydantic.ValidationError, match="frozen"):
+        scenario.solver.rtol = 1e-3
+    same, other = fs.load(PULLEY, {MU_S: 0.3}), fs.load(PULLEY)
+    assert len({scenario, same, other}) == 2
+    assert scenario != other
+    assert scenario != fs.load(SCENARIOS / "epicyclic.toml")
+    for found in (pickle.loads(pickle.dumps(scenario)), copy.deepcopy(scenario)):
+        assert found == scenario
+        assert hash(found) == hash(scenario)
+        assert found.origin == scenario.origin
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("source", "name"),
+    [(3, "int"), (None, "NoneType"), ([], "list"), (b"a.toml", "bytes"), (1.5, "float")],
+)
+def test_a_source_of_another_type_is_refused(source: Any, name: str) -> None:
+    with pytest.raises(fs.InputError) as caught:
+        fs.load(source)
+    assert str(caught.value) == (
+        f"load: expected the path of a scenario or a dict of its tables, got {name}"
+    )
+
+
+def test_a_text_of_another_type_is_refused() -> None:
+    with pytest.raises(fs.InputError) as caught:
+        fs.loads(b"kind = 'pulley'")  # type: ignore[arg-type]
+    assert str(caught.value) == "loads: expected a scenario as TOML text, got bytes"
+
+
+@pytest.mark.parametrize("overrides", [3, "solver.rtol=1e-5", [3], ["title=a", None]])
+def test_overrides_of_another_type_are_refused(overrides: Any) -> None:
+    wrong = overrides if not isinstance(overrides, list) else overrides[-1]
+    expected = (
+        'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
+        f" {wrong!r}"
+    )
+    for call in (lambda: fs.load(PULLEY, overrides), lambda: fs.load(PULLEY).replace(overrides)):
+        with pytest.raises(fs.InputError) as caught:
+            call()
+        assert str(caught.value) == expected
+
+
+class Unit:
+    """A value that TOML has not."""
+
+
+NESTED: dict[str, Any] = {"kind": "pulley"}
+NESTED["mechanism"] = NESTED
+MISSING_LOAD = pulley(mechanism__load=None)
+
+FAULTS: Mapping[str, tuple[Any, Any, list[str]]] = {
+    "unknown override": (
+        PULLEY,
+        {"solver.rtoll": 1},
+        ["overrides: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)"],
+    ),
+    "unknown text": (
+        PULLEY,
+        ["solver.rtoll=1"],
+        ["--set: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)"],
+    ),
+    "into a value": (
+        PULLEY,
+        {"solver.rtol.x": 1},
+        ["overrides: solver.rtol.x: 'solver.rtol' is a value and has no keys"],
+    ),
+    "into a list": (
+        PULLEY,
+        {"drive.force.value.9": 1.0},
+        [
+            "overrides: drive.force.value.9: 'drive.force.value' is a list of 2; give an index"
+            " from 0"
+        ],
+    ),
+    "empty key": (
+        PULLEY,
+        {"solver..rtol": 1},
+        ["overrides: solver..rtol: expected a key with dots, as solver.rtol"],
+    ),
+    "override without a value": (
+        PULLEY,
+        {"solver.rtol": None},
+        ["overrides: solver.rtol: expected a number, text, boolean, list or table, got NoneType"],
+    ),
+    "override of a table": (
+        PULLEY,
+        {"solver": {"rtol": 1e-9, "max_step": Unit()}},
+        ["overrides: solver.max_step: expected a number, text, boolean, list or table, got Unit"],
+    ),
+    "None in a dict": (
+        pulley() | {"title": None},
+        None,
+        ["scenario: title: expected a number, text, boolean, list or table, got NoneType"],
+    ),
+    "object in a dict": (
+        pulley() | {"output": {"interval": Unit()}},
+        None,
+        ["scenario: output.interval: expected a number, text, boolean, list or table, got Unit"],
+    ),
+    "table within itself": (
+        NESTED,
+        None,
+        ["scenario: tables or lists are nested too deeply, or within themselves"],
+    ),
+    "two keys of a dict": (
+        pulley() | {"solver": {"rtol": -1, "foo": 3}},
+        None,
+        [
+            "scenario: solver.rtol: expected a number of at least 1e-14, got -1",
+            "scenario: solver.foo: unknown key 'foo'; known: backend, duration, rtol, atol,"
+            " max_step, step, max_steps",
+        ],
+    ),
+    "key of a dict beside an override": (
+        pulley(output="all"),
+        {"mechanism.inertia": -1.0},
+        [
+            "scenario: output: expected a table, got 'all'",
+            "overrides: mechanism.inertia: expected a number above 0 kg m^2, got -1.0",
+        ],
+    ),
+    "table that an override makes": (
+        PLAIN,
+        {"outptu.interval": 1.0},
+        ["overrides: outptu: unknown key 'outptu' (did you mean 'output'?)"],
+    ),
+    "key that a dict lacks": (
+        MISSING_LOAD,
+        None,
+        ["scenario: mechanism.load: missing; expected a number in N"],
+    ),
+    "table of a dict with an overridden key": (
+        pulley(drive__force={"time": [0.0, 1.0, 2.0], "value": [1.0, 2.0]}),
+        {"drive.force.value.0": 3.0},
+        ["scenario: drive.force.value: 2 values for 3 times; give one for each"],
+    ),
+    "empty dict": (
+        {},
+        None,
+        [
+            "scenario: kind: the scenario is empty; it starts with kind, one of 'pulley',"
+            " 'marble_machine', 'epicyclic', 'belt_drive'"
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_faults_are_listed_with_their_places(name: str) -> None:
+    source, overrides, faults = FAULTS[name]
+    with pytest.raises(fs.ScenarioError) as caught:
+        fs.load(source, overrides)
+    assert caught.value.faults == faults
+    assert str(caught.value) == "\n".join(faults)
+    assert caught.value.exit_code == 2
+
+
+def test_faults_of_a_file_have_its_lines(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(PULLEY.read_text().replace("inertia =", "inertai ="))
+    line = next(n for n, text in enumerate(path.read_text().split("\n"), 1) if "inertai" in text)
+    with pytest.raises(fs.ScenarioError) as caught:
+        fs.load(path)
+    assert any(
+        fault.startswith(f"{path}:{line}: mechanism.inertai: ") for fault in caught.value.faults
+    )
+
+
+def test_a_missing_file_names_a_near_one() -> None:
+    with pytest.raises(fs.ScenarioError) as caught:
+        fs.load(SCENARIOS / "puley.toml")
+    assert caught.value.faults == [
+        f"{SCENARIOS / 'puley.toml'}: cannot read this scenario: No such file or directory"
+        f" (did you mean '{PULLEY}'?)"
+    ]
+
+
+def test_replace_says_what_does_not_fit() -> None:
+    scenario = fs.load(PULLEY)
+    for overrides, fault in (
+        (
+            {"solver.rtoll": 1},
+            "overrides: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)",
+        ),
+        ({"kind": "epicyclic"}, "overrides: kind: expected 'pulley', got 'epicyclic'"),
+    ):
+        with pytest.raises(fs.ScenarioError) as caught:
+            scenario.replace(overrides)
+        assert caught.value.faults == [fault]
+    with pytest.raises(fs.ScenarioError) as caught:
+        scenario.replace(titel="a")
+    assert caught.value.faults == ["overrides: titel: unknown key 'titel' (did you mean 'title'?)"]

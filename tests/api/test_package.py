@@ -1,0 +1,168 @@
+"""`import frictionsim`: nothing heavy is imported, every name is there and has its type."""
+
+import ast
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import frictionsim as fs
+from tests.support.scenarios import ROOT
+
+pytestmark = pytest.mark.quick
+
+INIT = ROOT / "frictionsim" / "__init__.py"
+
+
+def run_code(code: str) -> str:
+    """Run code in a new Python that imports nothing on its own."""
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-I",
+            "-S",
+            "-c",
+            f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_bare_package_imports_nothing() -> None:
+    code = """
+before = set(sys.modules)
+import frictionsim
+print(sorted(set(sys.modules) - before))
+dir(frictionsim), frictionsim.__version__
+print(sorted(set(sys.modules) - before))
+"""
+    assert run_code(code) == "['frictionsim']\n" * 2
+
+
+def test_names_are_imported_when_they_are_used() -> None:
+    code = """
+import frictionsim as fs
+fs.InputError
+print([name for name in ("numpy", "pydantic", "h5py", "xarray") if name in sys.modules])
+print(fs.InputError is fs.InputError, "InputError" in vars(fs), "solve" in vars(fs))
+"""
+    assert run_code(code) == "[]\nTrue True False\n"
+
+
+def heavy_after(code: str) -> str:
+    """Return which large libraries some code imports."""
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            f"import sys, frictionsim as fs\n{code}\nlarge = 'numba', 'scipy', 'matplotlib',"
+            " 'xarray', 'h5py', 'rich', 'typer'\n"
+            "print(*[name for name in large if name in sys.modules])",
+        ],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_solving_in_memory_needs_no_large_library() -> None:
+    assert heavy_after("fs.solve(fs.scenarios()['pulley']).quantities") == ""
+
+
+def test_every_public_name_resolves() -> None:
+    for name, module in fs._MODULES.items():
+        found = getattr(fs, name)
+        assert found is getattr(import_module(f"frictionsim.{module}"), name)
+        assert found.__doc__, name
+        assert name in dir(fs)
+    assert "__version__" in dir(fs)
+
+
+def test_type_checkers_see_the_same_names() -> None:
+    tree = ast.parse(INIT.read_text())
+    block = next(
+        node
+        for node in tree.body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    )
+    seen = {}
+    for node in block.body:
+        assert isinstance(node, ast.ImportFrom)
+        assert node.module is not None
+        if node.module == "typing":
+            continue
+        (alias,) = node.names
+        assert alias.asname == alias.name, "else mypy --strict takes it for private"
+        seen[alias.name] = node.module.removeprefix("frictionsim.")
+    assert seen == fs._MODULES
+
+
+def test_the_star_leaves_the_builtin_open() -> None:
+    names: dict[str, object] = {}
+    exec("from frictionsim import *", names)
+    assert set(fs.__all__) <= set(names)
+    assert "open" not in names
+    assert set(fs._MODULES) - set(fs.__all__) == {"open"}
+
+
+def test_an_unknown_name_is_refused() -> None:
+    with pytest.raises(AttributeError) as caught:
+        fs.sovle  # type: ignore[attr-defined]  # noqa: B018
+    assert str(caught.value) == "module 'frictionsim' has no attribute 'sovle'"
+    assert (caught.value.name, caught.value.obj) == ("sovle", fs)
+    with pytest.raises(ImportError, match="cannot import name 'sovle' from 'frictionsim'"):
+        exec("from frictionsim import sovle")
+
+
+# --- the command line is a thin layer -------------------------------------------------------
+
+CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
+# What is no part of the interface for Python, and why the command line needs it.
+LEAVES = {
+    # check before a run, and say where its result went
+    "frictionsim.io.destination": {"whole_name"},
+    "frictionsim.io.atomic_write": {"check_no_clobber", "check_writable"},
+    # the picture of a study, in the format of its name
+    "frictionsim.plots.picture_file": {"check_format", "save"},
+    # JSON of `static`, the name of the standard input
+    "frictionsim.results": {"quantities_json"},
+    "frictionsim.scenario.settings": {"STDIN", "Scenario"},
+}
+
+
+@pytest.mark.parametrize("path", CLI, ids=lambda path: path.name)
+def test_the_command_line_uses_the_interface_for_python(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            inside = [a.name for a in node.names if a.name.startswith("frictionsim")]
+            assert inside in ([], ["frictionsim"]), inside
+        if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
+            "frictionsim"
+        ):
+            continue
+        module, names = str(node.module), {alias.name for alias in node.names}
+        allowed = (
+            module == "frictionsim"
+            or module == "frictionsim.errors"
+            or module.startswith(("frictionsim.api", "frictionsim.cli"))
+            or names <= LEAVES.get(module, set())
+        )
+        assert allowed, f"{path.name}:{node.lineno}: {module} {names}"
+
+
+def test_the_exceptions_of_thinness_are_needed() -> None:
+    text = "\n".join(path.read_text() for path in CLI)
+    for module, names in LEAVES.items():
+        assert f"from {module} import" in text, module
+        assert [name for name in names if name not in text] == [], module

@@ -1,0 +1,368 @@
+"""`Result`: datasets, files, notebooks, copies; the same of a run and of its file."""
+
+import copy
+import inspect
+import pickle
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+
+import frictionsim as fs
+from frictionsim import errors
+from frictionsim.results import Quantity
+from frictionsim.scenario.validation import ValidationFailure
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import ROOT, SCENARIOS, pulley
+
+PULLEY, RETURN = (SCENARIOS / f"{name}.toml" for name in ("pulley", "pulley_return"))
+FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
+quick = pytest.mark.quick
+
+
+@pytest.fixture(scope="module")
+def belt() -> fs.Result:
+    return fs.solve(pair(solver__backend="moreau", solver__rtol=None))
+
+
+@pytest.fixture(scope="module")
+def returned() -> fs.Result:
+    return fs.solve(RETURN)
+
+
+# --- datasets -------------------------------------------------------------------------------
+
+
+@quick
+def test_a_dataset_has_units_names_and_meanings(returned: fs.Result) -> None:
+    data = returned.dataset
+    assert dict(data.sizes) == {"time": data.sizes["time"]}
+    assert data["time"].attrs == {"units": "s", "long_name": "time"}
+    assert data["angular_velocity"].attrs["units"] == "rad/s"
+    assert data["angular_velocity"].attrs["long_name"]
+    assert data["angular_velocity"].dtype == np.float64
+    assert data["mode"].dtype == np.int8
+    meanings = data["mode"].attrs["flag_meanings"].split()
+    assert dict(zip(data["mode"].attrs["flag_values"], meanings, strict=True))[0] == "stick"
+    assert data.attrs["kind"] == "pulley"
+    assert data.attrs["title"] == returned.title
+    assert float(data["angle"].sel(time=3.0, method="nearest")) > 0.0
+
+
+@quick
+def test_events_are_a_dataset(returned: fs.Result) -> None:
+    events = returned.events
+    expected = returned.record.transitions
+    assert dict(events.sizes) == {"event": len(expected)}
+    assert events["contact"].values.tolist() == [e.contact for e in expected]
+    assert events["time"].values.tolist() == [e.time for e in expected]
+    assert events["mode_to"].values.tolist() == [e.mode_to for e in expected]
+    assert events["mode_to"].dtype == np.int8
+    assert events["time"].attrs == {"units": "s", "long_name": "time of the event"}
+    breakaway = events.where(events["mode_from"] == 0, drop=True)
+    assert float(breakaway["time"][0]) == returned.quantities["breakaway_time"].value
+
+
+def test_the_columns_of_a_belt_have_names(belt: fs.Result) -> None:
+    data = belt.dataset
+    assert data["pulley"].values.tolist() == ["driver", "driven"]
+    driven = data["pulley_speed"].sel(pulley="driven")
+    assert np.array_equal(driven, belt.record.channels["pulley_speed"][:, 1])
+    assert data["body"].values.tolist() == list(range(24))
+    assert data["body"].dtype == np.int32
+    assert data["tension"].dims == ("time", "joint")
+
+
+def assert_like_the_file(result: fs.Result, path: Path) -> None:
+    """Compare datasets with what xarray reads, which is a second way."""
+    result.save(path)
+    with xarray.open_datatree(path, engine="h5netcdf", decode_times=False) as tree:
+        read = tree.to_dataset()
+        assert set(read.variables) == set(result.dataset.variables)
+        for name in read.variables:
+            found, expected = result.dataset[name], read[name]
+            assert found.dims == expected.dims, name
+            assert np.array_equal(found.values, expected.values), name
+            assert found.dtype == expected.dtype or expected.dtype == object, name
+            assert_attributes(found.attrs, expected.attrs)
+        attributes = {k: v for k, v in read.attrs.items() if k not in ("format_version",)}
+        assert attributes == {**result.dataset.attrs, "Conventions": attributes["Conventions"]}
+        if not result.events.sizes["event"]:
+            assert "events" not in tree
+            return
+        events = tree["events"].to_dataset(inherit=False)
+        assert set(events.variables) == set(result.events.variables)
+        for name in set(events.variables) - {"contact"}:
+            assert np.array_equal(result.events[name], events[name]), name
+            assert result.events[name].dtype == events[name].dtype, name
+            assert_attributes(result.events[name].attrs, events[name].attrs)
+        named = np.array(events["contact"].attrs["flag_meanings"].split())
+        assert named[events["contact"].values].tolist() == result.events["contact"].values.tolist()
+
+
+def assert_attributes(found: dict[Any, Any], expected: dict[Any, Any]) -> None:
+    # `coordinates` is what makes xarray take the time of the events for their coordinate.
+    assert found.keys() == expected.keys() - {"coordinates"}
+    for name, value in found.items():
+        assert np.array_equal(value, expected[name]), name
+
+
+@quick
+@pytest.mark.parametrize("source", ["pulley", "pulley_return", "epicyclic", "hard/decay"])
+def test_datasets_are_those_that_xarray_reads(source: str, tmp_path: Path) -> None:
+    assert_like_the_file(fs.solve(SCENARIOS / f"{source}.toml"), tmp_path / "a.h5")
+
+
+def test_datasets_of_a_belt_are_those_that_xarray_reads(belt: fs.Result, tmp_path: Path) -> None:
+    assert_like_the_file(belt, tmp_path / "a.h5")
+
+
+@quick
+def test_the_data_of_a_dataset_cannot_be_changed() -> None:
+    result = fs.solve(PULLEY)
+    for data in (result.dataset["angle"], result.dataset["time"], result.events["time"]):
+        with pytest.raises(ValueError, match="read-only"):
+            data.values[0] = 1.0
+    copied = result.dataset.copy(deep=True)
+    copied["angle"][0] = 1.0
+    assert float(result.dataset["angle"][0]) == 0.0
+
+
+# --- files ----------------------------------------------------------------------------------
+
+
+def assert_same(found: fs.Result, expected: fs.Result) -> None:
+    """Compare all that a file holds."""
+    for name in ("status", "reason", "failure", "kind", "title", "effects", "exit_code"):
+        assert getattr(found, name) == getattr(expected, name), name
+    for name in ("quantities", "audit", "warnings"):
+        assert getattr(found, name) == getattr(expected, name), name
+    for name in ("dataset", "events"):
+        assert getattr(found, name).identical(getattr(expected, name)), name
+    assert found.origin.overrides == expected.origin.overrides
+    assert found.statistics is not None
+    assert expected.statistics is not None
+    assert found.statistics[:4] == expected.statistics[:4]
+    assert found.scenario.to_toml() == expected.scenario.to_toml()
+    assert repr(found) == repr(expected)
+    without = ("output", "scenario", "solver")
+    assert {k: v for k, v in found.to_json().items() if k not in without} == {
+        k: v for k, v in expected.to_json().items() if k not in without
+    }
+
+
+@quick
+@pytest.mark.parametrize(
+    "overrides",
+    [{}, {"solver.max_steps": 10}, {"output.channels": ["angle"]}, {"drive.force": 1900.0}],
+    ids=["done", "failed", "some channels", "no events"],
+)
+def test_a_saved_result_is_read_as_it_was(overrides: dict[str, Any], tmp_path: Path) -> None:
+    result = fs.solve(PULLEY, overrides)
+    found = fs.open(result.save(tmp_path / "a.h5"))
+    assert found.path == tmp_path / "a.h5"
+    assert result.path is None
+    assert_same(found, result)
+    again = fs.open(found.save(tmp_path / "b.h5"))
+    assert_same(again, result)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_a_belt_is_read_as_it_was(belt: fs.Result, tmp_path: Path) -> None:
+    assert_same(fs.open(belt.save(tmp_path / "a.h5")), belt)
+
+
+@quick
+def test_a_quantity_without_a_value_is_none_of_run_and_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    result = fs.solve(PULLEY)
+    assert result._run is not None
+    undefined = {**result._run.quantities, "final_angle": Quantity(float("nan"), "rad")}
+    result._run = result._run._replace(quantities=undefined)
+    assert result.quantities["final_angle"] == Quantity(None, "rad")
+    found = fs.open(result.save(tmp_path / "a.h5"))
+    assert found.quantities == result.quantities
+
+
+@quick
+def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None:
+    result = fs.open(FORMAT_1)
+    assert (result.status, result.quantities, result.audit, result.statistics) == (
+        "done",
+        {},
+        {},
+        None,
+    )
+    assert result.scenario.kind == "belt_drive"
+    assert float(result.dataset["pulley_speed"].sel(pulley="driver")[-1]) == pytest.approx(-0.6)
+    assert "from a file of format version 1" in result.summary()
+    assert result.to_json()["solver"] == {}
+    found = fs.open(result.save(tmp_path / "a.h5"))
+    assert fs.compare(found, result).same
+    assert found.record.attributes["format_version"] == "2"
+    assert found.summary() == result.summary().replace(str(FORMAT_1), str(tmp_path / "a.h5"))
+
+
+# --- notebooks ------------------------------------------------------------------------------
+
+
+class Tags(HTMLParser):
+    """Collects the tags, and checks that they are closed in order."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.seen: set[str] = set()
+        self.text = ""
+        self._open: list[str] = []
+        self.feed(html)
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.seen.add(tag)
+        self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
+
+
+@quick
+def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
+    shown = Tags(returned._repr_html_())
+    assert shown.seen == {"div", "p", "table", "tr", "th", "td"}
+    for name, quantity in returned.quantities.items():
+        assert name in shown.text
+        assert quantity.unit in shown.text
+    assert "breakaway_time" in shown.text
+    assert "energy_balance" in shown.text
+
+
+@quick
+def test_html_is_escaped() -> None:
+    result = fs.solve(PULLEY, {"title": HOSTILE})
+    html = result._repr_html_()
+    assert "<script" not in html
+    shown = Tags(html)
+    assert shown.seen == {"div", "p", "table", "tr", "th", "td"}
+    assert HOSTILE in shown.text
+    study = fs.cost(result.scenario, laws="set-valued", backends="events", tolerances=1e-3)
+    html = study._repr_html_()
+    assert "<script" not in html
+    assert HOSTILE in Tags(html).text
+
+
+@quick
+def test_repr_says_what_a_result_is(returned: fs.Result) -> None:
+    n, m = returned.dataset.sizes["time"], returned.events.sizes["event"]
+    title = returned.title
+    assert repr(returned) == (
+        f"<frictionsim.Result pulley '{title}': done, {n} samples, {m} events>"
+    )
+    assert repr(fs.solve(pulley(title=None), {"solver.max_steps": 10})).startswith(
+        "<frictionsim.Result pulley: failed, "
+    )
+
+
+# --- copies ---------------------------------------------------------------------------------
+
+COPIES: dict[str, Callable[[Any], Any]] = {
+    "pickle": lambda value: pickle.loads(pickle.dumps(value)),
+    "deepcopy": copy.deepcopy,
+}
+
+
+@quick
+@pytest.mark.parametrize("name", COPIES)
+def test_results_can_be_copied(name: str, tmp_path: Path) -> None:
+    copied = COPIES[name]
+    estimated = fs.solve(PULLEY, {"solver.rtol": 1e-5}, estimate_error=True)
+    for result in (
+        estimated,
+        fs.solve(PULLEY, {"solver.max_steps": 100}),
+        fs.open(estimated.save(tmp_path / "a.h5")),
+    ):
+        found = copied(result)
+        assert_same(found, result)
+        assert (found.path, found.errors) == (result.path, result.errors)
+        assert found.statistics == result.statistics
+        found.save(tmp_path / "copy.h5")
+        result.save(tmp_path / "result.h5")
+        assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "result.h5").read_bytes()
+    part = fs.solve(PULLEY, progress=_stop)
+    assert copied(part).exit_code == part.exit_code == 130
+    fs.resume(copied(part)).save(tmp_path / "resumed.h5")
+    fs.solve(PULLEY).save(tmp_path / "whole.h5")
+    assert (tmp_path / "resumed.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+def _stop(t: float) -> None:
+    if t > 1.0:
+        raise errors.Interrupted(2, t)
+
+
+@pytest.mark.parametrize("name", COPIES)
+def test_a_belt_can_be_copied(name: str, belt: fs.Result) -> None:
+    assert_same(COPIES[name](belt), belt)
+
+
+@quick
+@pytest.mark.parametrize("name", COPIES)
+def test_comparisons_and_studies_can_be_copied(name: str) -> None:
+    copied = COPIES[name]
+    comparison = fs.compare(fs.solve(PULLEY), fs.solve(PULLEY, {"mechanism.load": 2300.0}))
+    assert not comparison.same
+    assert copied(comparison) == comparison
+    study = fs.cost(PULLEY, backends="events", laws="set-valued", tolerances=1e-3, repeats=1)
+    found = copied(study)
+    assert found.summary() == study.summary()
+    assert found.dataset.identical(study.dataset)
+    assert (found.status, found.exit_code) == (study.status, study.exit_code)
+
+
+def every_error() -> list[BaseException]:
+    """Return an exception of each class of the package that users may see."""
+    found: list[BaseException] = []
+    for kind in vars(errors).values():
+        if not (inspect.isclass(kind) and issubclass(kind, errors.FrictionsimError)):
+            continue
+        if kind is errors.ScenarioError:
+            found.append(kind(["a.toml:1: title: missing", "a.toml:2: x: unknown key 'x'"]))
+        elif kind is errors.ArgumentError:
+            found.append(kind("max_wall", "expected a number"))
+        elif kind is errors.Interrupted:
+            found.append(kind(15, 0.25))
+        else:
+            found.append(kind("at t = 0.1 s: no, 'quoted'"))
+    return [*found, ValidationFailure([(("solver", "rtol"), "too small")])]
+
+
+@quick
+@pytest.mark.parametrize("name", COPIES)
+@pytest.mark.parametrize("error", every_error(), ids=lambda error: type(error).__name__)
+def test_errors_can_be_copied(error: BaseException, name: str) -> None:
+    error.add_note("of a worker")
+    found = COPIES[name](error)
+    assert type(found) is type(error)
+    assert str(found) == str(error)
+    assert found.__dict__ == error.__dict__
+    assert getattr(found, "exit_code", None) == getattr(error, "exit_code", None)
+
+
+@quick
+def test_errors_of_check_can_be_copied() -> None:
+    with pytest.raises(fs.SolverError) as caught:
+        fs.solve(PULLEY, progress=_stop).check()
+    assert caught.value.exit_code == 130
+    for copied in COPIES.values():
+        found = copied(caught.value)
+        assert (str(found), found.exit_code) == (str(caught.value), 130)

@@ -1,0 +1,372 @@
+"""`solve` and `resume`: what they return, write, raise and tell while they run."""
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim import errors
+from frictionsim.api import solving
+from frictionsim.errors import Interrupted
+from frictionsim.results import Check
+from frictionsim.simulation.simulate import run
+from tests.simulation.test_failures import FAILURES
+from tests.support.scenarios import SCENARIOS, Scenario, pulley
+
+pytestmark = pytest.mark.quick
+
+PULLEY = SCENARIOS / "pulley.toml"
+MU_S = "effects.shaft_friction.mu_s"
+
+
+def stopping_at(time: float) -> Callable[[float], None]:
+    """Return a callback that stops a run as a signal does."""
+
+    def on_step(t: float) -> None:
+        if t >= time:
+            raise Interrupted(15, t)
+
+    return on_step
+
+
+def bytes_of(result: fs.Result, folder: Path) -> bytes:
+    return result.save(folder / "bytes.h5").read_bytes()
+
+
+def test_a_result_has_what_the_run_has() -> None:
+    scenario = fs.load(PULLEY)
+    result, done = fs.solve(scenario), run(scenario, lambda t: None)
+    assert (result.status, result.reason, result.failure) == ("done", "", "")
+    assert (result.kind, result.title, result.effects) == (
+        "pulley",
+        "Pulley on a dry shaft",
+        ("shaft_friction", "viscous_damping"),
+    )
+    assert result.scenario is scenario
+    assert result.origin == scenario.origin
+    assert result.quantities == done.quantities
+    assert result.quantities["breakaway_time"].unit == "s"
+    assert result.audit == done.checks
+    assert result.warnings == done.warnings
+    assert (result.errors, result.error_estimate, result.path) == ({}, "", None)
+    found, expected = result.statistics, done.statistics
+    assert found is not None
+    assert found[:4] == expected[:4]
+    assert found.wall_seconds is not None
+    assert result.exit_code == 0
+    assert result.check() is result
+    assert np.array_equal(result.dataset["time"], done.time)
+    for name, values in done.channels.items():
+        assert np.array_equal(result.dataset[name], values), name
+    assert result.events["time"].values.tolist() == [e.time for e in done.transitions]
+
+
+def test_a_path_a_dict_and_a_scenario_give_the_same_data(tmp_path: Path) -> None:
+    # The origin is in the file, so that only runs of one origin have the same bytes.
+    expected = bytes_of(fs.solve(fs.load(PULLEY, {MU_S: 0.3})), tmp_path)
+    assert bytes_of(fs.solve(PULLEY, {MU_S: 0.3}), tmp_path) == expected
+    assert bytes_of(fs.solve(str(PULLEY), [f"{MU_S}=0.3"]), tmp_path) == expected
+    assert bytes_of(fs.solve(fs.load(PULLEY), {MU_S: 0.3}), tmp_path) == expected
+    of_dict = fs.solve(pulley(), {MU_S: 0.3})
+    assert of_dict.dataset.equals(fs.solve(PULLEY, {MU_S: 0.3}).dataset)
+    assert of_dict.record.attributes["source"] == ""
+
+
+def test_output_is_the_file_of_the_command_line(tmp_path: Path, cli: Callable[..., Any]) -> None:
+    result = fs.solve(PULLEY, {MU_S: 0.3}, output=tmp_path / "a.h5")
+    assert result.path == tmp_path / "a.h5"
+    done = cli("solve", PULLEY, "-q", "-o", "b.h5", "--set", f"{MU_S}=0.3")
+    assert (done.returncode, done.stderr) == (0, "")
+    written = (tmp_path / "b.h5").read_bytes()
+    assert (tmp_path / "a.h5").read_bytes() == written
+    assert result.save(tmp_path / "c.h5").read_bytes() == written
+    assert fs.open(tmp_path / "a.h5").save(tmp_path / "d.h5").read_bytes() == written
+
+
+def test_no_clobber_keeps_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(PULLEY, output=path, no_clobber=True)
+    before = path.read_bytes()
+    expected = f"{path}: the file exists and --no-clobber forbids to replace it"
+    result = fs.solve(PULLEY, {MU_S: 0.3})
+    for call in (
+        lambda: fs.solve(PULLEY, {MU_S: 0.3}, output=path, no_clobber=True),
+        lambda: result.save(path, no_clobber=True),
+    ):
+        with pytest.raises(fs.OutputError, match=expected) as caught:
+            call()
+        assert caught.value.exit_code == 4
+    assert path.read_bytes() == before
+    result.save(path)
+    assert path.read_bytes() != before
+
+
+def test_what_is_no_result_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("mine")
+    reason = "the existing file is not a result and is not overwritten; give another name"
+    for call in (lambda: fs.solve(PULLEY, output=path), lambda: fs.solve(PULLEY).save(path)):
+        with pytest.raises(fs.OutputError) as caught:
+            call()
+        assert str(caught.value) == f"{path}: cannot write the result: {reason}"
+    with pytest.raises(fs.OutputError, match="there is no folder"):
+        fs.solve(PULLEY, output=tmp_path / "none" / "a.h5")
+    assert path.read_text() == "mine"
+
+
+# --- runs that fail -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_failed_run_raises_only_if_asked(name: str) -> None:
+    data, where, advice = FAILURES[name]
+    result = fs.solve(data)
+    assert (result.status, result.failure) == ("failed", name)
+    assert where in result.reason
+    kind = errors.failure_class(name)
+    code = 5 if name == "budget_exceeded" else 1
+    assert (result.exit_code, kind.failure) == (code, name)
+    for call in (lambda: fs.solve(data, check=True), result.check):
+        with pytest.raises(fs.SolverError) as caught:
+            call()
+        assert type(caught.value) is kind
+        assert caught.value.exit_code == code
+        assert str(caught.value).startswith("run failed: ")
+        assert advice in str(caught.value)
+
+
+def test_check_says_where_the_samples_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with pytest.raises(errors.BudgetExceeded) as caught:
+        fs.solve(PULLEY, {"solver.max_steps": 10}, output=path, check=True)
+    assert str(caught.value).endswith(f" (samples up to this time are in {path})")
+    assert fs.open(path).failure == "budget_exceeded"
+    with pytest.raises(errors.BudgetExceeded) as again:
+        fs.open(path).check()
+    assert str(again.value) == str(caught.value)
+
+
+def test_an_interrupted_run_has_the_exit_code_of_its_signal(tmp_path: Path) -> None:
+    result = fs.solve(PULLEY, progress=stopping_at(1.0))
+    assert (result.status, result.exit_code) == ("interrupted", 143)
+    for found in (result, fs.open(result.save(tmp_path / "a.h5"))):
+        assert found.exit_code == 143
+        with pytest.raises(fs.SolverError) as caught:
+            found.check()
+        assert str(caught.value).startswith("run interrupted: by SIGTERM at t = ")
+        assert caught.value.exit_code == 143
+
+
+def test_a_failed_audit_is_an_error_only_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unsound(*arguments: Any) -> Any:
+        done = run(*arguments)
+        checks = done.checks | {"energy_balance": Check(0.5, 0.01)}
+        reason = "self-audit failed: energy_balance 0.5 above 0.01"
+        return done._replace(checks=checks, reason=reason, exit_code=errors.EXIT_AUDIT_FAILED)
+
+    monkeypatch.setattr(solving, "run", unsound)
+    result = fs.solve(PULLEY)
+    assert (result.status, result.exit_code) == ("done", 3)
+    assert not result.audit["energy_balance"].ok
+    with pytest.raises(fs.AuditError) as caught:
+        fs.solve(PULLEY, check=True)
+    assert str(caught.value) == "self-audit failed: energy_balance 0.5 above 0.01"
+    assert caught.value.exit_code == 3
+
+
+# --- resuming -------------------------------------------------------------------------------
+
+
+def test_a_run_is_resumed_in_memory_to_the_same_bytes(tmp_path: Path) -> None:
+    whole = bytes_of(fs.solve(PULLEY), tmp_path)
+    part = fs.solve(PULLEY, progress=stopping_at(0.3))
+    assert part.checkpoint is not None
+    further = fs.resume(part, progress=stopping_at(1.2))
+    assert (further.status, further.path) == ("interrupted", None)
+    result = fs.resume(further, check=True)
+    assert (result.status, result.checkpoint, result.path) == ("done", None, None)
+    assert bytes_of(result, tmp_path) == whole
+    # The parts are as they were.
+    assert bytes_of(fs.resume(part), tmp_path) == whole
+
+
+def test_a_run_is_resumed_from_its_file_to_the_same_bytes(tmp_path: Path) -> None:
+    whole = bytes_of(fs.solve(PULLEY), tmp_path)
+    path = tmp_path / "a.h5"
+    part = fs.solve(PULLEY, output=path, progress=stopping_at(0.6))
+    assert part.path == path
+    copied = fs.open(path).save(tmp_path / "copy.h5")
+    assert copied.read_bytes() == path.read_bytes()
+    result = fs.resume(path)
+    assert (result.status, result.path) == ("done", path)
+    assert path.read_bytes() == whole
+    elsewhere = fs.resume(copied, output=tmp_path / "other.h5")
+    assert elsewhere.path == tmp_path / "other.h5"
+    assert (tmp_path / "other.h5").read_bytes() == whole
+
+
+def test_a_part_does_not_replace_a_whole_result(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(PULLEY, output=path)
+    whole = path.read_bytes()
+    part = fs.solve(PULLEY, output=path, progress=stopping_at(0.6))
+    assert part.path == tmp_path / "a.partial.h5"
+    assert path.read_bytes() == whole
+    assert fs.resume(part).path == path
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.h5"]
+    assert path.read_bytes() == whole
+
+
+def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
+    cycles = SCENARIOS / "hard" / "many_cycles.toml"
+    part = fs.solve(cycles, max_wall=0.05)
+    assert (part.status, part.failure, part.exit_code) == ("failed", "budget_exceeded", 5)
+    assert part.reason.startswith("wall-time limit --max-wall 0.05 s reached at t = ")
+    again = fs.resume(part, max_wall=0.05)
+    assert again.failure == "budget_exceeded"
+    assert again.dataset["time"][-1] > part.dataset["time"][-1]
+
+
+def test_a_copy_without_its_state_is_saved_with_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "a.h5"
+    part = fs.open(fs.solve(PULLEY, progress=stopping_at(0.6)).save(path))
+    path.unlink()
+    with caplog.at_level(logging.WARNING, "frictionsim"):
+        part.save(tmp_path / "b.h5")
+    assert [record.getMessage() for record in caplog.records] == [
+        f"saved without the state to resume from: {path}: cannot read this result: there is no such"
+        " file"
+    ]
+    with pytest.raises(fs.InputError, match="it has no checkpoint"):
+        fs.resume(tmp_path / "b.h5")
+
+
+def test_what_is_done_is_not_resumed(tmp_path: Path) -> None:
+    result = fs.solve(PULLEY)
+    with pytest.raises(fs.InputError) as caught:
+        fs.resume(result)
+    assert str(caught.value) == "cannot resume this run: it has no checkpoint (done)"
+    with pytest.raises(fs.InputError) as caught:
+        fs.resume(result.save(tmp_path / "a.h5"))
+    assert str(caught.value) == f"{tmp_path / 'a.h5'}: cannot resume this run: it is done"
+
+
+# --- progress, error estimate, arguments ----------------------------------------------------
+
+
+def test_progress_calls_with_the_time_of_each_step() -> None:
+    times: list[float] = []
+    result = fs.solve(PULLEY, progress=times.append)
+    assert result.statistics is not None
+    assert times == sorted(times)
+    assert len(times) >= result.statistics.steps
+    assert times[-1] > 2.9
+
+
+def test_progress_shows_a_bar_on_a_terminal_only(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for wanted in (False, True):
+        fs.solve(PULLEY, progress=wanted)
+        captured = capsys.readouterr()
+        assert (captured.out, captured.err) == ("", "")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes any stream for a terminal then
+    fs.solve(PULLEY, progress=True)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "t = " in captured.err
+    assert "of 3 s" in captured.err
+
+
+def test_an_exception_of_progress_ends_the_run() -> None:
+    def broken(t: float) -> None:
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        fs.solve(PULLEY, progress=broken)
+
+
+def test_errors_of_quantities_are_estimated() -> None:
+    result = fs.solve(PULLEY, {"solver.rtol": 1e-5}, estimate_error=True)
+    assert result.errors.keys() == result.quantities.keys()
+    assert result.error_estimate.startswith("error: the difference to a run with rtol 1e-6")
+    error, exact = result.errors["final_angle"], fs.solve(PULLEY).quantities["final_angle"].value
+    assert error is not None
+    assert exact is not None
+    found = result.quantities["final_angle"].value
+    assert found is not None
+    assert abs(found - exact) < 10.0 * error
+    assert "error" in result.to_json()["quantities"]["final_angle"]
+
+
+ARGUMENTS: dict[str, tuple[dict[str, Any], str]] = {
+    "negative": ({"max_wall": -1.0}, "max_wall: expected a number above 0 s, got -1"),
+    "nan": ({"max_wall": float("nan")}, "max_wall: expected a number above 0 s, got nan"),
+    "text": ({"max_wall": "3"}, "max_wall: expected a number above 0 s, got '3'"),
+    "list": ({"max_wall": [3.0]}, "max_wall: expected a number above 0 s, got list"),
+    "progress": (
+        {"progress": 3},
+        "progress: expected True, False or a function of the time, got 3",
+    ),
+    "no progress": (
+        {"progress": None},
+        "progress: expected True, False or a function of the time, got None",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_wrong_arguments_are_refused_before_all_else(name: str, tmp_path: Path) -> None:
+    given, expected = ARGUMENTS[name]
+    for call in (
+        lambda: fs.solve(tmp_path / "none.toml", **given),
+        lambda: fs.resume(tmp_path / "none.h5", **given),
+    ):
+        with pytest.raises(errors.ArgumentError) as caught:
+            call()
+        assert str(caught.value) == expected
+        assert caught.value.exit_code == 2
+
+
+def test_paths_of_another_type_are_refused(tmp_path: Path) -> None:
+    result = fs.solve(PULLEY)
+    wrong: Any = 3
+    calls: dict[str, Callable[[], Any]] = {
+        "output": lambda: fs.solve(PULLEY, output=wrong),
+        "path": lambda: fs.open(wrong),
+        "result": lambda: fs.resume(wrong),
+        "golden": lambda: fs.compare(result, wrong),
+    }
+    for argument, call in calls.items():
+        with pytest.raises(fs.InputError) as caught:
+            call()
+        assert str(caught.value) == f"{argument}: expected a path, got 3"
+    with pytest.raises(fs.InputError, match="path: expected a path, got NoneType"):
+        result.save(None)  # type: ignore[arg-type]
+
+
+def test_open_says_what_a_file_is(tmp_path: Path) -> None:
+    fs.solve(PULLEY).save(tmp_path / "pulley.h5")
+    for name, expected in (
+        ("puley.h5", f"there is no such file (did you mean '{tmp_path / 'pulley.h5'}'?)"),
+        (".", "this is a folder; give the name of a result file"),
+    ):
+        path = tmp_path / name
+        with pytest.raises(fs.InputError) as caught:
+            fs.open(path)
+        assert str(caught.value) == f"{path}: cannot read this result: {expected}"
+    with pytest.raises(fs.InputError, match="this is a scenario; 'frictionsim solve"):
+        fs.open(PULLEY)
+
+
+def test_a_scenario_of_the_last_test_is_left_alone() -> None:
+    """Runs do not change the data they are given."""
+    data: Scenario = pulley()
+    fs.solve(data, {MU_S: 0.3})
+    assert data == pulley()
