@@ -76,22 +76,13 @@ if not TYPE_CHECKING:  # a type checker would take every name for one of this mo
     def __getattr__(name: str) -> object:
         """Import a public name when it is first used."""
         if name not in _MODULES:
-            # With name and module Python suggests a near name.
-            raise AttributeError(
-                f"module 'frictionsim' has no attribute '{name}'", name=name, obj=_this_module()
-            )
+            raise AttributeError(f"module 'frictionsim' has no attribute '{name}'")
         from importlib import import_module
 
         module = import_module(f"frictionsim.{_MODULES[name]}")
         found = getattr(module, name)
         globals()[name] = found
         return found
-
-
-def _this_module() -> object:
-    from sys import modules
-
-    return modules[__name__]
 
 
 def __dir__() -> list[str]:

@@ -144,6 +144,9 @@ def test_replace_gives_what_load_gives(name: str, source: Any) -> None:
     assert replaced == loaded
     assert replaced.origin == loaded.origin
     assert replaced.to_toml() == loaded.to_toml()
+    # What was left out stays left out.
+    assert replaced.model_fields_set == loaded.model_fields_set
+    assert replaced.solver.model_fields_set == loaded.solver.model_fields_set
     assert fs.load(source).replace(overrides=overrides) == loaded
 
 

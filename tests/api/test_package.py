@@ -120,7 +120,6 @@ def test_an_unknown_name_is_refused() -> None:
     with pytest.raises(AttributeError) as caught:
         fs.sovle  # type: ignore[attr-defined]  # noqa: B018
     assert str(caught.value) == "module 'frictionsim' has no attribute 'sovle'"
-    assert (caught.value.name, caught.value.obj) == ("sovle", fs)
     with pytest.raises(ImportError, match="cannot import name 'sovle' from 'frictionsim'"):
         exec("from frictionsim import sovle")
 

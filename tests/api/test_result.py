@@ -143,6 +143,8 @@ def assert_same(found: fs.Result, expected: fs.Result) -> None:
         assert getattr(found, name) == getattr(expected, name), name
     for name in ("dataset", "events"):
         assert getattr(found, name).identical(getattr(expected, name)), name
+    types = [{k: v.dtype for k, v in r.record.events.items()} for r in (found, expected)]
+    assert types[0] == types[1]
     assert found.origin.overrides == expected.origin.overrides
     assert found.statistics is not None
     assert expected.statistics is not None
@@ -303,6 +305,23 @@ def test_results_can_be_copied(name: str, tmp_path: Path) -> None:
     fs.resume(copied(part)).save(tmp_path / "resumed.h5")
     fs.solve(PULLEY).save(tmp_path / "whole.h5")
     assert (tmp_path / "resumed.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+@quick
+@pytest.mark.parametrize("name", COPIES)
+def test_a_copy_keeps_the_exit_code_of_an_estimate(name: str) -> None:
+    """A signal stops the second run, of a result that is done."""
+    last = 0.0
+
+    def stop_second(t: float) -> None:
+        nonlocal last
+        if t < last:
+            raise errors.Interrupted(2, t)
+        last = t
+
+    result = fs.solve(PULLEY, estimate_error=True, progress=stop_second)
+    assert (result.status, result.errors, result.exit_code) == ("done", {}, 130)
+    assert COPIES[name](result).exit_code == 130
 
 
 def _stop(t: float) -> None:
