@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from frictionsim.api.result import open as open
     from frictionsim.api.solving import resume as resume
     from frictionsim.api.solving import solve as solve
-    from frictionsim.api.solving import static as static
     from frictionsim.api.starting import kinds as kinds
     from frictionsim.api.starting import new as new
     from frictionsim.api.starting import scenarios as scenarios
+    from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
     from frictionsim.errors import AuditError as AuditError
@@ -45,7 +45,7 @@ _MODULES = {
     "Scenario": "scenario.settings",
     "solve": "api.solving",
     "resume": "api.solving",
-    "static": "api.solving",
+    "static": "api.statics",
     "open": "api.result",
     "Result": "api.result",
     "cost": "api.studies",

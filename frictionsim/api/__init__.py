@@ -1,6 +1,7 @@
 """The functions and classes behind `import frictionsim`, which the command line uses as well.
 
-    solving     solve, resume, static
+    solving     solve and resume
+    statics     static
     result      Result and open
     studies     cost and Study
     comparing   compare

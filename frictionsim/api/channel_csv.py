@@ -19,7 +19,10 @@ def write_channels(record: "Record", file: TextIO) -> None:
     file : text file
     """
     headings, columns = [], []
-    for name, values in record.channels.items():
+    # A file of format version 1 has its channels in the order of their names.
+    names = ["time", *(name for name in record.channels if name != "time")]
+    for name in names:
+        values = record.channels[name]
         axis = record.axes[name]
         unit = f" [{record.units[name]}]"
         if not axis:

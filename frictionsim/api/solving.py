@@ -1,4 +1,4 @@
-"""Simulation of scenarios from Python: solve, resume and static."""
+"""Simulation of scenarios from Python: solve and resume."""
 
 import logging
 from collections.abc import Callable
@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.api.arguments import as_number, as_path
 from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.result import Result, open
+from frictionsim.api.statics import with_overrides
 from frictionsim.errors import ArgumentError, InputError, OutputError
-from frictionsim.results import Quantities
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import run
 
@@ -132,35 +131,6 @@ def resume(
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
-
-
-def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None) -> Quantities:
-    """Return the forces and torques of impending motion; of a belt its equilibrium.
-
-    Parameters
-    ----------
-    scenario, overrides
-        As of `solve`.
-
-    Returns
-    -------
-    dict of Quantity
-        By name, each with `value` and `unit`.
-
-    Raises
-    ------
-    InputError, ScenarioError
-    """
-    loaded = with_overrides(scenario, overrides)
-    found: Quantities = mechanism_module(loaded.kind).statics(loaded)
-    return found
-
-
-def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
-    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
-    if not isinstance(source, Scenario):
-        return load(source, overrides)
-    return source.replace(overrides) if overrides else source
 
 
 def _check(max_wall: float | None, progress: Progress) -> None:

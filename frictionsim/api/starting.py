@@ -34,7 +34,11 @@ def new(kind: str) -> str:
         return new_scenario(kind)
     shipped = shipped_scenarios()
     if kind not in shipped:
-        raise InputError(unknown("kind or shipped scenario", kind, [*kind_names(), *shipped]))
+        raise InputError(
+            unknown(
+                "kind or shipped scenario", kind, list(dict.fromkeys((*kind_names(), *shipped)))
+            )
+        )
     lines = shipped[kind].read_text(encoding="utf-8").splitlines()
     # The schema stands beside the shipped file, but not beside its copy.
     return "\n".join(line for line in lines if not line.startswith("#:schema")) + "\n"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.arguments import as_names, as_number, as_path
-from frictionsim.api.solving import with_overrides
+from frictionsim.api.statics import with_overrides
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource

@@ -177,7 +177,10 @@ def _read(path: Path) -> str:
             [f"{path}: cannot read this scenario: {error.strerror}{near}"]
         ) from None
     except OSError as error:
-        raise ScenarioError([f"{path}: cannot read this scenario: {error.strerror}"]) from None
+        reason = error.strerror
+        if path.is_dir():
+            reason = "this is a folder; 'frictionsim check' takes folders, expected a file"
+        raise ScenarioError([f"{path}: cannot read this scenario: {reason}"]) from None
     except ValueError as error:  # a NUL in the name
         raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
     if content.startswith(HDF5_SIGNATURE):

@@ -2,7 +2,6 @@
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from json import dumps
 from os import PathLike, fsdecode
 from typing import Any
 
@@ -195,9 +194,11 @@ def toml_value(value: Any) -> str:
         return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, str):
         return _quoted(value)
-    return dumps(value) if isinstance(value, bool) else repr(value)
+    return repr(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def _quoted(text: str) -> str:
     """Return a text as TOML; unlike JSON it has no surrogate pairs and no DEL."""
+    from json import dumps  # imported here: a scenario without overrides does not need it
+
     return dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -130,13 +130,20 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 # What is no part of the interface for Python, and why the command line needs it.
 LEAVES = {
     # check before a run, and say where its result went
-    "frictionsim.io.destination": {"whole_name"},
+    "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber", "check_writable"},
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_format", "save"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
+    "frictionsim.scenario.loading": {"MAX_FILE_SIZE"},
+    # what shells offer, and whose defect it is
+    "frictionsim.plots": {"ALL", "VIEWS"},
+    "frictionsim.scenario.methods": {"METHODS"},
+    "frictionsim.scenario.plugins": {"GROUP"},
+    "frictionsim.scenario.kinds": {"KINDS", "kind_names"},
+    "frictionsim.scenario.shipped": {"shipped_scenarios"},
 }
 
 

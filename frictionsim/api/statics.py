@@ -1,0 +1,40 @@
+"""Statics of scenarios from Python; what it imports is less than what `solve` needs."""
+
+from typing import TYPE_CHECKING
+
+from frictionsim.results import Quantities
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.settings import Scenario
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.overrides import Overrides
+
+
+def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None) -> Quantities:
+    """Return the forces and torques of impending motion; of a belt its equilibrium.
+
+    Parameters
+    ----------
+    scenario, overrides
+        As of `solve`.
+
+    Returns
+    -------
+    dict of Quantity
+        By name, each with `value` and `unit`.
+
+    Raises
+    ------
+    InputError, ScenarioError
+    """
+    loaded = with_overrides(scenario, overrides)
+    found: Quantities = mechanism_module(loaded.kind).statics(loaded)
+    return found
+
+
+def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
+    if not isinstance(source, Scenario):
+        return load(source, overrides)
+    return source.replace(overrides) if overrides else source
