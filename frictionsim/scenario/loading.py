@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterator, Mapping
 from os import PathLike, fsdecode
+from os.path import isdir
 from pathlib import Path
 from typing import Any
 
@@ -178,7 +179,7 @@ def _read(path: Path) -> str:
         ) from None
     except OSError as error:
         reason = error.strerror
-        if path.is_dir():
+        if isdir(path):
             reason = "this is a folder; 'frictionsim check' takes folders, expected a file"
         raise ScenarioError([f"{path}: cannot read this scenario: {reason}"]) from None
     except ValueError as error:  # a NUL in the name

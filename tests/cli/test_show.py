@@ -132,7 +132,7 @@ def test_warnings_are_shown_again(told: Run) -> None:
 def test_format_1_is_shown(told: Run) -> None:
     out, err = told("show", FORMAT_1)
     assert out.startswith("Belt drive of 60 bodies, for verification: done\n")
-    assert "the file is of format version 1, which holds no quantities, audit and counts" in out
+    assert "from a file of format version 1, which holds no quantities, audit and counts" in out
     assert err.startswith("frictionsim: warning: the means of the summary")
     found = strict_json(told("show", FORMAT_1, "--json")[0])
     assert (found["quantities"], found["audit"], found["solver"]) == ({}, {}, {})
