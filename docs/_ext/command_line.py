@@ -18,7 +18,8 @@ def commands() -> str:
         program.help,
         _options(program),
     ]
-    for name, command in program.commands.items():
+    # Sorted: the order in which modules register their commands is that of their import.
+    for name, command in sorted(program.commands.items()):
         usage = " ".join(["frictionsim", name, *map(_usage, _arguments(command)), "[OPTIONS]"])
         parts += [f"## frictionsim {name}", f"`{usage}`", command.help, _options(command)]
     return "\n\n".join(parts)
