@@ -17,7 +17,7 @@ import tomli_w
 
 from frictionsim import __version__, errors
 from frictionsim.api.progress import ProgressBar
-from frictionsim.cli import monitor
+from frictionsim.cli import commands, monitor
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader
@@ -526,3 +526,9 @@ def test_unwritable_stdout_is_not_an_internal_error(arguments: list[str], tmp_pa
     assert "No space left on device" in done.stderr
     assert "internal error" not in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_commands_that_start_faster_are_those_of_their_module() -> None:
+    names = {command.callback.__name__ for command in commands.app.registered_commands}
+    here = {name for name in names if hasattr(commands, name)}
+    assert set(commands.OF_THIS_MODULE) == here
