@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
+    from frictionsim.errors import ArgumentError as ArgumentError
     from frictionsim.errors import AuditError as AuditError
     from frictionsim.errors import FrictionsimError as FrictionsimError
     from frictionsim.errors import InputError as InputError
+    from frictionsim.errors import Interrupted as Interrupted
     from frictionsim.errors import OutputError as OutputError
     from frictionsim.errors import ScenarioError as ScenarioError
     from frictionsim.errors import SolverError as SolverError
@@ -61,6 +63,8 @@ _MODULES = {
     "Check": "results",
     "FrictionsimError": "errors",
     "InputError": "errors",
+    "ArgumentError": "errors",
+    "Interrupted": "errors",
     "ScenarioError": "errors",
     "SolverError": "errors",
     "AuditError": "errors",
@@ -86,4 +90,4 @@ if not TYPE_CHECKING:  # a type checker would take every name for one of this mo
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULES})
+    return sorted([*_MODULES, "__version__"])

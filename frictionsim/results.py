@@ -6,7 +6,7 @@ types only and is independent of the mechanism.
 
 from math import isfinite
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -129,10 +129,29 @@ class SimulationResult(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A number of the summary: `value` and `unit`; the value is None where it is not defined."""
+    """A number of the summary: `value` and `unit`; the value is None where it is not defined.
+
+    ``float(quantity)`` is nan then. ``f"{quantity:.3g}"`` is the value in that format with its
+    unit. There is no arithmetic and no order: they would lose the unit.
+    """
 
     value: float | None
     unit: str
+
+    def __float__(self) -> float:
+        return float("nan") if self.value is None else float(self.value)
+
+    def __format__(self, form: str) -> str:
+        return f"{'none' if self.value is None else format(self.value, form)} {self.unit}"
+
+
+def _no_arithmetic(quantity: Quantity, other: object) -> NoReturn:
+    raise TypeError("a quantity has a value and a unit: calculate with quantity.value")
+
+
+# Those of a tuple would join two quantities, repeat one, or compare values of unlike units.
+for _operator in ("add", "radd", "mul", "rmul", "lt", "le", "gt", "ge"):
+    setattr(Quantity, f"__{_operator}__", _no_arithmetic)
 
 
 Quantities = dict[str, Quantity]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray
 
+from frictionsim.io.result_format import is_numbered
 from frictionsim.results import Channel
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
     time = _fixed(record.channels["time"])
     coordinates: dict[str, Any] = {"time": ("time", time, _of(record, "time"))}
     for axis, members in record.members.items():
-        numbered = all(name.isdecimal() for name in members)
+        numbered = is_numbered(axis, members)
         values = np.arange(len(members), dtype=np.int32) if numbered else np.array(members)
         coordinates[axis] = (axis, values, _axis_attributes(axis, numbered))
     variables = {
@@ -61,6 +62,8 @@ def events_dataset(record: "Record") -> xarray.Dataset:
         for name, values in record.events.items()
         if name not in ("time", "contact")
     }
+    if not len(record.events["time"]):
+        variables |= _empty(record)
     names = [record.contacts[int(index)] for index in record.events["contact"]]
     contacts = np.array(names, dtype=str)
     variables["contact"] = (("event",), contacts, {"long_name": "contact that changes its mode"})
@@ -68,6 +71,22 @@ def events_dataset(record: "Record") -> xarray.Dataset:
     numbers = np.arange(len(names), dtype=np.int32)
     event = ("event", numbers, {"units": "1", "long_name": "number of the event, from 0"})
     return xarray.Dataset(variables, {"event": event, "time": time})
+
+
+def _empty(record: "Record") -> dict[str, Any]:
+    """Return the variables that the events would have, if there were any; belts have no others."""
+    if record.members:
+        return {}
+    names = [
+        name
+        for name in record.channels
+        if name not in ("time", "angle", "mode") and not name.startswith("energy_")
+    ]
+    sides = [f"{name}_{side}" for name in names for side in ("before", "after")]
+    return {
+        name: (("event",), np.zeros(0), _attributes(record.of_event(name)))
+        for name in ("angle", *sides)
+    }
 
 
 def _fixed(values: Any) -> Any:

@@ -106,7 +106,10 @@ class Result:
         """The effects that were simulated."""
         if self._run:
             return self._run.effects
-        return tuple(self.record.attributes.get("effects", "").split())
+        found = self.record.attributes.get("effects")
+        if found is None:  # of a file of format version 1
+            return self.scenario.effect_names
+        return tuple(found.split())
 
     @property
     def quantities(self) -> Quantities:
@@ -298,9 +301,8 @@ class Result:
     def __repr__(self) -> str:
         n, events = len(self.record.channels["time"]), len(self.record.events["time"])
         title = f" '{self.title}'" if self.title else ""
-        return (
-            f"<frictionsim.Result {self.kind}{title}: {self.status}, {n} samples, {events} events>"
-        )
+        counts = f"{n} samples, {events} event{'' if events == 1 else 's'}"
+        return f"<frictionsim.Result {self.kind}{title}: {self.status}, {counts}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: the record instead of the run, which has functions."""

@@ -170,7 +170,10 @@ def _simulate(
     with stop as interruption, _shown(progress, scenario) as shown:
         on_step = shown if interruption is None else interruption.after(shown)
         limited = on_step if max_wall is None else _with_limit(on_step, max_wall, scenario)
-        done = run(scenario, limited, _checkpoint_writer(destination), state)
+        try:
+            done = run(scenario, limited, _checkpoint_writer(destination), state)
+        except _ProgressFailed as failed:
+            raise failed.__cause__ or failed from None
         path = None if destination is None else destination.write(done)
         estimate = None
         if estimate_error and done.status == "done":
@@ -190,10 +193,29 @@ def _shown(
     if progress is False:
         return nullcontext(_nothing)
     if callable(progress):
-        return nullcontext(progress)
+        return nullcontext(_guarded(progress))
     from frictionsim.api.progress import RunProgress
 
     return RunProgress(scenario.solver.duration)
+
+
+class _ProgressFailed(Exception):
+    """An arithmetic error of the user's function, which is not one of the run."""
+
+
+def _guarded(progress: Callable[[float], Any]) -> Callable[[float], Any]:
+    """Return a function of the user whose arithmetic errors are not taken for the solver's."""
+
+    def on_step(t: float) -> None:
+        try:
+            progress(t)
+        except ArithmeticError as error:
+            raise _ProgressFailed from error
+
+    compiling = getattr(progress, "compiling", None)
+    if compiling is not None:
+        on_step.compiling = compiling  # type: ignore[attr-defined]
+    return on_step
 
 
 def _nothing(t: float) -> None:

@@ -39,7 +39,12 @@ def new(kind: str) -> str:
                 "kind or shipped scenario", kind, list(dict.fromkeys((*kind_names(), *shipped)))
             )
         )
-    lines = shipped[kind].read_text(encoding="utf-8").splitlines()
+    text = shipped[kind].read_text(encoding="utf-8")
+    if "csv" in text:  # the file would not stand beside the copy
+        from frictionsim.scenario.loading import load
+
+        text = load(shipped[kind]).to_toml()
+    lines = text.splitlines()
     # The schema stands beside the shipped file, but not beside its copy.
     return "\n".join(line for line in lines if not line.startswith("#:schema")) + "\n"
 

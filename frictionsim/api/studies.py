@@ -16,6 +16,7 @@ from frictionsim.scenario.variants import TOLERANCES, Setting
 from frictionsim.work_precision import settings as ladder
 from frictionsim.work_precision import study as work_precision
 from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.report import check_table as check_table
 from frictionsim.work_precision.report import columns, study_json, write_csv
 
 if TYPE_CHECKING:

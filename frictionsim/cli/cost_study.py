@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import frictionsim as fs
-from frictionsim.api.studies import Progress
+from frictionsim.api.studies import Progress, check_table
 from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import ArgumentError, OutputError
 from frictionsim.io.atomic_write import check_no_clobber, check_writable
@@ -46,9 +46,12 @@ class Files(NamedTuple):
         if self.output is not None:
             check_writable(self.output)
         if self.plot is not None:
-            from frictionsim.plots.picture_file import check_format
+            from frictionsim.plots.picture_file import check_format, check_picture
 
             check_format(self.plot)
+            check_picture(self.plot)
+        if self.csv is not None:
+            check_table(self.csv)
         for target in (self.csv, self.plot):
             if target is not None and not isdir(target.parent):
                 raise OutputError(

@@ -48,6 +48,33 @@ def check_no_clobber(path: Path) -> None:
         )
 
 
+def check_replaceable(path: Path, beginnings: tuple[bytes, ...], what: str) -> None:
+    """Check that an existing file is of the kind that will replace it, as tables replace tables.
+
+    Parameters
+    ----------
+    path : Path
+    beginnings : tuple of bytes
+        That a file of this kind begins with one of; an empty file is of every kind.
+    what : str
+        The kind, for the message.
+
+    Raises
+    ------
+    OutputError
+        If it is another file.
+    """
+    try:
+        with path.open("rb") as file:
+            found = file.read(max(map(len, beginnings)))
+    except OSError:
+        return  # there is none, or writing will say what is wrong
+    if found and not found.startswith(beginnings):
+        raise OutputError(
+            f"{path}: the existing file is not {what} and is not overwritten; give another name"
+        )
+
+
 def _target_problem(path: Path) -> str:
     """Return why a result must not be written to a path; empty if it may be."""
     folder = path.parent

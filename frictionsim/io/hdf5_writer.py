@@ -65,6 +65,7 @@ of the events, an axis has the names of its members as the attribute `names`, se
 and overrides, command, law, effects, quantities, audit and solver are missing.
 """
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +78,7 @@ from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
     FORMAT_VERSION,
-    numbered_members,
+    is_numbered,
     state_digest,
 )
 from frictionsim.results import Channel, Record
@@ -155,7 +156,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     OutputError
         If it cannot be written.
     """
-    with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
+    with _file_in_memory() as file:
         _add_attributes(file, {**scenario_attributes(scenario), "status": status})
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
@@ -175,8 +176,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
 
 def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
     """Return the bytes of a result file."""
-    # A core file without backing store is in memory only; its name is not used.
-    with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
+    with _file_in_memory() as file:
         _add_attributes(file, record.attributes)
         scales = {"": _add_time(file, record)}
         for axis, members in record.members.items():
@@ -194,6 +194,12 @@ def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
             _add_checkpoint(file, checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def _file_in_memory() -> Any:
+    """Return a new file without a place on the disk; two that are open need different names."""
+    name = f"{os.urandom(8).hex()}.h5"
+    return h5py.File(name, "w", driver="core", backing_store=False, track_order=True)
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
@@ -280,7 +286,7 @@ def _add_length(group: Any, length: int) -> Any:
 
 def _add_axis(group: Any, name: str, members: tuple[str, ...]) -> Any:
     words = name.replace("_", " ")
-    if members == numbered_members(len(members)):
+    if is_numbered(name, members):
         return _add_scale(group, name, np.arange(len(members)), f"number of the {words}, from 0")
     return _add_names(group, name, members, f"name of the {words}")
 

@@ -40,6 +40,11 @@ def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
     return digest.hexdigest()
 
 
+def is_numbered(axis: str, members: tuple[str, ...]) -> bool:
+    """Return whether the members of an axis have numbers only; pulleys always have names."""
+    return axis != "pulley" and members == numbered_members(len(members))
+
+
 def numbered_members(count: int) -> tuple[str, ...]:
     """Return the default names of the members of an axis: their numbers."""
     return tuple(map(str, range(count)))

@@ -104,8 +104,7 @@ def draw(
     views = views_of(kind)
     view = view or next(iter(views))
     if view not in views:
-        known = ", ".join([*views, ALL])
-        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {known}")
+        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {', '.join(views)}")
     if body is not None and view != BODY:
         raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
     if not result.channels["time"].size:

@@ -12,6 +12,7 @@ from warnings import catch_warnings, simplefilter
 import matplotlib as mpl
 
 from frictionsim.errors import InputError, OutputError
+from frictionsim.io.atomic_write import check_replaceable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,6 +40,17 @@ def check_format(path: Path) -> None:
         raise InputError(f"{path}: expected a picture name that ends in .png, .pdf or .svg")
 
 
+def check_picture(path: Path) -> None:
+    """Check that no other file than a picture is replaced by one.
+
+    Raises
+    ------
+    OutputError
+        If one would be.
+    """
+    check_replaceable(path, (b"\x89PNG", b"%PDF", b"<?xml", b"<svg"), "a picture")
+
+
 def save(figure: "Figure", path: Path) -> None:
     """Write a picture; equal figures give identical bytes.
 
@@ -56,6 +68,7 @@ def save(figure: "Figure", path: Path) -> None:
     OutputError
         If it cannot be written.
     """
+    check_picture(path)
     try:
         with rendering():
             figure.savefig(path, dpi=DOTS_PER_INCH, **OPTIONS[path.suffix.lower()])

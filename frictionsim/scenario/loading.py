@@ -14,7 +14,7 @@ from frictionsim.scenario.model_validation import (
     ValidationFailure,
     key_text,
 )
-from frictionsim.scenario.overrides import Overrides, apply_overrides, plain
+from frictionsim.scenario.overrides import Overrides, apply_overrides, plain, toml_value
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.validation import validate
 
@@ -58,12 +58,21 @@ def load(
         return _validated(data, None, "", overrides, backend, Path())
     if not isinstance(source, str | PathLike):
         raise InputError(
-            "load: expected the path of a scenario or a dict of its tables, got"
-            f" {type(source).__name__}"
+            "expected a scenario: its path, a dict of its tables or a Scenario, got"
+            f" {type(source).__name__}{_way_out(source)}"
         )
     path = Path(fsdecode(source))
+    if "\n" in str(path):
+        raise InputError("load: expected the path of a scenario, got its text; loads takes text")
     text = _read(path)
     return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
+
+
+def _way_out(source: object) -> str:
+    """Return what to do with something that holds a scenario or is one."""
+    if isinstance(source, Scenario):
+        return "; its method replace changes keys"
+    return "; its scenario is result.scenario" if hasattr(source, "scenario") else ""
 
 
 def loads(
@@ -116,7 +125,7 @@ def _validated(
     if backend is not None:
         _table_of(data, "solver", "--backend")["backend"] = backend
         overridden["solver", "backend"] = "--backend"
-        texts = (*texts, f"solver.backend={backend}")
+        texts = (*texts, f"solver.backend={toml_value(backend)}")
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:

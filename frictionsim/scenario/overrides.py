@@ -11,6 +11,9 @@ KeyPath = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str]
 """Values by key, as {"solver.rtol": 1e-9}; or texts KEY=VALUE with VALUE in TOML."""
 
+REMOVED = None  # the value of a key to take out, as of an effect that is not to be simulated
+REMOVED_TEXT = "none"
+
 BY_TEXT, BY_MAPPING = "--set", "overrides"
 
 
@@ -41,14 +44,14 @@ def apply_overrides(
     """
     if isinstance(overrides, Mapping):
         paths = {
-            _set(data, str(key), plain(value, f"{BY_MAPPING}: {key}"), f"{BY_MAPPING}: {key}"): (
+            _set(data, str(key), _given(value, f"{BY_MAPPING}: {key}"), f"{BY_MAPPING}: {key}"): (
                 BY_MAPPING
             )
             for key, value in overrides.items()
         }
-        return paths, tuple(f"{key}={toml_value(plain(v))}" for key, v in overrides.items())
+        return paths, tuple(f"{key}={_text_of(_given(v))}" for key, v in overrides.items())
     texts = _texts(overrides)
-    return {apply_override(data, text): BY_TEXT for text in texts}, tuple(map(_one_line, texts))
+    return {apply_override(data, text): BY_TEXT for text in texts}, tuple(map(_normalised, texts))
 
 
 def _texts(overrides: Iterable[str]) -> tuple[str, ...]:
@@ -63,12 +66,19 @@ def _texts(overrides: Iterable[str]) -> tuple[str, ...]:
     return texts
 
 
-def _one_line(override: str) -> str:
-    """Return an override without line breaks, as files keep one a line."""
-    if "\n" not in override:
-        return override
+def _normalised(override: str) -> str:
+    """Return an override as the same one in a mapping is written: in one line, equal if equal."""
     key, _, value = override.partition("=")
-    return f"{key.strip()}={toml_value(_parsed(override, value.strip()))}"
+    return f"{key.strip()}={_text_of(_parsed(override, value.strip()))}"
+
+
+def _given(value: Any, where: str = "scenario") -> Any:
+    """Return a value of a mapping as TOML has it; None, which TOML has not, takes out the key."""
+    return REMOVED if value is REMOVED else plain(value, where)
+
+
+def _text_of(value: Any) -> str:
+    return REMOVED_TEXT if value is REMOVED else toml_value(value)
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
@@ -111,7 +121,12 @@ def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
         path = (*path, name)
         table = table[name] if isinstance(table, list) else table.setdefault(name, {})
     name = _key_in(table, parts[-1], path, where)
-    table[name] = value
+    if value is not REMOVED:
+        table[name] = value
+    elif isinstance(table, dict):
+        table.pop(name, None)
+    else:
+        raise ScenarioError([f"{where}: an entry of a list cannot be removed; give the list"])
     return (*path, name)
 
 
@@ -134,6 +149,8 @@ def _parsed(where: str, text: str) -> Any:
             return parsed["value"]
         raise ValueError
     except (ValueError, RecursionError):
+        if text == REMOVED_TEXT:
+            return REMOVED
         if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
             return text
         raise ScenarioError(

@@ -5,11 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import OutputError
+from frictionsim.io.atomic_write import check_replaceable
 from frictionsim.results import Column, finite
 from frictionsim.work_precision.recommendation import advise
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.study import Row, Study
+
+
+TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
 
 
 def study_json(study: "Study", source: str) -> dict[str, Any]:
@@ -114,6 +118,17 @@ def columns(study: "Study") -> list[Column]:
     return table
 
 
+def check_table(path: Path) -> None:
+    """Check that no other file than such a table is replaced.
+
+    Raises
+    ------
+    OutputError
+        If one would be.
+    """
+    check_replaceable(path, (TABLE,), "a table of costs")
+
+
 def write_csv(study: "Study", path: Path) -> None:
     """Write the table of a study as CSV, with units in the header line.
 
@@ -128,6 +143,7 @@ def write_csv(study: "Study", path: Path) -> None:
         If the file cannot be written.
     """
     table = columns(study)
+    check_table(path)
     try:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

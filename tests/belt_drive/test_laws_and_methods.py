@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from frictionsim.scenario.methods import BELT
@@ -49,3 +50,16 @@ def test_a_pair_comes_to_its_end(
 if __name__ == "__main__":
     runs = {names: simulate(data_of(*names)) for names in BELT}
     print(json.dumps({", ".join(names): [r.status, r.reason] for names, r in runs.items()}))
+
+
+@pytest.mark.parametrize("method", ["rk45", "lsoda"])
+def test_methods_of_scipy_move_the_belt_as_our_own(method: str) -> None:
+    """A method that does not evaluate the equations leaves the drive at rest."""
+    changes = {"solver__duration": 3e-3, "output__interval": 1e-3, "solver__rtol": 1e-6}
+    ours, theirs = (
+        simulate(pair(**changes, solver__backend=backend)) for backend in ("rkf45", method)
+    )
+    speed, expected = (run.channels["pulley_speed"][-1] for run in (theirs, ours))
+    assert np.abs(expected).max() > 0.0
+    # Bodies meet their pulleys in other steps: the difference is that of the methods.
+    np.testing.assert_allclose(speed, expected, rtol=2e-3, atol=1e-6)

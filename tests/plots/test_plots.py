@@ -122,7 +122,7 @@ def test_view_all_skips_views_without_channels(cli: Callable, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--view", "tension"], "unknown view 'tension' of kind 'pulley'; known: response, all"),
+        (["--view", "tension"], "unknown view 'tension' of kind 'pulley'; known: response"),
         (["--body", "3"], "the view 'response' shows no single body"),
         (
             ["--view", "all", "-o", "a.jpg"],
@@ -248,3 +248,14 @@ def test_the_title_names_another_law_than_the_set_valued(tmp_path: Path) -> None
     published = simulate(with_method(pulley(solver__duration=0.1), "published", "rkf45"))
     assert "law published; backend rkf45" in drawn(published, tmp_path)
     assert "law" not in drawn(simulate(pulley(solver__duration=0.1)), tmp_path)
+
+
+def test_a_picture_replaces_no_other_file(result: Record, tmp_path: Path) -> None:
+    for name in ("a.png", "a.svg", "a.pdf"):
+        picture = tmp_path / name
+        plot(result, picture)
+        plot(result, picture)
+        picture.write_text("notes of mine")
+        with pytest.raises(OutputError, match="the existing file is not a picture and is not"):
+            plot(result, picture)
+        assert picture.read_text() == "notes of mine"

@@ -63,7 +63,7 @@ class _BeltStepper(ScipyStepper):
         self._state = zero_state(model.system.layout)
         self._rate = zero_state(model.system.layout)
 
-    def _rates_of(self, t: float, y: Any) -> Any:
+    def _fun(self, t: float, y: Any) -> Any:
         self.nfev += 1
         self.evaluate(t, y)
         return self._rate.copy()

@@ -127,7 +127,8 @@ def build(scenario: BrakeScenario) -> Mechanism:
     torque = scenario.drive.torque
     block, damping = scenario.effects.block_friction, scenario.effects.viscous_damping
 
-    # All functions are of the drive, here the force, of the angle and of the velocity.
+    # Functions are of the drive, here the force, of the angle and of the velocity; energies of the
+    # last two.
     power_flows = {"energy_input": lambda force, angle, velocity: torque * velocity}
     damping_torque = None
     if damping is not None:

@@ -1,0 +1,130 @@
+"""What a user of the functions may get wrong, or may expect of them."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import SCENARIOS
+
+pytestmark = pytest.mark.quick
+
+PULLEY = SCENARIOS / "pulley.toml"
+
+
+def test_an_effect_is_taken_out_by_none() -> None:
+    mapping = fs.load(PULLEY, {"effects.viscous_damping": None})
+    text = fs.load(PULLEY, ["effects.viscous_damping=none"])
+    assert mapping.effect_names == text.effect_names == ("shaft_friction",)
+    assert mapping.origin == text.origin
+    assert mapping.origin.command.endswith("--set effects.viscous_damping=none")
+    # A key that is not there may be taken out as well; one that is needed may not.
+    assert fs.load(PULLEY, {"solver.max_step": None}) == fs.load(PULLEY)
+    with pytest.raises(fs.ScenarioError, match=r"overrides: mechanism\.load: missing"):
+        fs.load(PULLEY, {"mechanism.load": None})
+    with pytest.raises(fs.ScenarioError, match="an entry of a list cannot be removed"):
+        fs.load(PULLEY, {"drive.force.time.0": None})
+
+
+def test_equal_overrides_are_written_alike() -> None:
+    mapping = fs.load(PULLEY, {"solver.rtol": 1e-6, "solver.backend": "rkf45"})
+    texts = fs.load(PULLEY, ["solver.rtol = 1e-6"], backend="rkf45")
+    assert mapping.origin == texts.origin
+
+
+def test_threads_write_results_at_once(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.h5"
+    fs.solve(PULLEY, output=whole)
+    files = [tmp_path / f"{number}.h5" for number in range(24)]
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(lambda file: fs.solve(PULLEY, output=file), files))
+    assert {result.status for result in results} == {"done"}
+    assert {file.read_bytes() for file in files} == {whole.read_bytes()}
+
+
+def test_names_of_digits_stay_names(tmp_path: Path) -> None:
+    data = pair(solver__duration=1e-3, output__interval=1e-3)
+    names = {"driver": "1", "driven": "0"}
+    for pulley in data["mechanism"]["pulleys"]:
+        pulley["name"] = names[pulley["name"]]
+    data["drive"] = {names[name]: table for name, table in data["drive"].items()}
+    result = fs.solve(data, output=tmp_path / "a.h5")
+    for found in (result, fs.open(tmp_path / "a.h5")):
+        assert found.dataset["pulley"].values.tolist() == ["1", "0"]
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["pulley"].asstr()[...].tolist() == ["1", "0"]
+
+
+def test_an_arithmetic_error_of_the_progress_function_is_its_own() -> None:
+    with pytest.raises(ZeroDivisionError):
+        fs.solve(PULLEY, progress=lambda t: 1.0 / 0.0)
+
+
+def test_quantities_are_numbers_with_a_unit() -> None:
+    quantities = fs.static(PULLEY)
+    lift, radius = quantities["force_to_lift"], quantities["friction_radius_static"]
+    assert float(lift) == lift.value
+    assert f"{lift:.1f}" == "2707.7 N"
+    assert np.isnan(float(fs.Quantity(None, "s")))
+    for operation in (
+        lambda: lift * 2,
+        lambda: 2 * lift,
+        lambda: lift + radius,
+        lambda: lift < radius,
+        lambda: sorted([lift, radius]),
+    ):
+        with pytest.raises(TypeError, match=r"calculate with quantity\.value"):
+            operation()
+
+
+def test_a_run_without_events_has_the_variables_of_events() -> None:
+    still, moving = (fs.solve(PULLEY, {"drive.force": force}) for force in (2000.0, 3000.0))
+    assert (still.events.sizes["event"], moving.events.sizes["event"]) == (0, 1)
+    assert set(still.events.variables) == set(moving.events.variables)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda r: fs.load(fs.new("pulley")), "got its text; loads takes text"),
+        (lambda r: fs.solve(r), "got Result; its scenario is result.scenario"),
+        (lambda r: fs.load(r.scenario), "got PulleyScenario; its method replace changes keys"),
+        (lambda r: fs.plot(r, "all"), "unknown view 'all' of kind 'pulley'; known: response"),
+    ],
+    ids=["text", "result", "scenario", "view"],
+)
+def test_a_mistake_is_told_with_the_way_out(call, message: str) -> None:  # type: ignore[no-untyped-def]
+    result = fs.solve(PULLEY, {"solver.duration": 0.1})
+    with pytest.raises(fs.InputError) as refused:
+        call(result)
+    assert str(refused.value).endswith(message)
+    assert len(str(refused.value)) < 200
+
+
+def test_a_table_or_picture_replaces_no_other_file(tmp_path: Path) -> None:
+    study = fs.cost(PULLEY, laws=["set-valued"], backends=["events"], tolerances=[1e-4], repeats=1)
+    mine = tmp_path / "mine.csv"
+    mine.write_text("kind = 'pulley'\n")
+    with pytest.raises(fs.OutputError, match=r"mine\.csv: the existing file is not a table of"):
+        study.save(mine)
+    assert mine.read_text() == "kind = 'pulley'\n"
+    table = tmp_path / "table.csv"
+    study.save(table)
+    before = table.read_text()
+    study.save(table)
+    assert table.read_text() == before
+
+
+def test_a_shipped_scenario_with_a_csv_file_stands_alone(tmp_path: Path) -> None:
+    scenario = fs.loads(fs.new("hard/jump_from_csv"))
+    shipped = fs.load(SCENARIOS / "hard" / "jump_from_csv.toml")
+    assert (scenario.drive, scenario.effects) == (shipped.drive, shipped.effects)
+
+
+def test_effects_of_a_file_of_format_1_are_those_of_its_scenario() -> None:
+    result = fs.open(Path(__file__).parents[1] / "io" / "format_1.h5")
+    assert result.effects == result.scenario.effect_names != ()
