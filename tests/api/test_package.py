@@ -133,7 +133,7 @@ LEAVES = {
     "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber", "check_writable"},
     # the picture of a study, in the format of its name
-    "frictionsim.plots.picture_file": {"check_format", "save"},
+    "frictionsim.plots.picture_file": {"check_format", "check_picture", "save"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
