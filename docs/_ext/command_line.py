@@ -30,7 +30,9 @@ def _arguments(command: Any) -> list[Any]:
 
 
 def _usage(argument: Any) -> str:
-    return str(argument.metavar or argument.name.upper()) + ("..." if argument.nargs == -1 else "")
+    name = str(argument.metavar or argument.name.upper()).rstrip(".")
+    text = f"{name}..." if argument.nargs == -1 else name
+    return text if argument.required else f"[{text}]"
 
 
 def _options(command: Any) -> str:
@@ -50,13 +52,15 @@ def _help(parameter: Any) -> str:
 
 def _spelling(option: Any) -> str:
     spelling = ", ".join(option.opts)
-    if getattr(option, "is_flag", False):
+    if getattr(option, "is_flag", False) or getattr(option, "count", False):
         return spelling
     return f"{spelling} {option.metavar or option.name.upper()}"
 
 
 def _default(option: Any) -> str:
     default = option.default
+    if getattr(option, "count", False):
+        return "repeatable"
     if isinstance(default, bool) or default is None:
         return "repeatable" if option.multiple else ""
     return f"{default:g}" if isinstance(default, float) else str(default)

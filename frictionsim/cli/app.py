@@ -22,7 +22,9 @@ app = typer.Typer(
 ScenarioFile = Annotated[
     str, typer.Argument(help="Scenario in TOML; - reads the standard input.", show_default=False)
 ]
-ResultFile = Annotated[Path, typer.Argument(help="Result file in HDF5.", show_default=False)]
+ResultFile = Annotated[
+    Path, typer.Argument(metavar="RESULT", help="Result file in HDF5.", show_default=False)
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),

@@ -102,6 +102,7 @@ def solve(
         typer.Option(
             "-o",
             "--output",
+            metavar="FILE",
             help="Result file; of several scenarios a folder. [results/<scenario name>.h5]",
         ),
     ] = None,
@@ -156,7 +157,8 @@ def solve(
 def resume(
     result: ResultFile,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Result file. [replaces RESULT]")
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Result file. [replaces RESULT]"),
     ] = None,
     max_wall: MaxWall = None,
     no_clobber: NoClobber = False,
@@ -255,16 +257,21 @@ def cost(
         str | None,
         typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
     ] = None,
-    max_wall: Annotated[float, typer.Option(help="Limit the wall time of each run, s.")] = 5.0,
+    max_wall: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
+    ] = 5.0,
     repeats: Annotated[
-        int, typer.Option(min=1, help="Maximum number of timed runs of each setting.")
+        int, typer.Option(min=1, metavar="N", help="Maximum number of timed runs of each setting.")
     ] = 3,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the table as HDF5.")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
     ] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")
+    ] = None,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw error against work: .png, .pdf or .svg.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw error against work: .png, .pdf or .svg."),
     ] = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,

@@ -59,12 +59,21 @@ def _print_end(found: "fs.Result") -> None:
 @app.command()
 def compare(
     result: ResultFile,
-    golden: ResultFile,
-    rtol: Annotated[float, typer.Option(min=0.0, help="Relative tolerance.")] = 1e-6,
+    golden: Annotated[
+        Path, typer.Argument(metavar="GOLDEN", help="Reference result.", show_default=False)
+    ],
+    rtol: Annotated[
+        float, typer.Option(min=0.0, metavar="NUMBER", help="Relative tolerance.")
+    ] = 1e-6,
     atol: Annotated[
-        float, typer.Option(min=0.0, help="Absolute tolerance, in the unit of each channel.")
+        float,
+        typer.Option(
+            min=0.0, metavar="NUMBER", help="Absolute tolerance, in the unit of each channel."
+        ),
     ] = 1e-9,
-    time_atol: Annotated[float, typer.Option(min=0.0, help="Tolerance of event times, s.")] = 1e-6,
+    time_atol: Annotated[
+        float, typer.Option(min=0.0, metavar="NUMBER", help="Tolerance of event times, s.")
+    ] = 1e-6,
     ignore: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
@@ -92,7 +101,9 @@ def plot(
     result: ResultFile,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Picture: .png, .pdf or .svg. [RESULT.png]"),
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Picture: .png, .pdf or .svg. [RESULT.png]"
+        ),
     ] = None,
     view: Annotated[
         str | None,

@@ -131,6 +131,11 @@ class Scenario(Params):
     PAIRS: ClassVar[methods.Pairs]
     CHANNELS: ClassVar[Mapping[str, Channel]]
 
+    if TYPE_CHECKING:  # of the model of each kind, which type checkers cannot know
+        mechanism: Any
+        drive: Any
+        effects: Any
+
     kind: str
     title: str = Field("", description="One line of text for the summary and for pictures.")
     solver: SolverSettings = SolverSettings()

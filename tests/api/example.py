@@ -48,7 +48,8 @@ def report(result: fs.Result) -> float:
     path: Path | None = result.path
     steps: int = 0 if result.statistics is None else result.statistics.steps
     print(status, result.reason, result.failure, result.exit_code, path, steps, warnings)
-    print(check.value, check.limit, check.ok, scenario.kind, result.summary())
+    inertia: float = scenario.mechanism.inertia
+    print(check.value, check.limit, check.ok, scenario.kind, inertia, result.summary())
     print(data["angle"].attrs["units"], events["contact"].values, result.to_json()["kind"])
     assert quantity.value is not None
     return quantity.value
@@ -100,6 +101,10 @@ def errors_of(source: str) -> list[str]:
     except fs.ScenarioError as error:
         faults: list[str] = error.faults
         return faults
+    except fs.ArgumentError as error:
+        print(error.argument, error.text)
+    except fs.Interrupted as error:
+        print(error.exit_code)
     except (fs.SolverError, fs.AuditError, fs.OutputError, fs.InputError) as error:
         code: int = error.exit_code
         return [f"{code}: {error}"]
