@@ -14,7 +14,7 @@ from frictionsim.scenario.model_validation import (
     ValidationFailure,
     key_text,
 )
-from frictionsim.scenario.overrides import Overrides, apply_overrides, plain, toml_value
+from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.validation import validate
 
@@ -125,7 +125,7 @@ def _validated(
     if backend is not None:
         _table_of(data, "solver", "--backend")["backend"] = backend
         overridden["solver", "backend"] = "--backend"
-        texts = (*texts, f"solver.backend={toml_value(backend)}")
+        texts = (*texts, f"solver.backend={override_text(backend)}")
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:

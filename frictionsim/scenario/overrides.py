@@ -49,7 +49,7 @@ def apply_overrides(
             )
             for key, value in overrides.items()
         }
-        return paths, tuple(f"{key}={_text_of(_given(v))}" for key, v in overrides.items())
+        return paths, tuple(f"{key}={override_text(_given(v))}" for key, v in overrides.items())
     texts = _texts(overrides)
     return {apply_override(data, text): BY_TEXT for text in texts}, tuple(map(_normalised, texts))
 
@@ -69,7 +69,7 @@ def _texts(overrides: Iterable[str]) -> tuple[str, ...]:
 def _normalised(override: str) -> str:
     """Return an override as the same one in a mapping is written: in one line, equal if equal."""
     key, _, value = override.partition("=")
-    return f"{key.strip()}={_text_of(_parsed(override, value.strip()))}"
+    return f"{key.strip()}={override_text(_parsed(override, value.strip()))}"
 
 
 def _given(value: Any, where: str = "scenario") -> Any:
@@ -77,8 +77,20 @@ def _given(value: Any, where: str = "scenario") -> Any:
     return REMOVED if value is REMOVED else plain(value, where)
 
 
-def _text_of(value: Any) -> str:
-    return REMOVED_TEXT if value is REMOVED else toml_value(value)
+def override_text(value: Any) -> str:
+    """Return the VALUE of --set for a value; words that need no quotes have none."""
+    if value is REMOVED:
+        return REMOVED_TEXT
+    if isinstance(value, str) and _is_bare_word(value):
+        return value
+    return toml_value(value)
+
+
+def _is_bare_word(text: str) -> bool:
+    """Return whether a text is read as itself without quotes."""
+    if not text.replace("-", "").replace("_", "").isalnum() or text[0].isdecimal():
+        return False
+    return text not in (REMOVED_TEXT, "true", "false", "inf", "nan")
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
@@ -151,7 +163,7 @@ def _parsed(where: str, text: str) -> Any:
     except (ValueError, RecursionError):
         if text == REMOVED_TEXT:
             return REMOVED
-        if text.replace("-", "").replace("_", "").isalnum() and not text[0].isdecimal():
+        if _is_bare_word(text):
             return text
         raise ScenarioError(
             [f"{where}: '{text}' is not a TOML value (number, true, [1, 2], \"text\")"]

@@ -120,15 +120,15 @@ def test_plot_of_all_views_as_json(told: Run) -> None:
 def test_plot_keeps_an_existing_picture(options: list[str], told: Run) -> None:
     told("solve", PULLEY, "-q", "-o", "a.h5")
     picture = Path("a-response.png" if options else "a.png")
-    picture.write_text("precious")
+    picture.write_bytes(b"\x89PNG precious")
     assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
         "",
         f"frictionsim: {picture}: the file exists and --no-clobber forbids to replace it; give"
         " another name\n",
     )
-    assert picture.read_text() == "precious"
+    assert picture.read_bytes() == b"\x89PNG precious"
     told("plot", "a.h5", *options)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.read_bytes().startswith(b"\x89PNG\r\n")
 
 
 @pytest.mark.parametrize(
