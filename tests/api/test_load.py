@@ -153,7 +153,7 @@ def test_replace_gives_what_load_gives(name: str, source: Any) -> None:
 def test_replace_adds_to_the_overrides_and_leaves_the_scenario() -> None:
     scenario = fs.load(PULLEY, {MU_S: 0.3})
     longer = scenario.replace({"solver.duration": 9.0}, title="longer")
-    assert longer.origin.overrides == (f"{MU_S}=0.3", "solver.duration=9.0", 'title="longer"')
+    assert longer.origin.overrides == (f"{MU_S}=0.3", "solver.duration=9.0", "title=longer")
     assert fs.load(PULLEY, longer.origin.overrides) == longer
     assert (scenario.solver.duration, scenario.title) == (3.0, "Pulley on a dry shaft")
     assert scenario.replace() == scenario
@@ -200,7 +200,7 @@ def test_a_source_of_another_type_is_refused(source: Any, name: str) -> None:
     with pytest.raises(fs.InputError) as caught:
         fs.load(source)
     assert str(caught.value) == (
-        f"load: expected the path of a scenario or a dict of its tables, got {name}"
+        f"expected a scenario: its path, a dict of its tables or a Scenario, got {name}"
     )
 
 
@@ -262,8 +262,8 @@ FAULTS: Mapping[str, tuple[Any, Any, list[str]]] = {
     ),
     "override without a value": (
         PULLEY,
-        {"solver.rtol": None},
-        ["overrides: solver.rtol: expected a number, text, boolean, list or table, got NoneType"],
+        {"solver.rtol": Unit()},
+        ["overrides: solver.rtol: expected a number, text, boolean, list or table, got Unit"],
     ),
     "override of a table": (
         PULLEY,
