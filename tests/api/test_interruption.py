@@ -2,6 +2,7 @@
 
 import signal
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,14 @@ from tests.support.scenarios import SCENARIOS
 pytestmark = pytest.mark.quick
 
 PULLEY = SCENARIOS / "pulley_return.toml"
+
+
+@pytest.fixture(autouse=True)
+def handler_of_python() -> Iterator[None]:
+    """A process of a parallel run of tests may ignore the signal."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def interrupt_at(call: int, signals: int = 1):  # type: ignore[no-untyped-def]
