@@ -12,7 +12,7 @@ from frictionsim.scenario.csv_signals import CsvSpeedTable
 from frictionsim.scenario.friction_law import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import methods_of
-from frictionsim.scenario.schema import Params
+from frictionsim.scenario.model_fields import holds, models_in, table_model
 from frictionsim.scenario.settings import DEFAULT_SAMPLES, Output, Scenario
 
 BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
@@ -102,9 +102,9 @@ def tables(
         if inner is None:
             continue
         key = f"{path.strip('[]')}.{field.alias or name}".strip(".")
-        if _holds(field.annotation, dict):
+        if holds(field.annotation, dict):
             key = f"{key}.{FREE_NAME}"
-        elif _holds(field.annotation, tuple):
+        elif holds(field.annotation, tuple):
             key = f"[{key}]"
         left_out = optional or listed or not field.is_required()
         yield from tables(inner, key, left_out, field.description or "")
@@ -136,25 +136,6 @@ def unit_of(field: FieldInfo) -> str:
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
-def table_model(annotation: Any) -> type[BaseModel] | None:
-    """Return the model of the table that a key holds; None where it holds a value or signal."""
-    models = list(_models(annotation))
-    return models[0] if len(models) == 1 else None  # a signal has several forms
-
-
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, Params):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models(argument)
-
-
-def _holds(annotation: Any, container: type) -> bool:
-    return get_origin(annotation) is container or any(
-        _holds(argument, container) for argument in get_args(annotation)
-    )
-
-
 def _about(found: Table) -> str:
     """Return the first paragraph of the model's docstring, without what names the table.
 
@@ -174,13 +155,13 @@ def _form(annotation: Any) -> str:
     choices = [a for a in _leaves(annotation) if isinstance(a, str)]
     if choices:
         return _choice(choices)
-    if len(list(_models(annotation))) > 1:
+    if len(list(models_in(annotation))) > 1:
         return "[signal](../scenarios.md#signals)"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
     types = [names[a] for a in _leaves(annotation) if a in names]
     word = " or ".join(types) if types == ["text", "whole number"] else ""
     word = word or (types[0] if types else "value")
-    if not _holds(annotation, tuple):
+    if not holds(annotation, tuple):
         return word
     if word == "text":
         return "list of texts"

@@ -1,11 +1,11 @@
 """Error messages for invalid scenarios: the key, what was expected, what was found."""
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
 from frictionsim.errors import unknown
+from frictionsim.scenario.model_fields import key_names, models_in
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS
 from frictionsim.scenario.toml_positions import KeyPath
 
@@ -80,13 +80,6 @@ def toml_text(value: Any) -> str:
     return text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 3] + "..."
 
 
-def key_names(model: type[BaseModel] | None) -> list[str]:
-    """Return the keys of a table as in TOML."""
-    if model is None:
-        return []
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
 BOUNDS = {
     "greater_than": ("gt", "above"),
     "greater_than_equal": ("ge", "of at least"),
@@ -146,7 +139,7 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
             continue
         extra = field.json_schema_extra
         unit = extra["unit"] if isinstance(extra, dict) else unit
-        models = list(_models(field.annotation))
+        models = list(models_in(field.annotation))
         items = "numbers" if not _has_text(field.annotation) else "names"
         items = "tables" if models else items
         at_name = get_origin(field.annotation) is dict
@@ -167,11 +160,3 @@ def _field(model: type[BaseModel] | None, key: Any) -> Any:
 def _has_text(annotation: Any) -> bool:
     """Return whether an annotation is, or contains, str."""
     return annotation is str or any(map(_has_text, get_args(annotation)))
-
-
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Yield the table models in an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models(argument)

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import LAWS, laws_of, methods_of
-from frictionsim.scenario.schema import Params
+from frictionsim.scenario.model_fields import holds, key_names, models_in, table_model
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SpeedTable
@@ -122,10 +122,10 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
     )
     yield from _prose(f"A signal is a number, or {FORMS_BESIDE_NUMBER['<number>']}.")
     effects = model.model_fields.get("effects")
-    table = effects and _table_model(effects)
+    table = effects and table_model(effects.annotation)
     if table:
         yield "#"
-        yield from _prose(f"Effects: {', '.join(_names(table))}.")
+        yield from _prose(f"Effects: {', '.join(key_names(table))}.")
     yield "#"
     yield "# Friction laws (effects.NAME.law), and the backends for each (solver.backend):"
     for law in laws_of(model.PAIRS):
@@ -165,7 +165,7 @@ class _Template:
         """
         fields = sorted(model.model_fields.items(), key=lambda item: item[0] in LAST)
         named = [(field.alias or name, field) for name, field in fields]
-        keys = [(name, field) for name, field in named if _table_model(field) is None]
+        keys = [(name, field) for name, field in named if table_model(field.annotation) is None]
         # A key that takes nothing is there only to be refused with a reason.
         keys = [(name, field) for name, field in keys if field.annotation is not type(None)]
         rows = [self._row(name, field, values) for name, field in keys]
@@ -175,7 +175,7 @@ class _Template:
         if lines:
             lines.append("")
         for name, field in named:
-            inner = _table_model(field)
+            inner = table_model(field.annotation)
             if inner is not None:
                 lines += self._tables((*path, name), field, inner, values.get(name))
         return lines
@@ -185,7 +185,7 @@ class _Template:
     ) -> list[str]:
         """Return the lines of the tables that a key holds: one, one for each name, or a list."""
         about = _about(field, model)
-        if _holds(field.annotation, dict):
+        if holds(field.annotation, dict):
             named = {FREE_NAME: {}} if value is None else value
             parts = [
                 self.table(
@@ -193,7 +193,7 @@ class _Template:
                 )
                 for name, inner in named.items()
             ]
-        elif _holds(field.annotation, tuple):
+        elif holds(field.annotation, tuple):
             listed = [{}] if value is None else value
             header = _header(f"[[{'.'.join(path)}]]", about)
             parts = [self.table(path, model, inner, header) for inner in listed]
@@ -217,7 +217,7 @@ class _Template:
             return "Kind of mechanism."
         extra = field.json_schema_extra
         unit = str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
-        models = list(_models(field.annotation))
+        models = list(models_in(field.annotation))
         what = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
         if SpeedTable in models:
             what[1] += " or {speed = [...], value = [...]}"
@@ -232,7 +232,7 @@ class _Template:
             choices = list(methods_of(self._scenario.PAIRS))
         elif name == "channels":
             choices = list(self._scenario.CHANNELS)
-        of = "Any" if _holds(field.annotation, tuple) else "One"
+        of = "Any" if holds(field.annotation, tuple) else "One"
         return f"{of} of {', '.join(map(_toml, choices))}." if choices else ""
 
 
@@ -265,29 +265,6 @@ def _about(field: FieldInfo, model: type[BaseModel]) -> str:
     text = " ".join((field.description or model.__doc__ or "").split("\n\n")[0].split())
     text = text.partition("`: ")[2] if text.startswith("`[") else text
     return text[:1].upper() + text[1:]
-
-
-def _names(model: type[BaseModel]) -> list[str]:
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _table_model(field: FieldInfo) -> type[BaseModel] | None:
-    """Return the model of the table that a key holds; None where it holds a value or signal."""
-    models = list(_models(field.annotation))
-    return models[0] if len(models) == 1 else None  # a signal has several forms
-
-
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, Params):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models(argument)
-
-
-def _holds(annotation: Any, container: type) -> bool:
-    return get_origin(annotation) is container or any(
-        _holds(argument, container) for argument in get_args(annotation)
-    )
 
 
 def _choices(annotation: Any) -> Iterator[Any]:
