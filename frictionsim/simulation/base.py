@@ -38,7 +38,7 @@ class Simulation(Protocol):
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Prepare the first step; called before `solve` and after `restore`.
+        """Prepare the next step; called before `solve` and after `restore`.
 
         Parameters
         ----------
@@ -56,14 +56,20 @@ class Simulation(Protocol):
         SolverError, ArithmeticError
         """
 
-    def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Integrate to the end, from the start or from a restored state.
+    def solve(self, on_step: Callable[[float], Any]) -> bool | None:
+        """Integrate on, from the start, from a restored state or from where the last call ended.
 
         Parameters
         ----------
         on_step : callable
             Called with the time between steps. It may call `state`, `statistics` and `observe`,
             and raise BudgetExceeded or Interrupted.
+
+        Returns
+        -------
+        bool or None
+            True if `prepare` and `solve` are to be called again: kernels are needed that were not
+            needed so far. Else this is the end.
 
         Raises
         ------

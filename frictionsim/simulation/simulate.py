@@ -225,6 +225,10 @@ def _with_checkpoints(
     return step_and_checkpoint
 
 
+def _wait(t: float) -> None:
+    """Have a compilation in the middle of a run end before a signal is heard."""
+
+
 def _solve(
     simulation: "Simulation",
     monitor: "Callable[[float], Any]",
@@ -232,13 +236,17 @@ def _solve(
     clock: _Clock,
 ) -> _Termination:
     try:
-        clock.compiling += simulation.prepare(monitor)
-        LOG.info("the run starts")
-        clock.start()
-        try:
-            simulation.solve(on_step)
-        finally:
-            clock.stop()
+        unprepared: bool | None = True
+        while unprepared:
+            clock.compiling += simulation.prepare(monitor)
+            # What is compiled later is not broken off: there are samples to keep.
+            monitor = _wait
+            LOG.info("the run starts")
+            clock.start()
+            try:
+                unprepared = simulation.solve(on_step)
+            finally:
+                clock.stop()
     except Interrupted as stop:
         return _Termination("interrupted", str(stop), stop.exit_code, resumable=True)
     except SolverError as error:

@@ -95,7 +95,7 @@ class Calls:
     """Notes the types of what the kernels that Python calls are given: each is compiled for."""
 
     ENTRIES: ClassVar = {
-        rkf45: ("advance", "stages", "rhs", "find_contact_candidates"),
+        rkf45: ("advance",),
         moreau: ("evaluate_forces", "integrate"),
         scipy: ("rhs_with_candidates", "update_contact_modes"),
     }

@@ -66,8 +66,8 @@ class BeltDrive:
         self._started = True
         return found.seconds
 
-    def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Step to the end, from the start or from what was restored.
+    def solve(self, on_step: Callable[[float], Any]) -> bool:
+        """Step on; return whether there are kernels to `prepare` before the end.
 
         Raises
         ------
@@ -81,7 +81,9 @@ class BeltDrive:
                 times.advance()
                 self._check_energy(t)
             if stepper.t >= end * (1.0 - CLOSE):
-                return
+                return False
+            if not stepper.prepared:
+                return True
             on_step(stepper.t)
             self._check_budget(stepper.t)
             limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)

@@ -10,7 +10,7 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     solve_friction,
     total_friction,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, sum_of
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_kernel, sum_of
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     DAMPING_HEAT,
@@ -103,7 +103,7 @@ def reaction_torques(
             table[TORQUE, j] += table[PULLEY_RADIUS, j] * total_friction(j, contacts)
 
 
-@kernel
+@shared_kernel
 def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> None:
     """Write the rate of a state, both as `StateLayout` has them.
 

@@ -1,4 +1,4 @@
-"""Compiled kernels: the only module that imports numba, and not before a kernel is called.
+"""Compiled kernels: numba is imported here, and not before a kernel is called.
 
 Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
 effects that a scenario calls for, and kept on the disk for later runs. numba looks at the time
@@ -25,7 +25,8 @@ FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
 SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
 
 # Of a kernel that is a part of others: what Python calls it by would take as long to compile.
-PART = {"forceinline": True, "no_cpython_wrapper": True}
+PART = {"no_cpython_wrapper": True}
+COPIED = {"forceinline": True, **PART}
 
 _modules_with_kernels: set[str] = set()
 
@@ -57,7 +58,9 @@ class Kernel:
     @cached_property
     def part(self) -> Any:
         """The function as other kernels call it."""
-        return _compiled(self.py_func, **self._as_part) if self._as_part else self.compiled
+        if not self._as_part:
+            return self.compiled
+        return _compiled(self.py_func, pipeline_class=_part_compiler(), **self._as_part)
 
     @property
     def _numba_type_(self) -> Any:
@@ -76,19 +79,36 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     )
 
 
+def _part_compiler() -> Any:
+    """Return the compiler of parts; numba's own one where its insides are not those we know."""
+    _numba()
+    try:
+        from frictionsim.mechanisms.belt_drive.kernels.parts import PartCompiler
+    except (ImportError, AttributeError):
+        from numba.core.compiler import Compiler
+
+        return Compiler
+    return PartCompiler
+
+
 def inline_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as a part of each kernel that calls it: the call costs nothing."""
+    return Kernel(function, **COPIED)
+
+
+def shared_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that kernels call in several places, and that is too large to repeat."""
     return Kernel(function, **PART)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls, or that is too large to be repeated."""
+    """Compile a function that Python calls."""
     return Kernel(function)
 
 
 def generated_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that stands in no file, as a part of each kernel that calls it."""
-    return Kernel(function, **PART)
+    return Kernel(function, **COPIED)
 
 
 def kernel_sources() -> tuple[Path, ...]:
@@ -102,7 +122,8 @@ def kernel_sources() -> tuple[Path, ...]:
         if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
     }
     shared = {package / name for name in SHARED}
-    return tuple(sorted({Path(__file__), *found, *in_package, *shared}))
+    own = {Path(__file__), Path(__file__).with_name("parts.py")}
+    return tuple(sorted({*own, *found, *in_package, *shared}))
 
 
 def build_name() -> str:

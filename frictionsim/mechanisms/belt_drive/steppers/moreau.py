@@ -20,6 +20,8 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
+    IMPLICIT_NOW,
+    NOT_FINITE,
     STEPS,
     MoreauState,
     StepTreatment,
@@ -40,8 +42,8 @@ if TYPE_CHECKING:
 MAX_OMEGA_H, LOST_TO_DAMPING = 2.0, 1.1
 MAX_DECAY = 0.65  # r h; beyond it less than that
 DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
-# Seconds, as of the adaptive method; with dampers along the belt a step is compiled in two forms.
-COMPILE_SECONDS, COMPILE_SECONDS_WITH_DAMPERS = 12.0, 33.0
+# Seconds, as of the adaptive method; of steps that solve for dampers along the belt.
+COMPILE_SECONDS, COMPILE_SECONDS_STIFF = 12.0, 20.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 MAX_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
@@ -93,6 +95,8 @@ class BeltStepper:
         old, new, between, spare = (kinematics_of(v, layout) for v in (y_old, y, middle, rate))
         counts = np.zeros(4, dtype=np.int64)
         self._state = MoreauState(y_old, y, middle, rate, old, new, between, spare, counts)
+        counts[IMPLICIT_NOW] = self._treatment.max_obliquity < 0.0  # they are solved for always
+        self._ready: set[bool] = set()  # the forms of a step that are compiled
         y_old[:] = y[:] = model.state
         # Speeds that are prescribed stand in no state.
         pulleys = model.system.pulleys
@@ -124,7 +128,7 @@ class BeltStepper:
     @property
     def compile_seconds(self) -> float:
         """What the compilation of its kernels is expected to take, s."""
-        return COMPILE_SECONDS if self._stiff is None else COMPILE_SECONDS_WITH_DAMPERS
+        return COMPILE_SECONDS_STIFF if self._form else COMPILE_SECONDS
 
     @property
     def t(self) -> float:
@@ -142,11 +146,24 @@ class BeltStepper:
         evaluate_forces(self._state, self._system)
 
     def prepare(self) -> None:
-        """Have the kernels of a step compiled, by taking none."""
+        """Have the kernels of a step compiled, in the form that is due, by taking none."""
+        self._ready.add(self._form)
         self._integrate(0)
+
+    @property
+    def prepared(self) -> bool:
+        """Whether the kernels of the next step are compiled."""
+        return self._form in self._ready
+
+    @property
+    def _form(self) -> bool:
+        """Whether the next step solves for the dampers along the belt."""
+        return bool(self._state.counts[IMPLICIT_NOW])
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit or a sample time, s, is reached or passed, or so many steps.
+
+        Who has called `prepare` finds it stopped where the other form of a step is due first.
 
         Raises
         ------
@@ -154,20 +171,18 @@ class BeltStepper:
         """
         ahead = (min(limit, sample) - self.t) / self._h
         # A step that would be left over from rounding is none.
-        self._integrate(min(max_steps, max(1, int(np.ceil(ahead - 1e-6)))))
+        steps = min(max_steps, max(1, int(np.ceil(ahead - 1e-6))))
+        end = self._state.counts[STEPS] + steps
+        while (left := int(end - self._state.counts[STEPS])) > 0:
+            self._integrate(left)
+            if self._ready and not self.prepared:
+                return
 
     def _integrate(self, steps: int) -> None:
         before = self.t
-        finite = integrate(
-            steps,
-            self._h,
-            self._state,
-            self._treatment,
-            self._stiff,
-            self._undamped,
-            self._system,
-        )
-        if not finite:
+        stiff, system = (self._stiff, self._undamped) if self._form else (None, self._system)
+        ended = integrate(steps, self._h, self._state, self._treatment, stiff, system)
+        if ended == NOT_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"

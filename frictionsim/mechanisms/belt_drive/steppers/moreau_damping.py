@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import TINY
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
@@ -89,7 +89,7 @@ def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
     )
 
 
-@kernel
+@shared_kernel
 def solve_damping_and_friction(
     h: float, old: "Array", new: "Array", damping: StiffDamping, system: "System"
 ) -> float:

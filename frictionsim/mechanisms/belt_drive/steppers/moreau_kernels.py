@@ -91,6 +91,8 @@ CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates t
 # are solved for now, and how many steps were taken so.
 STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS = range(4)
 
+ENDED, NOT_FINITE, OTHER_FORM = range(3)  # why steps end
+
 
 class MoreauState(NamedTuple):
     """An integration between two steps, in arrays that its kernels write to.
@@ -145,32 +147,26 @@ def integrate(
     state: MoreauState,
     treatment: StepTreatment,
     stiff: StiffDamping | None,
-    undamped: "System",
     system: "System",
-) -> bool:
-    """Take so many steps of length h, s; return whether the state is still finite.
+) -> int:
+    """Take up to so many steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
 
-    `system` has the dampers along the belt, `undamped` leaves them to be solved for with `stiff`.
+    There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
+    belt are solved for, and `system` has none; else `system` has them. Where a search for
+    candidates finds that the other form is due, this one stops before the step.
     """
     counts = state.counts
     for _ in range(steps):
         if counts[SINCE_SEARCH] == 0:
             find_contact_candidates(system, state.new)
-            counts[IMPLICIT_NOW] = has_oblique_joints(
-                system.workspace, system.chain, treatment.max_obliquity
-            )
-            if counts[IMPLICIT_NOW] == 0:
+            implicit = has_oblique_joints(system.workspace, system.chain, treatment.max_obliquity)
+            if implicit != counts[IMPLICIT_NOW]:
+                counts[IMPLICIT_NOW] = implicit
                 reset_damping_prediction(stiff)
-        t = counts[STEPS] * h
-        implicit = False
-        if stiff is not None:  # else numba leaves this out
-            implicit = counts[IMPLICIT_NOW] > 0
-            if implicit:
-                step(t, h, state, treatment.contact, stiff, undamped)
-                counts[IMPLICIT_STEPS] += 1
-        if not implicit:
-            step(t, h, state, treatment.contact, None, system)
-            correct_joint_damping(h, state, system.effects.axial_damping.damping, system)
+                return OTHER_FORM
+        step(counts[STEPS] * h, h, state, treatment.contact, stiff, system)
+        correct_joint_damping(h, state, system.effects.axial_damping.damping, system)
+        counts[IMPLICIT_STEPS] += counts[IMPLICIT_NOW]
         if treatment.distinct_static_friction:
             update_contact_modes(system.contacts)
         counts[STEPS] += 1
@@ -178,7 +174,7 @@ def integrate(
     total = 0.0
     for i in range(len(state.y)):
         total += abs(state.y[i])
-    return total < np.inf
+    return ENDED if total < np.inf else NOT_FINITE
 
 
 @inline_kernel

@@ -16,7 +16,7 @@ from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     update_contact_modes,
 )
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, shared_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     FRICTION,
@@ -72,6 +72,7 @@ FIRST_STEP_RATIO = 0.01  # of the longest step
 COMPILE_SECONDS = 20.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
+START, STEP, LOOK = range(3)  # tasks
 
 # On the imaginary axis the solution of order 5 is damped for 2.05 < omega h < 3.61; on the real
 # one it is stable up to 3.67.
@@ -145,6 +146,7 @@ class StepControl(NamedTuple):
 
 @kernel
 def advance(
+    task: int,
     state: RKF45State,
     control: StepControl,
     limit: float,
@@ -152,11 +154,19 @@ def advance(
     max_trials: int,
     system: "System",
 ) -> int:
-    """Step until the limit, s, is reached, or a sample time passed, or so many steps are tried.
+    """Evaluate the start, take steps, or look at a time in the last step.
 
-    Return RUNNING, or why no further step could be taken from (t, y). Each kernel that calls `rhs`
-    holds a copy of it, which takes seconds to compile: so one loop has all of a step.
+    A kernel that calls `rhs` holds a copy of it, which takes seconds to compile, and so does what
+    takes a `System` from Python: so this one has all the tasks there are.
+
+    START finds who is near a pulley, and evaluates the rates at the start. STEP steps until the
+    limit, s, is reached, or a sample time passed, or so many steps are tried; it returns RUNNING,
+    or why no further step could be taken from (t, y). LOOK writes the state at the time `sample`
+    in the last step, which is that of a shorter step; the system has the forces there.
     """
+    if task != STEP:
+        evaluate(task, sample, state, system)
+        return RUNNING
     clock, counts = state.clock, state.counts
     last = counts[STEPS] + counts[REJECTED] + max_trials
     while clock[T] < limit and clock[T] < sample and counts[STEPS] + counts[REJECTED] < last:
@@ -188,7 +198,24 @@ def advance(
     return RUNNING
 
 
-@kernel
+@inline_kernel
+def evaluate(task: int, sample: float, state: RKF45State, system: "System") -> None:
+    """Evaluate the start or look at a sample, as `advance` has it."""
+    if task == START:
+        prescribed_speeds(state.clock[T], system.pulleys, system.prescribed)  # slip depends on it
+        find_contact_candidates(system, state.kinematics)
+        rhs(state.clock[T], state.clock[H], state.y, state.f, system)
+        return
+    t_old = state.clock[T_OLD]
+    if sample < state.clock[T]:
+        h = sample - t_old
+        stages(t_old, h, state.y_old, state.k, state.stage, state.inside, system)
+    else:
+        copy(state.y, state.inside)
+    rhs(sample, sample - t_old, state.inside, state.stage, system)
+
+
+@shared_kernel
 def stages(
     t: float,
     h: float,
@@ -278,6 +305,7 @@ class BeltStepper:
     force_per_impulse = 1.0  # the contacts hold forces
     resumable = True
     compile_seconds = COMPILE_SECONDS
+    prepared = True  # once `prepare` was called: all steps are alike
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
         self._system = system = model.system
@@ -326,21 +354,18 @@ class BeltStepper:
 
     def start(self) -> None:
         """Find who is near a pulley, and evaluate the rates at the start."""
-        s, system = self._state, self._system
-        prescribed_speeds(self.t, system.pulleys, system.prescribed)  # who has slip depends on it
-        find_contact_candidates(system, s.kinematics)
-        rhs(self.t, float(s.clock[H]), s.y, s.f, system)
-        s.counts[NFEV] += 1
+        self._run(START, self.t, self.t, 0)
+        self._state.counts[NFEV] += 1
 
     def prepare(self) -> None:
-        """Have the kernels compiled, by no step and an interpolation that changes nothing."""
+        """Have the kernel compiled, by taking no step."""
         self.advance(self.t, self.t, 0)
-        s, tables = self._state, (self._system.contacts.table, self._system.pulleys.table)
-        before = [table.copy() for table in tables]
-        stages(self.t, 0.0, s.y, s.k, s.stage, s.inside, self._system)
-        for table, values in zip(tables, before, strict=True):
-            table[:] = values
-        self.interpolate(self.t)
+
+    def _run(self, task: int, limit: float, sample: float, max_steps: int) -> int:
+        found: int = advance(
+            task, self._state, self._control, float(limit), float(sample), max_steps, self._system
+        )
+        return found
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.
@@ -350,9 +375,7 @@ class BeltStepper:
         SolverError
         """
         self._restore_contacts()
-        trouble = advance(
-            self._state, self._control, float(limit), float(sample), max_steps, self._system
-        )
+        trouble = self._run(STEP, limit, sample, max_steps)
         if trouble == NOT_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {self.t:.9g} s; is a stiffness, a torque or a"
@@ -375,12 +398,7 @@ class BeltStepper:
         alpha = system.pulleys.table[ALPHA].copy()
         if self._contacts is None:
             self._contacts = system.contacts.table[[SLIP, FRICTION, STICKING]]
-        t_old = float(s.clock[T_OLD])
-        if t < self.t:
-            stages(t_old, t - t_old, s.y_old, s.k, s.stage, s.inside, system)
-        else:
-            s.inside[:] = s.y
-        rhs(float(t), t - t_old, s.inside, s.stage, system)
+        self._run(LOOK, t, t, 0)
         system.pulleys.table[ALPHA] = alpha
         return s.inside
 

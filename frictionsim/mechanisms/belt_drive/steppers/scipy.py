@@ -81,6 +81,7 @@ class BeltStepper:
     force_per_impulse = 1.0  # the contacts hold forces
     resumable = False  # what a method remembers of its steps is its own
     compile_seconds = COMPILE_SECONDS
+    prepared = True  # once `prepare` was called: all steps are alike
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
         self._model = model

@@ -1,0 +1,67 @@
+"""Kernels that are parts of others, without machine code of their own.
+
+numba makes machine code of each function that it compiles, whoever calls it. A part is copied into
+the kernels that call it, and nobody else ever calls it: its machine code would be made for nothing,
+which for the parts of a belt took a fourth of the time. The code that is copied is the same, and so
+is every bit of a result.
+"""
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import LoweringPass, register_pass
+from numba.core.typed_passes import AnnotateTypes
+
+
+class _NoMachineCode:
+    """A code generator as far as a library without machine code asks for one."""
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Set nothing: there is no address to write it to."""
+
+
+class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """The optimised code of a part, to be linked into the kernels that call it."""
+
+    @property
+    def codegen(self) -> Any:
+        """What numba has set addresses in machine code."""
+        return _NoMachineCode()
+
+    def _finalize_final_module(self) -> None:
+        """Take the code as final, but do not hand it to the engine."""
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return that there is no machine code."""
+        self._ensure_finalized()
+        return 0
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _UsePartLibrary(LoweringPass):  # type: ignore[misc]
+    """Have the code put into a `PartLibrary`, where numba would make a library of its own."""
+
+    _name = "frictionsim_use_part_library"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Make the library."""
+        state.library = PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        return True
+
+
+class PartCompiler(CompilerBase):  # type: ignore[misc]
+    """The passes of numba, with a library of another kind."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes, as numba asks for them."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_UsePartLibrary, AnnotateTypes)  # the last one before the lowering
+        passes.finalize()
+        return [passes]
