@@ -164,10 +164,20 @@ def advance(
     or why no further step could be taken from (t, y). LOOK writes the state at the time `sample`
     in the last step, which is that of a shorter step; the system has the forces there.
     """
-    if task != STEP:
-        evaluate(task, sample, state, system)
-        return RUNNING
     clock, counts = state.clock, state.counts
+    if task == START:
+        prescribed_speeds(clock[T], system.pulleys, system.prescribed)  # who has slip depends on it
+        find_contact_candidates(system, state.kinematics)
+        rhs(clock[T], clock[H], state.y, state.f, system)
+        return RUNNING
+    if task == LOOK:
+        h = sample - clock[T_OLD]
+        if sample < clock[T]:
+            stages(clock[T_OLD], h, state.y_old, state.k, state.stage, state.inside, system)
+        else:
+            copy(state.y, state.inside)
+        rhs(sample, h, state.inside, state.stage, system)
+        return RUNNING
     last = counts[STEPS] + counts[REJECTED] + max_trials
     while clock[T] < limit and clock[T] < sample and counts[STEPS] + counts[REJECTED] < last:
         if counts[SINCE_SEARCH] >= CANDIDATE_UPDATE_INTERVAL:
@@ -196,23 +206,6 @@ def advance(
             rhs(clock[T], clock[H], state.y, state.f, system)
             counts[NFEV] += 1
     return RUNNING
-
-
-@inline_kernel
-def evaluate(task: int, sample: float, state: RKF45State, system: "System") -> None:
-    """Evaluate the start or look at a sample, as `advance` has it."""
-    if task == START:
-        prescribed_speeds(state.clock[T], system.pulleys, system.prescribed)  # slip depends on it
-        find_contact_candidates(system, state.kinematics)
-        rhs(state.clock[T], state.clock[H], state.y, state.f, system)
-        return
-    t_old = state.clock[T_OLD]
-    if sample < state.clock[T]:
-        h = sample - t_old
-        stages(t_old, h, state.y_old, state.k, state.stage, state.inside, system)
-    else:
-        copy(state.y, state.inside)
-    rhs(sample, sample - t_old, state.inside, state.stage, system)
 
 
 @shared_kernel
