@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
+    from frictionsim.api.warming import WarmedUp as WarmedUp
+    from frictionsim.api.warming import warm_up as warm_up
     from frictionsim.errors import ArgumentError as ArgumentError
     from frictionsim.errors import AuditError as AuditError
     from frictionsim.errors import FrictionsimError as FrictionsimError
@@ -59,6 +61,8 @@ _MODULES = {
     "scenarios": "api.starting",
     "schema": "scenario.json_schema",
     "kinds": "api.starting",
+    "warm_up": "api.warming",
+    "WarmedUp": "api.warming",
     "Quantity": "results",
     "Check": "results",
     "FrictionsimError": "errors",

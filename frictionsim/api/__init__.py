@@ -7,6 +7,7 @@
     comparing   compare
     pictures    plot
     arguments   checks of arguments
+    warming     warm_up
     dataset     results as xarray.Dataset
     tables      results as text and HTML
     json_data   results as JSON

@@ -44,7 +44,7 @@ def run_command_line(arguments: list[str]) -> int:
     """Run a command and return its exit code; errors are printed to stderr."""
     # Commands of this module start faster without those of the other.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
-        from frictionsim.cli import file_commands  # noqa: F401  registers its commands
+        from frictionsim.cli import file_commands, warm_up  # noqa: F401  register theirs
 
     if "" in arguments:
         print_error(

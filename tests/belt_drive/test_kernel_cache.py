@@ -4,6 +4,7 @@ import getpass
 import os
 import stat
 import tempfile
+import time
 from pathlib import Path
 
 import pytest
@@ -106,3 +107,65 @@ def test_a_folder_that_cannot_be_written_to_is_not_taken(
 
     monkeypatch.setattr(cache, "NamedTemporaryFile", refused)
     assert usable_folder(NAME).parent.parent == temporary
+
+
+OLD, OTHER = "kernels-0123456789abcdef", "kernels-fedcba9876543210"
+WEEK = 7 * 24 * 3600.0
+
+
+def folder_used(folder: Path, seconds_ago: float) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "kernel.nbi").write_text("compiled")
+    os.utime(folder, (time.time() - seconds_ago,) * 2)
+    return folder
+
+
+def test_a_new_folder_replaces_those_that_nobody_used_for_a_week(home: Path) -> None:
+    ours = home / "frictionsim"
+    old, recent = folder_used(ours / OLD, WEEK + 60.0), folder_used(ours / OTHER, WEEK - 60.0)
+    folder = usable_folder(NAME)
+    assert not old.exists()
+    assert (recent / "kernel.nbi").exists()
+    assert folder.exists()
+
+
+def test_a_folder_that_is_there_removes_nothing_and_is_used_from_now(home: Path) -> None:
+    ours = home / "frictionsim"
+    old, known = folder_used(ours / OLD, 2 * WEEK), folder_used(ours / OTHER, 2 * WEEK)
+    assert usable_folder(OTHER) == known
+    assert old.exists()
+    assert time.time() - known.stat().st_mtime < 60.0
+
+
+@pytest.mark.parametrize(
+    "name", ["kernels-0123", OLD + "0", "kernels-0123456789ABCDEF", "results", f"old-{OLD}"]
+)
+def test_what_is_no_folder_of_a_build_stays(name: str, home: Path) -> None:
+    other = folder_used(home / "frictionsim" / name, 2 * WEEK)
+    usable_folder(OTHER)
+    assert (other / "kernel.nbi").exists()
+
+
+def test_links_and_files_stay_and_nothing_behind_a_link_is_removed(home: Path) -> None:
+    ours = home / "frictionsim"
+    target = folder_used(home / "precious", 2 * WEEK)
+    ours.mkdir()
+    (ours / OLD).symlink_to(target)
+    os.utime(ours / OLD, (time.time() - 2 * WEEK,) * 2, follow_symlinks=False)
+    file = ours / "kernels-00000000000000ff"
+    file.write_text("a file")
+    os.utime(file, (time.time() - 2 * WEEK,) * 2)
+    usable_folder(OTHER)
+    assert (target / "kernel.nbi").exists()
+    assert (ours / OLD).is_symlink()
+    assert file.exists()
+
+
+def test_what_cannot_be_removed_is_no_obstacle(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder_used(home / "frictionsim" / OLD, 2 * WEEK)
+
+    def vanished(path: Path) -> os.stat_result:
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(Path, "lstat", vanished)
+    assert usable_folder(OTHER).exists()

@@ -2,12 +2,18 @@
 
 import getpass
 import os
+import re
 from pathlib import Path
+from shutil import rmtree
+from stat import S_ISDIR
 from tempfile import NamedTemporaryFile, gettempdir, mkdtemp
+from time import time
 
 from platformdirs import user_cache_path
 
 PROGRAM = "frictionsim"
+BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as `jit.build_name` has it
+KEPT_UNUSED = 7 * 24 * 3600.0  # s; several versions may be in use side by side
 
 
 def cache_folder(name: str) -> Path:
@@ -31,6 +37,7 @@ def usable_folder(name: str) -> Path:
     Where the user's cache cannot be written to, it is in the folder for temporary files. Others
     may write there too, so a folder that does not belong to the user is not taken: kernels are
     machine code that runs with the user's rights. Then the folder is a new one for this process.
+    When a folder is made, those of other builds that nobody has used for a week are removed.
 
     Parameters
     ----------
@@ -42,16 +49,46 @@ def usable_folder(name: str) -> Path:
     Path
     """
     folder = cache_folder(name)
-    if _owner_of_new_files(folder) is not None:
+    if _is_usable(folder):
         return folder
     own = Path(gettempdir()) / f"{PROGRAM}-{_user_name()}"
     owner = _owner_of_new_files(own, mode=0o700)
     # Not what a link leads to: whoever made the link can have it lead elsewhere.
     if owner is not None and own.lstat().st_uid == owner:
         folder = own / name
-        if _owner_of_new_files(folder) is not None:
+        if _is_usable(folder):
             return folder
     return Path(mkdtemp(prefix=f"{PROGRAM}-"))
+
+
+def _is_usable(folder: Path) -> bool:
+    """Return whether a build's folder can be written to; if it is new, remove old ones beside it.
+
+    To try is to use: it sets the folder's time stamp.
+    """
+    is_new = not folder.exists()
+    owner = _owner_of_new_files(folder)
+    if owner is None:
+        return False
+    if is_new:
+        _remove_unused(folder, owner)
+    return True
+
+
+def _remove_unused(new: Path, owner: int) -> None:
+    """Remove the folders of other builds beside a new one that were not used for a week."""
+    try:
+        others = [path for path in new.parent.iterdir() if BUILD.fullmatch(path.name)]
+    except OSError:  # whoever may write there need not be allowed to list it
+        return
+    for path in others:
+        try:
+            found = path.lstat()  # of a link, not of what it leads to
+        except OSError:  # another process was faster
+            continue
+        is_ours = S_ISDIR(found.st_mode) and found.st_uid == owner
+        if path != new and is_ours and time() - found.st_mtime > KEPT_UNUSED:
+            rmtree(path, ignore_errors=True)
 
 
 def _owner_of_new_files(folder: Path, mode: int = 0o777) -> int | None:

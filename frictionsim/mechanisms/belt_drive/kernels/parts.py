@@ -8,10 +8,14 @@ is every bit of a result.
 
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import LoweringPass, register_pass
-from numba.core.typed_passes import AnnotateTypes
+from numba.core import codegen, compiler, compiler_machinery, typed_passes
+
+# Their types are of no use here: most are missing.
+_Library: Any = codegen.JITCodeLibrary
+_Compiler: Any = compiler.CompilerBase
+_Pass: Any = compiler_machinery.LoweringPass
+_register: Any = compiler_machinery.register_pass
+_builder: Any = compiler.DefaultPassBuilder
 
 
 class _NoMachineCode:
@@ -21,7 +25,7 @@ class _NoMachineCode:
         """Set nothing: there is no address to write it to."""
 
 
-class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+class PartLibrary(_Library):  # type: ignore[misc]
     """The optimised code of a part, to be linked into the kernels that call it."""
 
     @property
@@ -41,14 +45,14 @@ class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
         return 0
 
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _UsePartLibrary(LoweringPass):  # type: ignore[misc]
+@_register(mutates_CFG=False, analysis_only=False)
+class _UsePartLibrary(_Pass):  # type: ignore[misc]
     """Have the code put into a `PartLibrary`, where numba would make a library of its own."""
 
     _name = "frictionsim_use_part_library"
 
     def __init__(self) -> None:
-        LoweringPass.__init__(self)
+        _Pass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
         """Make the library."""
@@ -56,12 +60,14 @@ class _UsePartLibrary(LoweringPass):  # type: ignore[misc]
         return True
 
 
-class PartCompiler(CompilerBase):  # type: ignore[misc]
+class PartCompiler(_Compiler):  # type: ignore[misc]
     """The passes of numba, with a library of another kind."""
 
     def define_pipelines(self) -> list[Any]:
         """Return the passes, as numba asks for them."""
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(_UsePartLibrary, AnnotateTypes)  # the last one before the lowering
+        passes: Any = _builder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(
+            _UsePartLibrary, typed_passes.AnnotateTypes
+        )  # the last one before the lowering
         passes.finalize()
         return [passes]

@@ -6,7 +6,7 @@ and without allocation. A step is never longer than the waves in the belt allow:
 alone would hover at the stability limit, rejecting every other step.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -46,18 +46,12 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
 
-stage_2, stage_3 = (
-    inline_kernel(runge_kutta_fehlberg.stage_2),
-    inline_kernel(runge_kutta_fehlberg.stage_3),
-)
-stage_4, stage_5 = (
-    inline_kernel(runge_kutta_fehlberg.stage_4),
-    inline_kernel(runge_kutta_fehlberg.stage_5),
-)
-stage_6, solution_5 = (
-    inline_kernel(runge_kutta_fehlberg.stage_6),
-    inline_kernel(runge_kutta_fehlberg.solution_5),
-)
+stage_2 = inline_kernel(runge_kutta_fehlberg.stage_2)
+stage_3 = inline_kernel(runge_kutta_fehlberg.stage_3)
+stage_4 = inline_kernel(runge_kutta_fehlberg.stage_4)
+stage_5 = inline_kernel(runge_kutta_fehlberg.stage_5)
+stage_6 = inline_kernel(runge_kutta_fehlberg.stage_6)
+solution_5 = inline_kernel(runge_kutta_fehlberg.solution_5)
 error_estimate_5 = inline_kernel(runge_kutta_fehlberg.error_estimate_5)
 clipped_step = inline_kernel(runge_kutta_fehlberg.clipped_step)
 reduced_step = inline_kernel(runge_kutta_fehlberg.reduced_step)
@@ -156,13 +150,11 @@ def advance(
 ) -> int:
     """Evaluate the start, take steps, or look at a time in the last step.
 
-    A kernel that calls `rhs` holds a copy of it, which takes seconds to compile, and so does what
-    takes a `System` from Python: so this one has all the tasks there are.
-
-    START finds who is near a pulley, and evaluates the rates at the start. STEP steps until the
-    limit, s, is reached, or a sample time passed, or so many steps are tried; it returns RUNNING,
-    or why no further step could be taken from (t, y). LOOK writes the state at the time `sample`
-    in the last step, which is that of a shorter step; the system has the forces there.
+    Each kernel that calls `rhs` holds a copy of it, which takes seconds to compile: so this one
+    has all the tasks. START finds who is near a pulley, and evaluates the rates at the start. STEP
+    steps until the limit, s, is reached, or a sample time passed, or so many steps are tried; it
+    returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
+    the time `sample` in the last step, that of a shorter step; the system has the forces there.
     """
     clock, counts = state.clock, state.counts
     if task == START:
@@ -354,11 +346,9 @@ class BeltStepper:
         """Have the kernel compiled, by taking no step."""
         self.advance(self.t, self.t, 0)
 
-    def _run(self, task: int, limit: float, sample: float, max_steps: int) -> int:
-        found: int = advance(
-            task, self._state, self._control, float(limit), float(sample), max_steps, self._system
-        )
-        return found
+    def _run(self, task: int, limit: float, sample: float, max_steps: int) -> Any:
+        state, control = self._state, self._control
+        return advance(task, state, control, float(limit), float(sample), max_steps, self._system)
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
         """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.

@@ -1,0 +1,140 @@
+"""What is compiled for a run: no more than it needs, and stiff dampers when they are needed."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.mechanisms.belt_drive.steppers import moreau
+from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import IMPLICIT_NOW, IMPLICIT_STEPS
+from tests.support.belt_scenarios import pair, scenario_of
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, simulate
+
+# One function more is 0.15 s more on one core; seven make a second.
+MOST = {"moreau": 53, "rkf45": 60}
+
+COUNT = """
+import json, sys
+from numba.core import event
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.scenario.loading import load
+
+class Listener(event.Listener):
+    def on_start(self, event):
+        found.append(event.data["dispatcher"].py_func.__name__)
+    def on_end(self, event):
+        pass
+
+found = []
+drive = BeltDrive(load(sys.argv[1], {"solver.duration": 1e-3}, backend=sys.argv[2]))
+with event.install_listener("numba:compile", Listener()):
+    drive.prepare(lambda t: None)
+    again = drive.solve(lambda t: None)
+print(json.dumps([found, again]))
+"""
+
+
+@pytest.mark.parametrize("backend", MOST)
+def test_a_cold_run_compiles_few_functions_and_no_stiff_damping(
+    backend: str, tmp_path: Path
+) -> None:
+    command = [sys.executable, "-c", COUNT, str(SCENARIOS / "belt_drive.toml"), backend]
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    functions, again = json.loads(done.stdout)
+    assert len(functions) <= MOST[backend], functions
+    assert "solve_damping_and_friction" not in functions
+    assert not again
+
+
+def joints_turn(**changes: Any) -> Scenario:
+    """Return a belt whose joints are oblique to the bodies for some searches, not for all."""
+    return changed(
+        pair(solver__backend="moreau", effects__axial_damping__coefficient=20.0),
+        solver__duration=0.02,
+        **changes,
+    )
+
+
+@pytest.fixture
+def oblique_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have dampers solved for where a body is oblique to its joints by the least angle."""
+    choose = moreau.BeltStepper._choose_damping_treatment
+
+    def lower(stepper: moreau.BeltStepper, max_step: float) -> None:
+        choose(stepper, max_step)
+        treatment = stepper._treatment
+        stepper._treatment = treatment._replace(max_obliquity=OBLIQUITY)
+
+    monkeypatch.setattr(moreau.BeltStepper, "_choose_damping_treatment", lower)
+
+
+OBLIQUITY = 0.2
+
+
+@pytest.mark.usefixtures("oblique_for_a_while")
+def test_stiff_damping_is_compiled_in_the_middle_of_a_run() -> None:
+    drive = BeltDrive(scenario_of(joints_turn()))
+    forms = []
+    drive.prepare(lambda t: None)
+    counts = drive._stepper._state.counts
+    while True:
+        forms.append(int(counts[IMPLICIT_NOW]))
+        if not drive.solve(lambda t: None):
+            break
+        drive.prepare(lambda t: None)
+    assert forms == [0, 1], "each form is prepared once, when it is first due"
+    assert 0 < counts[IMPLICIT_STEPS]
+
+
+@pytest.mark.usefixtures("oblique_for_a_while")
+def test_a_run_that_compiles_in_the_middle_is_that_of_one_that_does_not() -> None:
+    once = simulate(joints_turn())
+    assert once.status == "done"
+
+    drive = BeltDrive(scenario_of(joints_turn()))
+    drive._stepper.start()
+    drive._started = True
+    drive._stepper._ready = {False, True}
+    assert not drive.solve(lambda t: None)
+    plain = drive.observe()
+    for name, values in plain.channels.items():
+        np.testing.assert_array_equal(once.channels[name], values, err_msg=name)
+
+
+def test_warm_up_names_combinations_and_compiles_nothing_twice(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, only = "belt_drive", SCENARIOS / "belt_drive.toml"
+    monkeypatch.setattr("frictionsim.api.warming.shipped_scenarios", lambda: {name: only})
+    first = fs.warm_up()
+    assert [(found.scenario, found.backend) for found in first] == [
+        (name, "rkf45"),
+        (name, "moreau"),
+    ]
+    assert [found.seconds for found in fs.warm_up("belt_drive")] == [0.0, 0.0]
+    assert run_command_line(["warm-up"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "belt_drive, rkf45: compiled already",
+        "belt_drive, moreau: compiled already",
+        "0.0 s of compilation",
+    ]
+
+
+def test_warm_up_of_plain_python_compiles_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert fs.warm_up("pulley") == ()
+    assert run_command_line(["warm-up", "pulley"]) == 0
+    assert capsys.readouterr().out == "no kernels to compile\n"
+
+
+def test_warm_up_of_an_unknown_kind_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["warm-up", "pully"]) == 2
+    assert "unknown kind 'pully' (did you mean 'pulley'?)" in capsys.readouterr().err
