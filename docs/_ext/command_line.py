@@ -5,7 +5,7 @@ from typing import Any
 from markdown import table
 from typer.main import get_command
 
-from frictionsim.cli import file_commands  # noqa: F401  registers its commands
+from frictionsim.cli import file_commands, warm_up  # noqa: F401  register their commands
 from frictionsim.cli.commands import app
 
 
