@@ -5,12 +5,13 @@ from typing import Any
 from markdown import table
 from typer.main import get_command
 
-from frictionsim.cli import file_commands, warm_up  # noqa: F401  register their commands
 from frictionsim.cli.commands import app
 
 
 def commands() -> str:
     """Return a section for the program and for each command."""
+    from frictionsim.cli import file_commands, warm_up  # noqa: F401  register their commands
+
     program: Any = get_command(app)
     parts = [
         "## frictionsim",
