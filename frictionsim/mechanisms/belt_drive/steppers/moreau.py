@@ -43,7 +43,7 @@ MAX_OMEGA_H, LOST_TO_DAMPING = 2.0, 1.1
 MAX_DECAY = 0.65  # r h; beyond it less than that
 DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
 # Seconds, as of the adaptive method; of steps that solve for dampers along the belt.
-COMPILE_SECONDS, COMPILE_SECONDS_STIFF = 12.0, 20.0
+COMPILE_SECONDS, COMPILE_SECONDS_STIFF = 12.0, 18.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
 MAX_OF_CONTACT = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.

@@ -63,7 +63,7 @@ FIRST_STEP_RATIO = 0.01  # of the longest step
 
 # Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
 # effects. Only for whoever waits.
-COMPILE_SECONDS = 20.0
+COMPILE_SECONDS = 12.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
 START, STEP, LOOK = range(3)  # tasks
