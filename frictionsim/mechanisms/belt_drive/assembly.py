@@ -41,6 +41,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     Pulleys,
     System,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import wrap_factors
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.signals import PiecewiseLinear, Signal
 
@@ -117,7 +118,7 @@ def assemble(scenario: "BeltDriveScenario") -> BeltModel:
         _speed_torques(scenario),
         _prescribed_speeds(scenario),
         aligned_zeros(WORKSPACE_ROWS, layout.width),
-        _contacts(bodies, count),
+        _contacts(layout, count, scenario.mechanism.belt.wrap == "corrected"),
         pulleys,
     )
     law = effects.belt_friction
@@ -176,14 +177,15 @@ def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
     return Pulleys(np.array(free, dtype=np.int64), table)
 
 
-def _contacts(bodies: int, pulleys: int) -> Contacts:
+def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
     """Return room for as many candidates as there could ever be: all bodies."""
-    size = (bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
+    size = (layout.bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
     return Contacts(
         np.zeros(pulleys + 1, dtype=np.int64),
         np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
         aligned_zeros(CONTACT_ROWS, size),
-        np.zeros((2, bodies)),
+        np.zeros((2, layout.bodies)),
+        wrap_factors(layout.width, size) if corrected else None,
     )
 
 

@@ -73,6 +73,12 @@ class BeltTable(Params):
         "m", "Unstretched length of the belt; give this or pretension.", None, gt=0
     )
 
+    wrap: Literal["corrected", "polygon"] = Field(
+        "corrected",
+        description="Velocity of the belt on a rim: corrected for the corners between the bodies,"
+        " or that of their centres, as published.",
+    )
+
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.pretension is None) == (self.length is None):

@@ -3,8 +3,11 @@
 With n the unit vector from the centre of a pulley of radius R to the centre of a body, at the
 distance r from it, and t = z x n along the rim:
 
-    s = R omega - v . t                                                    [1]_ eqs 14-18
-    m (v . t)' = F . t - m v_n v_t/r + T,    I omega' = M - R sum T        [1]_ eqs 23, 24
+    s = R omega - kappa v . t                                              [1]_ eqs 14-18
+    m (v . t)' = F . t - m v_n v_t/r + kappa T,    I omega' = M - R sum T  [1]_ eqs 23, 24
+
+where kappa, 1 as published, is the wrap factor of `kernels.wrap`. The lines below have kappa = 1;
+with it a is the rate of kappa v . t, and m/kappa^2 stands in the place of m.
 
 Set-valued friction. A body that sticks has s' = -s/tau, which takes the force T = m (R alpha + g)
 with the bias g = s/tau - a, where a is its acceleration along t without friction. Sliding, the
@@ -27,12 +30,12 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Stage
+from frictionsim.mechanisms.belt_drive.effects.friction_tables import BeltFrictionTable
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -58,12 +61,15 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     TORQUE,
 )
-from frictionsim.scenario.friction_law import check_kinetic
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.mechanisms.belt_drive.kernels.wrap import (
+    mass_ratio,
+    times_factor,
+)
 from frictionsim.solvers import friction_curve as curve
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
@@ -72,71 +78,6 @@ PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
 # Relaxation time of residual slip, s: one wave transit per body, at most this; results do not
 # depend on it below that.
 MAX_RELAXATION_TIME = 1e-5
-
-
-# --- the scenario ---------------------------------------------------------------------------------
-
-
-UNITS = {"transition_speed": "m/s", "maximum_creep": "m"}
-
-
-class CoefficientsTable(Params):
-    """Friction of one pulley, or of a part of the belt."""
-
-    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
-    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
-
-    @model_validator(mode="after")
-    def _kinetic_not_above_static(self) -> Self:
-        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
-        return self
-
-
-class BeltFrictionTable(CoefficientsTable):
-    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
-
-    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
-
-    law: Literal["set-valued", "regularised", "creep"] = Field(
-        "set-valued", description="Friction law."
-    )
-    transition_speed: float | None = unit_field(
-        "m/s",
-        "Speed over which `regularised` and `creep` friction rises to its full size; needed by"
-        " both.",
-        None,
-        gt=0,
-    )
-    maximum_creep: float | None = unit_field(
-        "m",
-        "Creep at which a contact without slip has its full friction, eq 13; `creep` needs it.",
-        None,
-        gt=0,
-    )
-    pulleys: dict[str, CoefficientsTable] = Field(
-        default_factory=dict,
-        description="Coefficients of a pulley that differs from the others, by its name.",
-    )
-
-    @model_validator(mode="after")
-    def _law_has_its_parameters(self) -> Self:
-        needs = {
-            "transition_speed": self.law in ("regularised", "creep"),
-            "maximum_creep": self.law == "creep",
-        }
-        for key, needed in needs.items():
-            given = getattr(self, key) is not None
-            if needed and not given:
-                raise inconsistent(
-                    (key,),
-                    f"missing; law = '{self.law}' needs it, in {UNITS[key]}"
-                    f" (--set effects.belt_friction.{key}=VALUE)",
-                )
-            if given and not needed:
-                raise inconsistent(
-                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
-                )
-        return self
 
 
 # --- parameters -----------------------------------------------------------------------------------
@@ -208,7 +149,7 @@ def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[SPEED, j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            slip[s] = rim - (vy[s] * nx[s] - vx[s] * ny[s])
+            slip[s] = rim - times_factor(contacts.wrap, s, vy[s] * nx[s] - vx[s] * ny[s])
 
 
 @inline_kernel
@@ -231,11 +172,27 @@ def solve_sticking(
             along = vy[s] * nx[s] - vx[s] * ny[s]
             turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
             bias[s] = slip[s] * inv_relaxation_time - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
+        correct_stick_bias(contacts.wrap, inv_relaxation_time, contacts)
         friction_limits(contacts, 1.0)
         alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
         for j in pulleys.free:
             alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
         project_friction(contacts, pulleys, mass, alpha)
+
+
+@inline_kernel
+def correct_stick_bias(
+    wrap: "WrapFactors | None", inv_relaxation_time: float, contacts: "Contacts"
+) -> None:
+    """Make the rate of kappa v . t of the rate of v . t in STICK_BIAS."""
+    if wrap is not None:
+        table, factor, rate = contacts.table, wrap.factor, wrap.rate
+        nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
+        bias, slip = table[STICK_BIAS], table[SLIP]
+        for s in range(contacts.offsets[-1]):
+            relaxing = slip[s] * inv_relaxation_time
+            along = vy[s] * nx[s] - vx[s] * ny[s]
+            bias[s] = relaxing + factor[s] * (bias[s] - relaxing) - rate[s] * along
 
 
 @inline_kernel
@@ -268,10 +225,11 @@ def solve_pulley_motion(
         force = n_sticking = 0.0
         for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
             for s in range(block, block + SIMD_WIDTH):
-                needed = mass * (radius * x + bias[s])
+                ratio = mass_ratio(contacts.wrap, s)
+                needed = mass * ratio * (radius * x + bias[s])
                 limited = min(max(needed, -backward[s]), forward[s])
                 force += limited
-                n_sticking += 1.0 if limited == needed else 0.0
+                n_sticking += ratio if limited == needed else 0.0
         excess = inertia * x - external + radius * force
         if excess > 0.0:
             high = x
@@ -295,9 +253,11 @@ def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: A
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            friction[s] = min(max(mass * (rim + bias[s]), -backward[s]), forward[s])
+            needed = mass * mass_ratio(contacts.wrap, s) * (rim + bias[s])
+            friction[s] = min(max(needed, -backward[s]), forward[s])
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            sticking[s] = 1.0 if friction[s] == mass * (rim + bias[s]) else 0.0
+            needed = mass * mass_ratio(contacts.wrap, s) * (rim + bias[s])
+            sticking[s] = 1.0 if friction[s] == needed else 0.0
 
 
 @inline_kernel
@@ -306,8 +266,9 @@ def add_friction_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Ar
     friction, nx, ny = contacts.table[FRICTION], contacts.table[NX], contacts.table[NY]
     for s in range(contacts.offsets[-1]):
         i = contacts.body[s]
-        ax[i] -= inv_mass * friction[s] * ny[s]
-        ay[i] += inv_mass * friction[s] * nx[s]
+        force = times_factor(contacts.wrap, s, friction[s])
+        ax[i] -= inv_mass * force * ny[s]
+        ay[i] += inv_mass * force * nx[s]
 
 
 # --- friction as a function of the slip -----------------------------------------------------------

@@ -41,6 +41,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     X,
     Y,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
 
 if TYPE_CHECKING:
@@ -187,6 +188,8 @@ def add_contacts(
     """Add the normal forces; return the power that their dampers take, W."""
     contacts = system.contacts
     contact_forces(kinematics, contacts, contact)
+    count = contacts.offsets[-1]
+    update_wrap_factors(contacts.wrap, contacts.body, count, system.chain, kinematics)
     power = add_contact_damping(contacts, contact.damping)
     add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
     return power

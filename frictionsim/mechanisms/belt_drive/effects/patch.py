@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import CoefficientsTable
+from frictionsim.mechanisms.belt_drive.effects.friction_tables import CoefficientsTable
 from frictionsim.scenario.schema import inconsistent, unit_field
 
 if TYPE_CHECKING:

@@ -33,6 +33,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     X,
     Y,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import times_factor, update_wrap_factors
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -53,6 +54,8 @@ def find_contact_candidates(system: "System", kinematics: "Array") -> None:
     """
     contacts, pulleys = system.contacts, system.pulleys
     search(contacts, pulleys, system.chain.bodies, system.chain.length, kinematics)
+    count = contacts.offsets[-1]
+    update_wrap_factors(contacts.wrap, contacts.body, count, system.chain, kinematics)
     initial_contact_modes(kinematics, contacts, pulleys)
     assign_friction_coefficients(contacts, pulleys.table.shape[1], system.friction)
 
@@ -107,7 +110,7 @@ def initial_contact_modes(kinematics: "Array", contacts: "Contacts", pulleys: "P
                     kinematics[Y, i] - table[CENTRE_Y, s],
                 )
                 moment = kinematics[VY, i] * dx - kinematics[VX, i] * dy
-                along = moment / np.sqrt(dx * dx + dy * dy)
+                along = times_factor(contacts.wrap, s, moment / np.sqrt(dx * dx + dy * dy))
                 slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
                 table[SLIP, s], table[MODE, s] = slip, np.sign(slip)
                 table[STICKING, s] = 1.0 if slip == 0.0 else 0.0

@@ -30,6 +30,7 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
     derivative,
     value,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_rates
 
 if TYPE_CHECKING:
     import numpy as np
@@ -123,6 +124,9 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
     aphi = rate[half + 2 * width : half + 3 * width]
     kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, width))
     damped = smooth_accelerations(system, kinematics, ax, ay, aphi)
+    contacts = system.contacts
+    count_contacts = contacts.offsets[-1]
+    update_wrap_rates(contacts.wrap, contacts.body, count_contacts, system.chain, kinematics)
     slip_velocities(system.contacts, system.pulleys)
     solve_friction(system.effects.belt_friction, system, ax, ay, h)
     add_friction_forces(system.contacts, 1.0 / system.chain.mass, ax, ay)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         SpeedTorques,
         TimeTorques,
     )
+    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -43,13 +44,15 @@ class Contacts(NamedTuple):
     0 and touch nothing, fill them up to full vectors, so that loops over contacts have no branch.
 
     `offsets` is (pulleys + 1,), `body` (contacts,), `table` (20, contacts) with the rows of
-    `layout`; `saved_modes`, (2, bodies), has mode and sticking of the bodies during a new search.
+    `layout`; `saved_modes`, (2, bodies), has mode and sticking of the bodies during a new search;
+    `wrap` has the wrap factors, None where the slip is that of the bodies' centres.
     """
 
     offsets: "Indices"
     body: "npt.NDArray[np.uint64]"
     table: "Array"
     saved_modes: "Array"
+    wrap: "WrapFactors | None"
 
 
 class System(NamedTuple):

@@ -46,6 +46,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VY,
     aligned_zeros,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, over_factor, times_factor
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -188,9 +189,9 @@ def assemble_contact_rows(
             table[STICKING_BODY, i] = contact[STICKING, s]
             # A body that sticks loses what it had along t; the rim's velocity comes by a column.
             table[IMPULSE_OVER_MASS, i] = (
-                contact[STICK_BIAS, s]
+                over_factor(contacts.wrap, s, contact[STICK_BIAS, s])
                 if contact[STICKING, s] > 0.0
-                else contact[FRICTION, s] / chain.mass
+                else times_factor(contacts.wrap, s, contact[FRICTION, s]) / chain.mass
             )
 
 
@@ -226,8 +227,9 @@ def assemble_system(
             if contacts.table[RADIUS, s] > 0.0 and contacts.table[STICKING, s] > 0.0:
                 i = contacts.body[s]
                 a = i + 1 if i < n - 1 else 0
-                columns[1 + j, i] += radius * (ex[i] * tx[i] + ey[i] * ty[i])
-                columns[1 + j, a] -= radius * (ex[a] * tx[i] + ey[a] * ty[i])
+                rim = over_factor(contacts.wrap, s, radius)
+                columns[1 + j, i] += rim * (ex[i] * tx[i] + ey[i] * ty[i])
+                columns[1 + j, a] -= rim * (ex[a] * tx[i] + ey[a] * ty[i])
 
 
 @inline_kernel
@@ -292,11 +294,13 @@ def solve_pulley_speeds(
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
             if contacts.table[STICKING, s] > 0.0:
                 i = contacts.body[s]
-                matrix[j, j] += inv * chain.mass * radius
-                matrix[j, count] -= inv * chain.mass * contacts.table[STICK_BIAS, s]
-                matrix[j, count] += inv * tangential_impulse(i, n, table, columns[0])
+                mass = chain.mass * mass_ratio(contacts.wrap, s)
+                own = over_factor(contacts.wrap, s, inv)
+                matrix[j, j] += inv * mass * radius
+                matrix[j, count] -= inv * mass * contacts.table[STICK_BIAS, s]
+                matrix[j, count] += own * tangential_impulse(i, n, table, columns[0])
                 for other in range(count):
-                    matrix[j, other] -= inv * tangential_impulse(i, n, table, columns[1 + other])
+                    matrix[j, other] -= own * tangential_impulse(i, n, table, columns[1 + other])
             else:
                 matrix[j, count] -= inv * contacts.table[FRICTION, s]
     for j in range(count):
@@ -322,7 +326,7 @@ def update_active_set(
     Return whether it did. FRICTION of a body that slides is its limit in the direction that it was
     found to slide in.
     """
-    n, table, mass = chain.bodies, damping.table, chain.mass
+    n, table = chain.bodies, damping.table
     contact, changed = contacts.table, False
     count = pulleys.table.shape[1]
     for j in range(count):
@@ -331,6 +335,8 @@ def update_active_set(
             if contact[RADIUS, s] == 0.0:
                 continue
             pulled = tangential_impulse(contacts.body[s], n, table, damping.columns[0])
+            pulled = over_factor(contacts.wrap, s, pulled)
+            mass = chain.mass * mass_ratio(contacts.wrap, s)
             if contact[STICKING, s] > 0.0:
                 needed = mass * (rim + contact[STICK_BIAS, s]) - pulled
                 if -contact[BACKWARD_LIMIT, s] <= needed <= contact[FORWARD_LIMIT, s]:

@@ -69,6 +69,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VY,
     copy,
 )
+from frictionsim.mechanisms.belt_drive.kernels.wrap import times_factor
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
     add_predicted_damping,
@@ -357,11 +358,11 @@ def solve_stiff_damping(
 
 @inline_kernel
 def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
-    """Write the velocities along t of the candidates."""
+    """Write the velocities along t of the candidates, with their wrap factors."""
     nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
     for s in range(contacts.offsets[-1]):
         i = body[s]
-        along[s] = vy[i] * nx[s] - vx[i] * ny[s]
+        along[s] = times_factor(contacts.wrap, s, vy[i] * nx[s] - vx[i] * ny[s])
 
 
 @inline_kernel
