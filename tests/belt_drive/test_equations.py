@@ -34,7 +34,7 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
 )
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.scenario.signal_tables import signal_from
-from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations
+from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
 from tests.support.belt_scenarios import Array, kinematics, pair, reference, scenario_of, trio
 from tests.support.scenarios import Scenario
 
@@ -120,7 +120,9 @@ class Both:
         near = np.argmin(away - belt.radii, axis=1)
         law = self.scenario.effects.belt_friction
         x, y = parts[0] - belt.centres[near, 0], parts[1] - belt.centres[near, 1]
-        slip = belt.radii[near] * parts[7][near] - (parts[4] * x - parts[3] * y) / np.hypot(x, y)
+        kappa = np.array([corners(belt, i, parts[2], parts[5])[0] for i in range(belt.n)])
+        along = kappa * (parts[4] * x - parts[3] * y) / np.hypot(x, y)
+        slip = belt.radii[near] * parts[7][near] - along
         mu = coefficients(self.scenario, length, near, self.held, slip) if law else 0.0
         return accelerations(belt, self.t, *parts, mu=mu, h=STEP)
 
@@ -174,8 +176,9 @@ def assert_same(both: Both, close: float) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_all_effects_together(seed: int) -> None:
-    both = Both(trio(), seed)
+@pytest.mark.parametrize("wrap", ["corrected", "polygon"])
+def test_all_effects_together(wrap: str, seed: int) -> None:
+    both = Both(trio(mechanism__belt__wrap=wrap), seed)
     stuck = both.of_bodies(STICKING)[both.expected.N > 0.0]
     assert 0.0 < np.mean(stuck) < 0.9
     assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0

@@ -30,7 +30,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     stiff_damping,
 )
 from frictionsim.simulation.simulate import RunResult
-from tests.support.belt_reference import Belt, gap, gap_rate
+from tests.support.belt_reference import Belt, corners, gap, gap_rate
 from tests.support.belt_scenarios import (
     GENTLY,
     MUCH_FRICTION,
@@ -66,6 +66,7 @@ class Strike(NamedTuple):
     before: Array  # (6, width), positions and old velocities
     after: Array  # the same with the new velocities, dampers and friction left out
     speeds: Array  # new, friction left out
+    kappa: Array  # wrap factor of each body
     damping: StiffDamping
 
 
@@ -73,9 +74,9 @@ STEP = 1e-4
 COEFFICIENT = 500.0
 
 
-def strike(share_stuck: float, seed: int) -> Strike:
+def strike(share_stuck: float, seed: int, wrap: str = "corrected") -> Strike:
     """Return a random step in which a share of the bodies stick and the others slide."""
-    scenario = scenario_of(pair())
+    scenario = scenario_of(pair(mechanism__belt__wrap=wrap))
     a = assemble(scenario)
     random = np.random.default_rng(seed)
     width, n = a.system.layout.width, a.system.chain.bodies
@@ -92,16 +93,18 @@ def strike(share_stuck: float, seed: int) -> Strike:
     a.system.pulleys.table[ALPHA] = speeds
     table, count = a.system.contacts.table, a.system.contacts.offsets[-1]
     body = a.system.contacts.body[:count].astype(int)
+    belt = reference(scenario, a.system.chain.length)
+    kappa = np.array([corners(belt, i, before[2, :n], before[5, :n])[0] for i in range(n)])
     for row, motion, sign in ((SLIP, before, 1.0), (STICK_BIAS, after, -1.0)):
         along = motion[4, body] * table[NX, :count] - motion[3, body] * table[NY, :count]
-        table[row, :count] = sign * along
+        table[row, :count] = sign * kappa[body] * along
     filled = table[RADIUS, :count] > 0.0
     table[STICKING, :count] = (random.random(n) < share_stuck)[body] & filled
     # Beyond what holds them, and too little to stop them: the guess who sticks is right.
     for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
         table[limit, :count] = np.where(table[STICKING, :count] > 0.0, 1e9, 1e-9 * filled)
-    belt = reference(scenario, a.system.chain.length)
-    return Strike(a, belt, before, after, speeds, stiff_damping(COEFFICIENT, width, 2))
+    damping = stiff_damping(COEFFICIENT, width, 2)
+    return Strike(a, belt, before, after, speeds, kappa, damping)
 
 
 def rates_of_stretch(s: Strike) -> Array:
@@ -139,7 +142,8 @@ def dense(s: Strike) -> tuple[Array, Array, Array]:
     contacts = contacts_of(s)
     along = np.zeros((len(contacts), 3 * n + 2))  # makes slips, rim less body, of velocities
     for row, (k, i, j) in enumerate(contacts):
-        along[row, [i, n + i, 3 * n + j]] = table[NY, k], -table[NX, k], s.belt.radii[j]
+        along[row, [i, n + i]] = s.kappa[i] * np.array([table[NY, k], -table[NX, k]])
+        along[row, 3 * n + j] = s.belt.radii[j]
     stuck = np.array([table[STICKING, k] > 0.0 for k, _, _ in contacts])
     matrix = np.diag([*mass, *s.belt.inertias])
     matrix[: 3 * n, : 3 * n] += 0.5 * STEP * COEFFICIENT * rates.T @ rates
@@ -156,14 +160,15 @@ def dense(s: Strike) -> tuple[Array, Array, Array]:
 
 @pytest.mark.parametrize("share_stuck", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_one_step_is_that_of_a_dense_system(share_stuck: float, seed: int) -> None:
-    s = strike(share_stuck, seed)
+@pytest.mark.parametrize("wrap", ["corrected", "polygon"])
+def test_one_step_is_that_of_a_dense_system(wrap: str, share_stuck: float, seed: int) -> None:
+    s = strike(share_stuck, seed, wrap)
     a, n = s.model, s.belt.n
     expected, speeds, mean_rates = dense(s)
     after = s.after.copy()
     heat = solve_damping_and_friction(STEP, s.before, after, s.damping, a.system)
     for k, i, _ in contacts_of(s):
-        impulse = a.system.contacts.table[FRICTION, k] / a.system.chain.mass
+        impulse = s.kappa[i] * a.system.contacts.table[FRICTION, k] / a.system.chain.mass
         after[3, i] -= impulse * a.system.contacts.table[NY, k]
         after[4, i] += impulse * a.system.contacts.table[NX, k]
     found = after[3:, :n].ravel()
@@ -181,8 +186,8 @@ def test_what_sticks_moves_with_the_rim() -> None:
     solve_damping_and_friction(STEP, s.before, after, s.damping, a.system)
     for k, i, j in contacts_of(s):
         nx, ny = a.system.contacts.table[NX, k], a.system.contacts.table[NY, k]
-        impulse = a.system.contacts.table[FRICTION, k] / a.system.chain.mass
-        along = after[4, i] * nx - after[3, i] * ny + impulse
+        impulse = s.kappa[i] * a.system.contacts.table[FRICTION, k] / a.system.chain.mass
+        along = s.kappa[i] * (after[4, i] * nx - after[3, i] * ny + impulse)
         rim = a.system.pulleys.table[PULLEY_RADIUS, j] * a.system.pulleys.table[ALPHA, j]
         assert along == pytest.approx(rim, abs=1e-13)  # roundings of some m/s
 

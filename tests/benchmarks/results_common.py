@@ -19,7 +19,7 @@ from frictionsim.results import failures
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
-from frictionsim.work_precision.study import Budget
+from frictionsim.simulation.wall_time import LimitedSteps
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
@@ -72,7 +72,8 @@ def solve(
         del data["effects"][effect]
     for override in overrides:
         apply_override(data, override)
-    return run(validate(data, SCENARIOS), Budget(lambda t: None, max_wall))
+    scenario = validate(data, SCENARIOS)
+    return run(scenario, LimitedSteps(lambda t: None, max_wall, scenario.solver.duration))
 
 
 def quantity_of(result: RunResult, name: str) -> float:

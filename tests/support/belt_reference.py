@@ -4,6 +4,9 @@ The model is that of K. Kubas, "A two-dimensional discrete model for dynamic ana
 transmission with dry friction" (2014): a closed ring of thin links joined by spring-dampers, in
 penalty contact with round pulleys. Nothing here is fast and nothing is shared with the package.
 
+A link on a pulley slips with its velocity along the rim times kappa, which makes up for the corners
+to its neighbours, and takes kappa T of the friction T on the rim; without ``wrap`` kappa is 1.
+
 Axes: x and y in the plane, Z out of it, angles and torques positive counter-clockwise.
 Arrays over links have ``n`` entries, arrays over pulleys ``n_pulleys``. A link may touch one
 pulley at a time. Joint ``k`` stands between link ``k - 1`` (cyclic) and link ``k``.
@@ -48,6 +51,7 @@ class Belt:
     b_section: float = 0.0  # axial section damping: b = b_section / l
     EI: float = 0.0  # bending stiffness of the section: c_tor = EI / l
     b_tor: float = 0.0  # bending damping of a joint
+    wrap: bool = True  # kappa of the corners; False: 1, as published
     turns: int = 1  # full turns of the links round the ring: +1 counter-clockwise, -1 clockwise
     gravity: tuple[float, float] = (0.0, 0.0)
     law: str = "set-valued"  # or "regularised", "creep"
@@ -142,6 +146,8 @@ class Contact:
     N_elastic: float
     slip: float
     turning: float  # v . dt/dt
+    kappa: float
+    kappa_gain: float  # dkappa/dt v . t
 
 
 # --- joints --------------------------------------------------------------------------------------
@@ -241,10 +247,23 @@ def normal_force(belt: Belt, j: int, p: float, pdot: float) -> tuple[float, floa
     return max(elastic + damped, 0.0), elastic
 
 
-def contact(belt: Belt, i: int, j: int, P: Array, V: Array, omega: Array) -> Contact | None:
+def corners(belt: Belt, i: int, phi: Array, w: Array) -> tuple[float, float]:
+    """kappa = 1 + (a^2 + b^2)/24 of the bends at both ends of link i, and its rate."""
+    if not belt.wrap:
+        return 1.0, 0.0
+    kappa, rate = 1.0, 0.0
+    for k in (i, (i + 1) % belt.n):
+        kappa += bend(belt, k, phi) ** 2 / 24.0
+        rate += 2.0 * bend(belt, k, phi) * float(w[k] - w[k - 1]) / 24.0
+    return kappa, rate
+
+
+def contact(
+    belt: Belt, i: int, j: int, P: Array, phi: Array, V: Array, w: Array, omega: Array
+) -> Contact | None:
     """The kinematics and the normal force of link i on pulley j; None where they are apart.
 
-    rhat = (P - C)/r,  t = Z x rhat,  p = R - r,  pdot = -v . rhat,  s = omega R - v . t.
+    rhat = (P - C)/r,  t = Z x rhat,  p = R - r,  pdot = -v . rhat,  s = omega R - kappa v . t.
     rhat turns with v_t/r, so dt/dt = -(v_t/r) rhat and v . dt/dt = -v_n v_t/r.
     """
     arm = P[i] - belt.centres[j]
@@ -256,14 +275,19 @@ def contact(belt: Belt, i: int, j: int, P: Array, V: Array, omega: Array) -> Con
     t = np.array([-rhat[1], rhat[0]])
     v_n, v_t = float(V[i] @ rhat), float(V[i] @ t)
     N, elastic = normal_force(belt, j, p, -v_n)
-    slip = float(omega[j] * belt.radii[j]) - v_t
-    return Contact(i, j, rhat, t, p, -v_n, N, elastic, slip, -v_n * v_t / r)
+    kappa, kappa_rate = corners(belt, i, phi, w)
+    slip = float(omega[j] * belt.radii[j]) - kappa * v_t
+    turning = -v_n * v_t / r
+    along = kappa_rate * v_t
+    return Contact(i, j, rhat, t, p, -v_n, N, elastic, slip, turning, kappa, along)
 
 
-def contacts(belt: Belt, P: Array, V: Array, omega: Array) -> list[Contact]:
+def contacts(belt: Belt, P: Array, phi: Array, V: Array, w: Array, omega: Array) -> list[Contact]:
     """All contacts; a link on two pulleys at once is refused."""
     pairs = [(i, j) for i in range(belt.n) for j in range(belt.n_pulleys)]
-    found = [c for c in (contact(belt, i, j, P, V, omega) for i, j in pairs) if c is not None]
+    found = [
+        c for c in (contact(belt, i, j, P, phi, V, w, omega) for i, j in pairs) if c is not None
+    ]
     if len({c.i for c in found}) < len(found):
         raise ValueError("a link touches two pulleys")
     return found
@@ -317,12 +341,14 @@ def friction_of_slip(belt: Belt, c: Contact, h: float | None) -> float:
 
 
 def friction_set_valued(belt: Belt, c: Contact, alpha: float, free: Array, mu: Array) -> float:
-    """T(alpha) = clip(m (R alpha - a + s/tau), -mu_1 N, mu_0 N),  a = F . t/m + v . dt/dt.
+    """T(alpha) = clip(m/kappa^2 (R alpha - a + s/tau), -mu_1 N, mu_0 N).
 
-    ``free`` is the force F on the link without friction. Where nothing clips, ds/dt = -s/tau.
+    a = kappa (F . t/m + v . dt/dt) + dkappa/dt v . t is the rate of kappa v . t under the force F,
+    ``free``, of the link without friction. kappa T adds kappa^2 T/m to it. Where nothing clips,
+    ds/dt = -s/tau.
     """
-    a = float(free[c.i] @ c.t) / belt.m + c.turning
-    wanted = belt.m * (float(belt.radii[c.j]) * alpha - a + c.slip / belt.tau)
+    a = c.kappa * (float(free[c.i] @ c.t) / belt.m + c.turning) + c.kappa_gain
+    wanted = belt.m / c.kappa**2 * (float(belt.radii[c.j]) * alpha - a + c.slip / belt.tau)
     forward, backward = mu[:, c.i] * c.N
     return float(min(max(wanted, -backward), forward))
 
@@ -405,7 +431,8 @@ def accelerations(
 ) -> Accelerations:
     """Newton's equations of the links and the pulleys.
 
-    m a = joints + gravity + N rhat + T t,   (m l^2/12) aphi = joints,   I alpha = M - R sum T.
+    m a = joints + gravity + N rhat + kappa T t,   (m l^2/12) aphi = joints,
+    I alpha = M - R sum T.
     ``mu``: for T > 0 and T < 0 one number per link (or one for all), set-valued law;
     ``h``: the step, creep law.
     """
@@ -415,7 +442,7 @@ def accelerations(
     moment = np.zeros(belt.n)
     tension, joint_loss = add_stretching(belt, P, phi, V, w, free, moment)
     bending_loss = add_bending(belt, phi, w, moment)
-    found = contacts(belt, P, V, omega)
+    found = contacts(belt, P, phi, V, w, omega)
     for c in found:
         free[c.i] += c.N * c.rhat
 
@@ -428,7 +455,7 @@ def accelerations(
         )
         for c, T_i in zip(touching, on_links, strict=True):
             T[c.i] = T_i
-            force[c.i] += T_i * c.t
+            force[c.i] += c.kappa * T_i * c.t
 
     powers = Powers(
         joint=joint_loss,

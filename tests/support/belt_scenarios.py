@@ -172,6 +172,7 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
         b_section=axial.coefficient if axial else 0.0,
         EI=bending.rigidity if bending else 0.0,
         b_tor=bending.damping / body_length if bending else 0.0,
+        wrap=belt.wrap == "corrected",
         gravity=(0.0, -effects.gravity.g) if effects.gravity else (0.0, 0.0),
         law=law.law if law else "set-valued",
         tau=tau,

@@ -33,8 +33,8 @@ CHANNELS = {
     "y": Channel("m", "y of the body's centre", "body"),
     "angle": Channel("rad", "angle of the body", "body"),
     "normal_force": Channel("N", "normal force of the pulley on the body", "body"),
-    "friction_force": Channel("N", "friction of the pulley on the body, along z x n", "body"),
-    "slip_velocity": Channel("m/s", "velocity of the rim less that of the body", "body"),
+    "friction_force": Channel("N", "friction of the rim on the belt, along z x n", "body"),
+    "slip_velocity": Channel("m/s", "velocity of the rim less that of the belt on it", "body"),
     "sticking": Channel(
         "1",
         "1 where the body sticks to a pulley, else 0",

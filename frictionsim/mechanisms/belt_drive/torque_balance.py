@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 LIMIT = 0.02
 # Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8:
 # this times (l/R)^2 is what they do to the force, or, where the belt hardly moves over a pulley and
-# a corner may hold it, to the tension.
+# a corner may hold it, to the tension. Wrap factors leave of the force what is of higher order.
 CORNER = 1.0 / 4.0
 MIN_BODIES = 10.0  # that pass while corners even out
 # Forces of less than this share of the tension are what corners and contacts make at random.
@@ -107,8 +107,11 @@ def _misfit_of_spans(
     off, chance = _misfit(time, force, -gained)
     length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
-    holds = np.where(passed > MIN_BODIES, np.max(np.abs(time_mean(time, fall))), spans.mean())
-    corners = CORNER * (length / radius) ** 2 * holds
+    moving = CORNER * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
+    if model.system.contacts.wrap is not None:
+        moving *= (length / radius) ** 2
+    still = CORNER * (length / radius) ** 2 * spans.mean()
+    corners = np.where(passed > MIN_BODIES, moving, still)
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)
     return Misfit(
