@@ -191,8 +191,8 @@ def _slip_of_corners(model: "BeltModel", quantities: "Quantities") -> Iterator[s
     if slip is not None and abs(slip) < corner:
         yield (
             f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
-            f" (l/R)^2/{divisor} = {corner:.2g} %: take slip, and tensions on the arcs, from a belt of"
-            " more bodies"
+            f" (l/R)^2/{divisor} = {corner:.2g} %: take slip, and tensions on the arcs, from a belt"
+            " of more bodies"
         )
 
 
