@@ -103,9 +103,9 @@ def arc_over_span(done: RunResult) -> float:
 
 @pytest.mark.parametrize("bending", LIMIT_OF_MESH)
 def test_without_load_an_arc_has_the_tension_of_its_spans(bending: str) -> None:
-    """But for what the soft contact takes where a body comes on to it."""
+    """But for what the soft contact does where a body comes on to it, and bending before that."""
     done = paper("corrected", bending, False)
-    assert arc_over_span(done) == pytest.approx(1.0, abs=0.05)
+    assert arc_over_span(done) == pytest.approx(1.0, abs={"without": 0.03, "with": 0.09}[bending])
     assert abs(quantity(done, "slip_percent")) < 0.02
 
 
