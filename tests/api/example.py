@@ -91,7 +91,10 @@ def other_functions(folder: Path) -> None:
     drawn: Figure = study.plot()
     schema: dict[str, Any] = fs.schema("pulley")
     kinds: tuple[str, ...] = fs.kinds()
-    print(quantities, path, table.sizes, advice, drawn, schema["title"], kinds, fs.__version__)
+    warmed: tuple[fs.WarmedUp, ...] = fs.warm_up("pulley")
+    seconds: list[float] = [found.seconds for found in warmed]
+    print(quantities, path, table.sizes, advice, drawn, schema["title"], kinds, seconds)
+    print(fs.__version__)
 
 
 def errors_of(source: str) -> list[str]:

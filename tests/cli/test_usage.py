@@ -27,6 +27,7 @@ COMMANDS = [
     "plot",
     "new",
     "schema",
+    "warm-up",
 ]
 LONG = "a" * 300
 

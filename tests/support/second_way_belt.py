@@ -247,8 +247,10 @@ def energies(record: Record, length: float) -> dict[str, Seen]:
         "energy_potential": Seen(end, 1e-6 * abs(first)),
     }
     if "belt_friction" in effects:
-        power = np.sum(np.abs(channels["friction_force"] * channels["slip_velocity"]), axis=1)
-        heat = integral(time, power)
+        power = channels["friction_force"] * channels["slip_velocity"]
+        # One that sticks has what the tolerance leaves it of a slip, of either sign.
+        power = np.where(channels["sticking"] == 1.0, power, np.abs(power))
+        heat = integral(time, np.sum(power, axis=1))
         seen["energy_friction"] = Seen(heat.value, heat.uncertainty + HEAT * abs(heat.value or 0.0))
     bends = effects.get("bending", {"damping": 0.0})["damping"] > 0.0
     if "axial_damping" in effects or effects["contact"]["damping"] > 0.0 or bends:

@@ -12,17 +12,23 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BACKWARD,
+    BODY_VX,
+    BODY_VY,
     CENTRE_X,
     CENTRE_Y,
     FORWARD,
     FRICTION,
+    INV_DISTANCE,
     KINETIC,
     MODE,
     NORMAL,
+    NX,
+    NY,
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
     RADIUS,
+    RIM_TURN,
     SIMD_WIDTH,
     SLIP,
     SPEED,
@@ -33,7 +39,11 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     X,
     Y,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import times_factor, update_wrap_factors
+from frictionsim.mechanisms.belt_drive.kernels.wrap import (
+    factor_rate,
+    times_factor,
+    update_wrap_factors,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -162,3 +172,25 @@ def update_contact_modes(contacts: "Contacts") -> bool:
             mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
         table[MODE, s] = mode
     return select_friction_coefficients(contacts)
+
+
+@inline_kernel
+def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
+    """Write the velocities along t of the candidates, with their wrap factors."""
+    nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
+    for s in range(contacts.offsets[-1]):
+        i = body[s]
+        along[s] = times_factor(contacts.wrap, s, vy[i] * nx[s] - vx[i] * ny[s])
+
+
+@inline_kernel
+def predict_rim_turn(h: float, contacts: "Contacts") -> None:
+    """Write RIM_TURN from the velocities that were expected in the middle of the step."""
+    table, wrap = contacts.table, contacts.wrap
+    nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
+    inv_distance, turn = table[INV_DISTANCE], table[RIM_TURN]
+    for s in range(contacts.offsets[-1]):
+        along = vy[s] * nx[s] - vx[s] * ny[s]
+        away = vx[s] * nx[s] + vy[s] * ny[s]
+        turn[s] = -0.5 * h * times_factor(wrap, s, along * away * inv_distance[s])
+        turn[s] += 0.5 * h * along * factor_rate(wrap, s)

@@ -35,7 +35,7 @@ WORKSPACE_ROWS = 12
 PULLEY_X, PULLEY_Y, PULLEY_RADIUS, INERTIA, SPEED, ALPHA, TORQUE, SPEED_OLD = range(8)
 PULLEY_ROWS = 8
 
-# Rows of the contacts' table, (20, contacts): centre and radius of the pulley, m, with a radius of
+# Rows of the contacts' table, (21, contacts): centre and radius of the pulley, m, with a radius of
 # zero where there is no contact;
 CENTRE_X, CENTRE_Y, RADIUS = range(3)
 # coefficients of friction at rest and sliding, and those in force for T > 0 and for T < 0;
@@ -44,9 +44,11 @@ STATIC, KINETIC, FORWARD, BACKWARD = range(3, 7)
 NX, NY, INV_DISTANCE, BODY_VX, BODY_VY = range(7, 12)
 # the normal force N; the bounds of T > 0 and of T < 0, N or N s; the slip, m/s; the bias of the
 # force that sticking needs, m (R x + bias); T; 1 where T is within its bounds, else 0; and the
-# mode, 0 where the static coefficient holds, else the direction of the slip.
+# mode, 0 where the static coefficient holds, else the direction of the slip;
 NORMAL, FORWARD_LIMIT, BACKWARD_LIMIT, SLIP, STICK_BIAS, FRICTION, STICKING, MODE = range(12, 20)
-CONTACT_ROWS = 20
+# and by how much v . t, m/s, grows from the middle of a fixed step to its end as t turns.
+RIM_TURN = 20
+CONTACT_ROWS = 21
 
 # Energies at the end of the state, J.
 INPUT_ENERGY, FRICTION_HEAT, DAMPING_HEAT = range(3)

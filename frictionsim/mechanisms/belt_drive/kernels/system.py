@@ -43,7 +43,7 @@ class Contacts(NamedTuple):
     Those of pulley j are offsets[j] to offsets[j + 1] - 1; some of no radius, which belong to body
     0 and touch nothing, fill them up to full vectors, so that loops over contacts have no branch.
 
-    `offsets` is (pulleys + 1,), `body` (contacts,), `table` (20, contacts) with the rows of
+    `offsets` is (pulleys + 1,), `body` (contacts,), `table` (21, contacts) with the rows of
     `layout`; `saved_modes`, (2, bodies), has mode and sticking of the bodies during a new search;
     `wrap` has the wrap factors, None where the slip is that of the bodies' centres.
     """

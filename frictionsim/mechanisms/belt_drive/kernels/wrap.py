@@ -108,6 +108,14 @@ def times_factor(wrap: WrapFactors | None, s: int, value: float) -> float:
 
 
 @inline_kernel
+def factor_rate(wrap: WrapFactors | None, s: int) -> float:
+    """Return the rate of kappa that `update_wrap_rates` has written, 1/s."""
+    if wrap is not None:
+        return wrap.rate[s]
+    return 0.0
+
+
+@inline_kernel
 def over_factor(wrap: WrapFactors | None, s: int, value: float) -> float:
     """Return a value over kappa: a velocity of the body from one on the rim."""
     if wrap is not None:

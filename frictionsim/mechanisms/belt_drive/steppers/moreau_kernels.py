@@ -5,8 +5,13 @@ set-valued law asks for, half a step with the new velocities.
 
     q_m = q + (h/2) v
     v+  = v + h a(q_m, v_m) + (impulses P along t)/m
-    P   = clip(m (R omega+ - (v + h a) . t), -mu N h, mu N h)
+    P   = clip(m (R omega+ - (v + h a) . t - (h/2) t' . v_m), -mu N h, mu N h)
     q+  = q_m + (h/2) v+
+
+with t in the middle of the step, and its rate: what sticks has no slip along the t of the end. That
+of the middle would leave t' . v_m over half a step, an error of first order. The work of P is that
+of the mean velocities, v . t with the t of the middle: the energy closes. The wrap factor of
+`kernels.wrap` is taken with t, and its rate with that of t.
 
 One evaluation of the forces a step. They depend on the velocity through dampers and torques, for
 which v_m = v + (v - v_before)/2 is the velocity at the middle to second order. The dampers of the
@@ -41,6 +46,8 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     find_contact_candidates,
+    predict_rim_turn,
+    tangential_velocities,
     update_contact_modes,
 )
 from frictionsim.mechanisms.belt_drive.kernels.equations import (
@@ -57,9 +64,8 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     FRICTION,
     FRICTION_HEAT,
     INERTIA,
-    NX,
-    NY,
     PULLEY_RADIUS,
+    RIM_TURN,
     SLIP,
     SPEED,
     SPEED_OLD,
@@ -69,7 +75,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VY,
     copy,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import times_factor
+from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_rates
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
     add_predicted_damping,
@@ -220,7 +226,7 @@ def step(
     damped += add_midpoint_contact_damping(h, system.chain.mass, contacts, contact_damping, ax, ay)
     prescribed_speeds(t + h, pulleys, system.prescribed)
     update_velocities(h, y[half : 2 * half], rate[half : 2 * half])
-    rubbed, braked = solve_contact_impulses(h, state.old, state.new, stiff, system)
+    rubbed, braked = solve_contact_impulses(h, state, stiff, system)
     update_positions(h, y, middle, half)
     for k in range(len(free)):
         y[layout.speeds + k] = pulley[ALPHA, free[k]]
@@ -296,7 +302,7 @@ def update_positions(h: float, y: "Array", middle: "Array", size: int) -> None:
 
 @inline_kernel
 def solve_contact_impulses(
-    h: float, old: "Array", new: "Array", stiff: StiffDamping | None, system: "System"
+    h: float, state: MoreauState, stiff: StiffDamping | None, system: "System"
 ) -> tuple[float, float]:
     """Solve for the impulses and add them to the new velocities; write the new speeds into ALPHA.
 
@@ -304,18 +310,22 @@ def solve_contact_impulses(
     one already. SLIP is v . t before, and slip afterwards.
     """
     contacts, pulleys, inv_mass = system.contacts, system.pulleys, 1.0 / system.chain.mass
-    pulley, table = pulleys.table, contacts.table
+    pulley, table, old, new = pulleys.table, contacts.table, state.old, state.new
     for j in range(pulley.shape[1]):
         pulley[ALPHA, j] = pulley[SPEED, j]
     for j in pulleys.free:
         pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
     if system.friction is None:
         return 0.0, 0.0
-    bias, slip = table[STICK_BIAS], table[SLIP]
+    bias, slip, turn = table[STICK_BIAS], table[SLIP], table[RIM_TURN]
+    update_wrap_rates(
+        contacts.wrap, contacts.body, contacts.offsets[-1], system.chain, state.between
+    )
+    predict_rim_turn(h, contacts)
     tangential_velocities(old[VX], old[VY], contacts, slip)
     tangential_velocities(new[VX], new[VY], contacts, bias)
     for s in range(contacts.offsets[-1]):
-        bias[s] = -bias[s]
+        bias[s] = -bias[s] - turn[s]
     friction_limits(contacts, h)
     solve_friction_impulses(system.chain.mass, contacts, pulleys, stiff)
     damped = solve_stiff_damping(h, old, new, stiff, system)
@@ -327,7 +337,7 @@ def solve_contact_impulses(
         rim = pulley[PULLEY_RADIUS, j] * pulley[ALPHA, j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
             rubbed += table[FRICTION, s] * (mean - 0.5 * (slip[s] + bias[s]))
-            slip[s] = rim - bias[s]
+            slip[s] = rim - bias[s] - turn[s]
     return rubbed, damped
 
 
@@ -354,15 +364,6 @@ def solve_stiff_damping(
     if stiff is not None:
         return solve_damping_and_friction(h, old, new, stiff, system)
     return 0.0
-
-
-@inline_kernel
-def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
-    """Write the velocities along t of the candidates, with their wrap factors."""
-    nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
-    for s in range(contacts.offsets[-1]):
-        i = body[s]
-        along[s] = times_factor(contacts.wrap, s, vy[i] * nx[s] - vx[i] * ny[s])
 
 
 @inline_kernel
