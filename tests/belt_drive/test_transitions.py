@@ -215,6 +215,7 @@ def test_a_roller_lifts_off_and_is_touched_again() -> None:
         drive__driver={"torque": {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}},
         drive__roller=None,
         effects__patch=None,
+        solver__step=1e-5,
     )
     data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
     done = simulate(data)
@@ -227,8 +228,17 @@ def test_a_roller_lifts_off_and_is_touched_again() -> None:
     gap = np.min(np.hypot(c["x"] - 0.2, c["y"] + 0.128), axis=1) - 0.06
     for time, *_, after in (event for event in found if event[1] == "roller"):
         at = int(np.searchsorted(done.time, time - 0.1 * INTERVAL))
-        assert np.all(gap[at : at + 3] >= 0.0) == (after == OPEN)
-        assert (gap[at - 1] >= 0.0) == (after != OPEN)
+        if after == OPEN:
+            assert np.all(gap[at : at + 3] >= -SINCE_FORCES)
+            assert gap[at - 1] < SINCE_FORCES
+        else:
+            assert np.min(gap[at : at + 3]) < -SINCE_FORCES
+            assert gap[at - 1] >= -SINCE_FORCES
+
+
+# Forces are those of the middle of a step: half a step, 5 us, at 0.2 m/s, the most that a gap of
+# this roller changes with.
+SINCE_FORCES = 1e-6  # m
 
 
 @pytest.mark.parametrize(("torque", "slack"), [(4.0, False), (30.0, True)])
