@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9  # relative to the duration
 LAST_PART = 0.2  # fraction of the run for the means in summaries and pictures
 BATCHES = 8
+MIN_SMOOTH = 5  # samples, for weights to mean something
 
 
 def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
@@ -34,6 +35,30 @@ def time_mean(time: "Array", values: "Array") -> Any:
     if len(time) < 2 or time[-1] == time[0]:
         return values.mean(axis=0)
     return np.tensordot(np.diff(time), 0.5 * (values[1:] + values[:-1]), 1) / (time[-1] - time[0])
+
+
+def smooth_mean(time: "Array", values: "Array") -> Any:
+    """Return a mean over time that is weighted by sin^2, rising from zero and falling to zero.
+
+    The plain mean of a ripple of amplitude a and frequency f over a time T is off by up to
+    a/(pi f T): parts of a period are left over. With these weights, of Hann, it is off by
+    a/(pi (f T)^3). The mean of what changes linearly is the same.
+
+    Parameters
+    ----------
+    time : (n,), s
+    values : (n, ...)
+
+    Returns
+    -------
+    (...)
+    """
+    if len(time) < MIN_SMOOTH or time[-1] == time[0]:
+        return time_mean(time, values)
+    part = (time - time[0]) / (time[-1] - time[0])
+    weight = np.sin(np.pi * part) ** 2
+    shape = (-1,) + (1,) * (values.ndim - 1)
+    return time_mean(time, weight.reshape(shape) * values) / time_mean(time, weight)
 
 
 def standard_error(values: "Array") -> Any:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.effects.axial import cos_sin
 from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     find_contact_candidates,

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
 from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
 from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates

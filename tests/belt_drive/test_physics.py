@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
 from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
 from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of

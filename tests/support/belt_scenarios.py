@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.assembly import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from

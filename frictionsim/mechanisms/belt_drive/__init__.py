@@ -1,12 +1,16 @@
 """A belt drive: thin rigid bodies joined by springs and dampers, on any number of pulleys.
 
-Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1]_. The model is in
+Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1]_. A scenario
+without contact asks for no motion across the belt, which is then a string guided along its line,
+of nb + np degrees of freedom. The model is in
 
     schema            the scenario's tables
     effects           each with its table, force, energy and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
     equilibrium       the belt at rest: initial_guess, energy, banded_newton
-    assembly          from a scenario to arrays
+    composition       from a scenario to arrays
+    assembly          the belt at rest, ready to be stepped
+    guided_string     the belt without motion across itself
     kernels           one system of arrays, the search for contacts, the equations of motion
     steppers          the integration methods
     stability_limits  the highest frequency and decay, which bound the steps

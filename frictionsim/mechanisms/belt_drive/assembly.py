@@ -1,49 +1,33 @@
-"""From a scenario to the arrays that the kernels step: the belt at rest, and what acts on it."""
+"""A belt drive ready to be stepped: at rest, with what acts on it."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionsim.errors import ScenarioError
-from frictionsim.mechanisms.belt_drive import stability_limits
-from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.mechanisms.belt_drive.effects.base import Chain
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
-from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
-from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
+from frictionsim.mechanisms.belt_drive.composition import (
+    BeltModel,
+    chain_of,
+    compose,
+    contact_stiffness,
+    distinct_static_friction,
+    effect_parameters,
+)
 from frictionsim.mechanisms.belt_drive.equilibrium import (
     Equilibrium,
     NoEquilibrium,
     find_equilibrium,
 )
+from frictionsim.mechanisms.belt_drive.guided_string.model import assemble_string, string_at_rest
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
-    CONTACT_ROWS,
     PULLEY_RADIUS,
-    PULLEY_ROWS,
-    SIMD_WIDTH,
-    WORKSPACE_ROWS,
     StateLayout,
-    aligned_zeros,
     kinematics_of,
-    state_layout,
     zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    PrescribedSpeeds,
-    SpeedTorques,
-    TimeTorques,
-    stack_harmonics,
-    stack_pieces,
-)
 from frictionsim.mechanisms.belt_drive.kernels.system import (
-    Contacts,
-    EffectParameters,
-    Pulleys,
     System,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import wrap_factors
-from frictionsim.scenario.signal_tables import SpeedTable, signal_from
-from frictionsim.scenario.signals import PiecewiseLinear, Signal
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -54,95 +38,19 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
-class BeltModel(NamedTuple):
-    """A belt drive ready to be stepped.
-
-    Attributes
-    ----------
-    system : System
-    distinct_static_friction : bool
-        Static and kinetic friction differ and the law tells them apart.
-    equilibrium : Equilibrium
-    state : (size,)
-        At the start: at rest, no friction yet.
-    error_scales : (size,)
-        What an error in each state is measured by; infinite for energies.
-    """
-
-    system: System
-    distinct_static_friction: bool
-    equilibrium: Equilibrium
-    state: "Array"
-    error_scales: "Array"
-
-    @property
-    def max_frequency_and_decay(self) -> tuple[float, float]:
-        """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
-        return stability_limits.max_frequency_and_decay(self.system, self.equilibrium)
-
-    @property
-    def max_bending_frequency(self) -> float:
-        """The highest angular frequency of waves in which the belt bends, rad/s."""
-        return stability_limits.max_bending_frequency(self.system, self.equilibrium)
-
-    @property
-    def contact_stiffness(self) -> float:
-        """dN/dp of a contact that is pressed deeper than any is at rest, N/m."""
-        return _contact_stiffness(self.system.effects, self.equilibrium)
-
-    def contact_state(self) -> dict[str, Any]:
-        """Return what the contacts remember between steps, by name."""
-        contacts, pulleys = self.system.contacts, self.system.pulleys
-        return {
-            "contact_offsets": contacts.offsets,
-            "contact_bodies": contacts.body,
-            "contacts": contacts.table,
-            "pulleys": pulleys.table,
-        }
-
-
 def assemble(scenario: "BeltDriveScenario") -> BeltModel:
     """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
+    if scenario.guided:
+        return assemble_string(scenario)
     equilibrium = solve_equilibrium(scenario)
-    chain, pulleys = chain_of(scenario, equilibrium.body_length), _pulleys(scenario)
-    effects = effect_parameters(scenario, chain)
-    friction = _friction_coefficients(scenario, equilibrium.body_length)
-    bodies, count = chain.bodies, pulleys.table.shape[1]
-    layout = state_layout(bodies, count, len(pulleys.free))
-    system = System(
-        layout,
-        chain,
-        effects,
-        friction,
-        _time_torques(scenario),
-        _speed_torques(scenario),
-        _prescribed_speeds(scenario),
-        aligned_zeros(WORKSPACE_ROWS, layout.width),
-        _contacts(layout, count, scenario.mechanism.belt.wrap == "corrected"),
-        pulleys,
-    )
-    law = effects.belt_friction
-    differ = friction is not None and not np.array_equal(friction.static, friction.kinetic)
+    system = compose(scenario, equilibrium.body_length)
     return BeltModel(
         system,
-        bool(differ and law.set_valued is not None),
+        distinct_static_friction(system),
         equilibrium,
-        initial_state(equilibrium, layout),
+        initial_state(equilibrium, system.layout),
         _error_scales(equilibrium, system),
     )
-
-
-def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
-    """Return what bodies of this length, m, have in common."""
-    belt = scenario.mechanism.belt
-    mass = belt.mass_per_length * body_length
-    inertia = mass * body_length**2 / 12.0
-    return Chain(belt.bodies, body_length, mass, inertia, scenario.mechanism.path().total_turning)
-
-
-def effect_parameters(scenario: "BeltDriveScenario", chain: Chain) -> Any:
-    """Return the parameters of each effect, None for those that the scenario lacks."""
-    return EffectParameters(*(effect.parameters(scenario, chain) for effect in EFFECTS))
 
 
 def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
@@ -152,6 +60,8 @@ def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
     ------
     ScenarioError
     """
+    if scenario.guided:
+        return string_at_rest(scenario)
     belt = scenario.mechanism.belt
     try:
         return find_equilibrium(
@@ -167,79 +77,6 @@ def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
-    pulleys = scenario.mechanism.pulleys
-    prescribed = {name for name, drive in scenario.drive.items() if drive.speed is not None}
-    table = np.zeros((PULLEY_ROWS, len(pulleys)))
-    for j, p in enumerate(pulleys):
-        table[:4, j] = *p.center, p.radius, p.inertia
-    free = [j for j, p in enumerate(pulleys) if p.name not in prescribed]
-    return Pulleys(np.array(free, dtype=np.int64), table)
-
-
-def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
-    """Return room for as many candidates as there could ever be: all bodies."""
-    size = (layout.bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
-    return Contacts(
-        np.zeros(pulleys + 1, dtype=np.int64),
-        np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
-        aligned_zeros(CONTACT_ROWS, size),
-        np.zeros((2, layout.bodies)),
-        wrap_factors(layout.width, size) if corrected else None,
-    )
-
-
-def _friction_coefficients(
-    scenario: "BeltDriveScenario", body_length: float
-) -> FrictionCoefficients | None:
-    """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
-    law, patch = scenario.effects.belt_friction, scenario.effects.patch
-    if law is None:
-        return None
-    bodies = scenario.mechanism.belt.bodies
-    static = np.empty((len(scenario.mechanism.pulleys), bodies))
-    kinetic = np.empty_like(static)
-    for j, name in enumerate(scenario.mechanism.names):
-        own = law.pulleys.get(name, law)
-        static[j], kinetic[j] = own.mu_s, own.mu_k
-    if patch is not None:
-        inside = patch_bodies(scenario, body_length)
-        static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
-    return FrictionCoefficients(static, kinetic)
-
-
-def _signals(
-    scenario: "BeltDriveScenario", key: str, of_speed: bool
-) -> tuple["Indices", list[Signal]]:
-    """Return the pulleys that have a signal of one sort, and the signals."""
-    found: list[tuple[int, Signal]] = []
-    for j, name in enumerate(scenario.mechanism.names):
-        table = getattr(scenario.drive.get(name), key, None)
-        if table is not None and isinstance(table, SpeedTable) == of_speed:
-            signal = PiecewiseLinear(table.speed, table.value) if of_speed else signal_from(table)
-            found.append((j, signal))
-    return np.array([j for j, _ in found], dtype=np.int64), [signal for _, signal in found]
-
-
-def _time_torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
-    pulleys, signals = _signals(scenario, "torque", of_speed=False)
-    if not signals:
-        return None
-    return TimeTorques(pulleys, stack_pieces(signals), stack_harmonics(signals))
-
-
-def _speed_torques(scenario: "BeltDriveScenario") -> SpeedTorques | None:
-    pulleys, signals = _signals(scenario, "torque", of_speed=True)
-    return SpeedTorques(pulleys, stack_pieces(signals)) if signals else None
-
-
-def _prescribed_speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
-    pulleys, signals = _signals(scenario, "speed", of_speed=False)
-    if not signals:
-        return None
-    return PrescribedSpeeds(pulleys, stack_pieces(signals), stack_harmonics(signals))
-
-
 def initial_state(equilibrium: Equilibrium, layout: StateLayout) -> "Array":
     """Return the state at the start: the belt in equilibrium, free pulleys at rest."""
     state = zero_state(layout)
@@ -248,17 +85,12 @@ def initial_state(equilibrium: Equilibrium, layout: StateLayout) -> "Array":
     return state
 
 
-def _contact_stiffness(effects: Any, equilibrium: Equilibrium) -> float:
-    force = stability_limits.max_normal_force(equilibrium)
-    return stiffness_under(effects.contact, force)
-
-
 def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     """Return the size of each state that its error is measured by."""
     layout, length, mass = system.layout, system.chain.length, system.chain.mass
     stiffness = system.effects.axial_damping.stiffness
     radius = float(np.min(system.pulleys.table[PULLEY_RADIUS]))
-    contact = _contact_stiffness(system.effects, equilibrium)
+    contact = contact_stiffness(system.effects, equilibrium)
     depth = float(np.max(equilibrium.normal_force, initial=0.0)) / contact
     # What is the smaller of the two decides how exactly positions have to be known.
     stretch = float(np.mean(equilibrium.tension)) / stiffness

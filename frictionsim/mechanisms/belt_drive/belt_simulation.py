@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BeltOffPulleys, BudgetExceeded, Diverged
+from frictionsim.errors import BudgetExceeded, Diverged
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.kernels.layout import CENTRE_X, CENTRE_Y, RADIUS
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
@@ -17,11 +16,11 @@ from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mism
 from frictionsim.solvers.common import SampleTimes
 
 if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
 STEPS_BETWEEN_CALLS = 2000  # some hundredths of a second, in which nobody is told anything
-MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
 
@@ -40,7 +39,7 @@ class BeltDrive:
         self._model = assemble(scenario)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._kinks = _kinks(scenario)
-        self._observer = Observer(scenario, self._model)
+        self._observer = observer_of(scenario, self._model)
         module = import_module(scenario.pair.module)
         self._stepper = module.BeltStepper(self._model, scenario.solver)
         self._observer.force_per_impulse = self._stepper.force_per_impulse
@@ -88,7 +87,7 @@ class BeltDrive:
             self._check_budget(stepper.t)
             limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, STEPS_BETWEEN_CALLS)
-            self._check_belt(stepper.t)
+            self._observer.check_belt(stepper)
 
     def _check_budget(self, t: float) -> None:
         """Stop where the steps are spent."""
@@ -108,29 +107,6 @@ class BeltDrive:
                 f"at t = {t:.9g} s the belt has {excess:.3g} times the energy that it was given:"
                 " the steps are unstable; give a smaller solver.step or solver.max_step, or a"
                 " smaller rtol"
-            )
-
-    def _check_belt(self, t: float) -> None:
-        """Stop where the belt has left its pulleys, or is pressed through one."""
-        contacts = self._model.system.contacts
-        count = contacts.offsets[-1]
-        if count == 0:
-            raise BeltOffPulleys(
-                f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
-                " torque too high?"
-            )
-        radius = contacts.table[RADIUS, :count]
-        filled = np.flatnonzero(radius > 0.0)
-        body = contacts.body[filled].astype(np.int64)
-        x, y = self._observer.positions(self._stepper)
-        centre_x, centre_y = contacts.table[CENTRE_X, filled], contacts.table[CENTRE_Y, filled]
-        share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
-        deepest = int(np.argmax(share))
-        if share[deepest] > MAX_PENETRATION:
-            raise BeltOffPulleys(
-                f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
-                f" radius into a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the"
-                " tension"
             )
 
     def statistics(self) -> tuple[int, int, int]:
@@ -166,6 +142,15 @@ class BeltDrive:
     def observe(self) -> SimulationResult:
         """Return what was sampled so far, and what follows from it."""
         return self._observer.observe()
+
+
+def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
+    """Return what samples a belt drive, in the plane or guided."""
+    if scenario.guided:
+        from frictionsim.mechanisms.belt_drive.guided_string.observer import StringObserver
+
+        return StringObserver(scenario, model)
+    return Observer(scenario, model)
 
 
 def _kinks(scenario: "BeltDriveScenario") -> list[float]:

@@ -7,12 +7,12 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.results import Check, Quantities, Quantity
-from frictionsim.simulation.averages import last_part, time_mean
+from frictionsim.simulation.averages import last_part, smooth_mean, time_mean
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ def quantities_of(
     last = last_part(time)
 
     def mean(name: str) -> Any:
-        return time_mean(time[last], seen[name][last])
+        return smooth_mean(time[last], seen[name][last])
 
     names = scenario.mechanism.names
     found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")

@@ -20,7 +20,7 @@ from frictionsim.simulation.averages import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Quantities
 
@@ -57,13 +57,15 @@ def warnings_of(
         return ()
     found = [
         *_slack_spans(scenario, model, time, seen["_span_tension"]),
+        *_pushed_off(scenario, time, seen),
         *_full_slip(scenario, time, seen),
         *_created_energy(scenario, seen),
     ]
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
         found += _untouched_patch(scenario, model, seen)
         found += _unsteady_means(scenario, model, time, seen)
-        found += _slip_of_corners(model, quantities)
+        if not scenario.guided:
+            found += _slip_of_corners(model, quantities)
         found += _no_efficiency(quantities)
     return tuple(found)
 
@@ -80,10 +82,32 @@ def _slack_spans(
     slack = slack_spans(model, tension)
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
+            consequence = (
+                "a belt without effects.contact does not sag, but is pressed together; add"
+                " [effects.contact], or give more mechanism.belt.pretension"
+                if scenario.guided
+                else "a slack belt is chaotic, so that its motion depends on rounding; trust means"
+                " only"
+            )
             yield (
                 f"the span {span} goes slack at t = {time[np.argmax(slack[:, i])]:.6g} s (it is an"
-                " event where it lasts): a slack belt is chaotic, so that its motion depends on"
-                " rounding; trust means only"
+                f" event where it lasts): {consequence}"
+            )
+
+
+def _pushed_off(
+    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
+) -> Iterator[str]:
+    """Say where a guided belt would leave its pulleys, on which it is kept without a force."""
+    for j, name in enumerate(scenario.mechanism.names if scenario.guided else ()):
+        off = seen["_unpressed"][:, j] > 0.0
+        if off.any():
+            yield (
+                f"the belt is hardly pressed on '{name}', first at"
+                f" t = {time[np.argmax(off)]:.6g} s, over up to"
+                f" {float(np.max(seen['_unpressed'][:, j])):.3g} rad: its tension is about"
+                " mass_per_length times speed squared there, so that it would lift off, which a"
+                " belt without effects.contact does not; add [effects.contact]"
             )
 
 

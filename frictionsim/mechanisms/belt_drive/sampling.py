@@ -5,12 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.errors import BeltOffPulleys
 from frictionsim.mechanisms.belt_drive.effects import in_order
 from frictionsim.mechanisms.belt_drive.effects.base import Shape
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
     BACKWARD_LIMIT,
+    CENTRE_X,
+    CENTRE_Y,
     FORCE_X,
     FORCE_Y,
     FORWARD_LIMIT,
@@ -44,11 +47,14 @@ from frictionsim.results import SimulationResult
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
+
+
+MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
 
 
 class Observer:
@@ -89,10 +95,34 @@ class Observer:
         self._samples: dict[str, list[Any]] = {}
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
-    def positions(self, stepper: Any) -> tuple["Array", "Array"]:
-        """Return where the bodies are at the end of the last step, m."""
+    def check_belt(self, stepper: Any) -> None:
+        """Stop where the belt has left its pulleys, or is pressed through one.
+
+        Raises
+        ------
+        BeltOffPulleys
+        """
+        contacts = self._system.contacts
+        count = contacts.offsets[-1]
+        if count == 0:
+            raise BeltOffPulleys(
+                f"the belt has left its pulleys at t = {stepper.t:.9g} s; is the pretension too"
+                " low, or a torque too high?"
+            )
         kinematics = self._kinematics(stepper.interpolate(stepper.t))
-        return kinematics[X], kinematics[Y]
+        radius = contacts.table[RADIUS, :count]
+        filled = np.flatnonzero(radius > 0.0)
+        body = contacts.body[filled].astype(np.int64)
+        x, y = kinematics[X], kinematics[Y]
+        centre_x, centre_y = contacts.table[CENTRE_X, filled], contacts.table[CENTRE_Y, filled]
+        share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
+        deepest = int(np.argmax(share))
+        if share[deepest] > MAX_PENETRATION:
+            raise BeltOffPulleys(
+                f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
+                f" radius into a pulley at t = {stepper.t:.9g} s; stiffen effects.contact, or lower"
+                " the tension"
+            )
 
     def _kinematics(self, state: "Array") -> "Array":
         rows: Array = kinematics_of(state, self._system.layout)
@@ -151,11 +181,7 @@ class Observer:
         count = contacts.offsets[-1]
         filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
         body = contacts.body[filled].astype(np.int64)
-        found: dict[str, Array] = {
-            "x": kinematics[X],
-            "y": kinematics[Y],
-            "angle": kinematics[ANGLE],
-        }
+        found = self._places(kinematics)
         for name, row in (
             ("normal_force", NORMAL),
             ("friction_force", FRICTION),
@@ -173,6 +199,9 @@ class Observer:
         found["pulley_index"][body] = np.where(touching[body], pulley, -1.0)
         found["tension"] = self._tension(kinematics)
         return found
+
+    def _places(self, kinematics: "Array") -> dict[str, "Array"]:
+        return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
 
     def _tension(self, kinematics: "Array") -> "Array":
         """Return the tension of every joint; negative where the bodies are pressed together."""
@@ -212,20 +241,34 @@ class Observer:
         members = range(table.shape[1])
         return {
             **{name: energies[name] for name in self._energies},
-            "energy_kinetic": kinetic_energy(self._system, kinematics, speeds),
+            "energy_kinetic": self._kinetic_energy(kinematics, speeds),
             "energy_potential": self._potential_energy(kinematics),
             "_speed": speeds,
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
-            "_belt_speed": belt_speed(kinematics),
+            "_belt_speed": self._belt_speed(kinematics),
             "_span_tension": span_tensions(tension, pulley, len(members)),
-            "_touching": np.array([np.sum(pulley == j) for j in members]),
-            "_sticking": np.array([channels["sticking"][pulley == j].sum() for j in members]),
+            **self._contact_counts(channels),
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),
             "_excess": self._friction_excess(),
             "_power": friction_power(channels),
         }
+
+    def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
+        """Return how many bodies touch each pulley, and how many of them stick."""
+        pulley, members = channels["pulley_index"], range(self._system.pulleys.table.shape[1])
+        sticking = channels["sticking"]
+        return {
+            "_touching": np.array([np.sum(pulley == j) for j in members]),
+            "_sticking": np.array([sticking[pulley == j].sum() for j in members]),
+        }
+
+    def _belt_speed(self, kinematics: "Array") -> float:
+        return belt_speed(kinematics)
+
+    def _kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
+        return kinetic_energy(self._system, kinematics, speeds)
 
     def _potential_energy(self, kinematics: "Array") -> float:
         """Return the energy of all effects that store one, J."""

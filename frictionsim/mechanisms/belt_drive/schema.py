@@ -16,8 +16,18 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     Pulley,
     belt_path,
 )
+from frictionsim.mechanisms.belt_drive.guided_string.points import missing_points
 from frictionsim.results import Channel
-from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
+from frictionsim.scenario.methods import (
+    BELT,
+    CREEP,
+    GUIDED_BELT,
+    PUBLISHED,
+    REGULARISED,
+    Pair,
+    Pairs,
+    pair_of,
+)
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
@@ -206,10 +216,7 @@ class PulleyDrive(Params):
 
 def _effect_tables() -> Any:
     """Return the model of `[effects]`: a field for each of `EFFECTS`, None for one that is off."""
-    fields: dict[str, Any] = {
-        effect.key: (effect.table, ...) if effect.required else (effect.table | None, None)
-        for effect in EFFECTS
-    }
+    fields: dict[str, Any] = {effect.key: (effect.table | None, None) for effect in EFFECTS}
     about = "`[effects]`: one table for each effect that is simulated."
     return create_model("Effects", __base__=Params, __module__=__name__, __doc__=about, **fields)
 
@@ -280,6 +287,39 @@ class BeltDriveScenario(Scenario):
         for where, name in named:
             if name not in names:
                 raise inconsistent(where, unknown("pulley", name, names))
+        return self
+
+    @property
+    def guided(self) -> bool:
+        """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
+        return self.effects.contact is None
+
+    @property
+    def pair(self) -> Pair:
+        """The pair of friction law and method."""
+        pairs = GUIDED_BELT if self.guided else self.PAIRS
+        return pair_of(pairs, self.law, self.solver.backend)
+
+    @model_validator(mode="after")
+    def _effects_suit_a_guided_belt(self) -> Self:
+        if not self.guided:
+            return self
+        for effect in EFFECTS:
+            if getattr(self.effects, effect.key) is not None and not effect.on_guided_string:
+                raise inconsistent(
+                    ("effects", effect.key),
+                    "it moves the belt across itself, and a belt without effects.contact is guided"
+                    " on its pitch line; add [effects.contact], or leave this effect out",
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _points_of_a_guided_belt_are_near_enough(self) -> Self:
+        if self.guided:
+            names, bodies = self.mechanism.names, self.mechanism.belt.bodies
+            found = missing_points(self.mechanism.path(), names, self.drive, bodies)
+            if found is not None:
+                raise inconsistent(("mechanism", "belt", "bodies"), found)
         return self
 
     @model_validator(mode="after")

@@ -1,6 +1,6 @@
 """The quantities of a belt at rest."""
 
-from math import exp
+from math import exp, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +9,7 @@ from frictionsim.mechanisms.belt_drive.assembly import solve_equilibrium
 from frictionsim.results import Quantities, Quantity
 
 if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
@@ -32,23 +33,30 @@ def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
         "strain": Quantity(tension / scenario.mechanism.belt.axial_rigidity, "1"),
         "residual_force": Quantity(equilibrium.residual, "N"),
     }
-    friction = scenario.effects.belt_friction
+    friction, loads = scenario.effects.belt_friction, _shaft_loads(scenario, equilibrium)
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, path.arcs, strict=True)):
-        name, on = pulley.name, equilibrium.pulley == j
+        name = pulley.name
         found[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
-        force = (
-            equilibrium.normal_force[on]
-            @ np.column_stack(
-                [equilibrium.x[on] - pulley.center[0], equilibrium.y[on] - pulley.center[1]]
-            )
-            if on.any()
-            else np.zeros(2)
-        )
-        found[f"shaft_load_{name}"] = Quantity(float(np.hypot(*force)) / pulley.radius, "N")
+        found[f"shaft_load_{name}"] = Quantity(loads[j], "N")
         if friction is not None:
             mu = friction.pulleys.get(name, friction).mu_s
             ratio = exp(mu * abs(arc.wrap_angle))
             found[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
             limit = 2.0 * tension * pulley.radius * (ratio - 1.0) / (ratio + 1.0)
             found[f"torque_limit_{name}"] = Quantity(limit, "N m")
+    return found
+
+
+def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: "Equilibrium") -> list[float]:
+    """Return the force of the belt on each shaft, N."""
+    arcs, found = scenario.mechanism.path().arcs, []
+    for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, arcs, strict=True)):
+        if scenario.guided:  # two pulls of one tension
+            tension = float(equilibrium.tension[0])
+            found.append(2.0 * tension * abs(sin(0.5 * arc.wrap_angle)))
+            continue
+        on = equilibrium.pulley == j
+        places = np.column_stack([equilibrium.x[on], equilibrium.y[on]]) - pulley.center
+        force = equilibrium.normal_force[on] @ places
+        found.append(float(np.hypot(*force)) / pulley.radius)
     return found

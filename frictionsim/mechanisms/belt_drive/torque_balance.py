@@ -25,7 +25,7 @@ from frictionsim.simulation.averages import BATCHES, last_part, time_mean
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -112,6 +112,8 @@ def _misfit_of_spans(
         moving *= (length / radius) ** 2
     still = CORNER * (length / radius) ** 2 * spans.mean()
     corners = np.where(passed > MIN_BODIES, moving, still)
+    if scenario.guided:
+        corners = np.zeros_like(corners)
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)
     return Misfit(

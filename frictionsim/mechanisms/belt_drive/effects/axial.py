@@ -280,6 +280,7 @@ class AxialEffect(BeltEffect):
     table = AxialDampingTable
     stage = Stage.JOINT
     add_forces = add_axial_forces
+    on_guided_string = True
     solved_for_in_fixed_steps = True
 
     def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> AxialParameters:

@@ -183,8 +183,6 @@ class BeltEffect:
         Of its table in `[effects]`, and of its parameters in the `System`.
     table : type of Params
         The table.
-    required : bool
-        Every belt has it.
     stage : Stage
     add_forces : Kernel or None
         add_forces(parameters, system, kinematics, ax, ay, aphi): add to the accelerations of the
@@ -192,16 +190,18 @@ class BeltEffect:
         parameters are None it is compiled to nothing.
     on_free_spans : bool
         It acts on bodies wherever they are, and so on waves in the spans.
+    on_guided_string : bool
+        It acts on a belt that is guided along its pitch line, too.
     solved_for_in_fixed_steps : bool
         Its dampers do not bound the steps of `moreau`, which solves for them.
     """
 
     key: str
     table: type[Params]
-    required = False
     stage = Stage.BODY
     add_forces: ClassVar[Any] = None
     on_free_spans = True
+    on_guided_string = False
     solved_for_in_fixed_steps = False
 
     def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> Any:

@@ -122,6 +122,7 @@ class FrictionEffect(BeltEffect):
     key = "belt_friction"
     table = BeltFrictionTable
     stage = Stage.FRICTION
+    on_guided_string = True
 
     def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> FrictionLaw | None:
         table = scenario.effects.belt_friction

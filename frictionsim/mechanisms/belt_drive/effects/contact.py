@@ -206,14 +206,16 @@ class ContactEffect(BeltEffect):
 
     key = "contact"
     table = ContactTable
-    required = True
     stage = Stage.CONTACT
     add_forces = add_contacts
     solved_for_in_fixed_steps = True
     on_free_spans = False
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> ContactParameters:
-        table, scale = scenario.effects.contact, mesh_scale(scenario)
+    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> ContactParameters | None:
+        table = scenario.effects.contact
+        if table is None:
+            return None
+        scale = mesh_scale(scenario)
         damping = ContactDamping(table.damping * scale, table.p_max) if table.damping else None
         return ContactParameters(table.c1 * scale, table.c2 * scale, damping)
 

@@ -43,6 +43,7 @@ class PatchEffect(BeltEffect):
 
     key = "patch"
     table = PatchTable
+    on_guided_string = True
 
 
 def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":

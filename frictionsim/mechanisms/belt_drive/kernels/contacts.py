@@ -9,6 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.guided_string.line import line_candidates
+from frictionsim.mechanisms.belt_drive.kernels.candidate_list import (
+    add_candidate,
+    fill_up,
+    save_modes,
+    set_initial_mode,
+)
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BACKWARD,
@@ -27,9 +34,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
-    RADIUS,
     RIM_TURN,
-    SIMD_WIDTH,
     SLIP,
     SPEED,
     STATIC,
@@ -49,11 +54,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+    from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
-
-NEW_CONTACT = 2.0  # in the place of a mode: the body was no candidate
 
 
 @inline_kernel
@@ -62,12 +66,23 @@ def find_contact_candidates(system: "System", kinematics: "Array") -> None:
 
     Reads the kinematics, MODE and STICKING; writes all of the contacts but their forces.
     """
-    contacts, pulleys = system.contacts, system.pulleys
-    search(contacts, pulleys, system.chain.bodies, system.chain.length, kinematics)
-    count = contacts.offsets[-1]
-    update_wrap_factors(contacts.wrap, contacts.body, count, system.chain, kinematics)
-    initial_contact_modes(kinematics, contacts, pulleys)
-    assign_friction_coefficients(contacts, pulleys.table.shape[1], system.friction)
+    plane_candidates(system.effects.contact, system, kinematics)
+    line_candidates(system.line, system, kinematics)
+    count = system.pulleys.table.shape[1]
+    assign_friction_coefficients(system.contacts, count, system.friction)
+
+
+@inline_kernel
+def plane_candidates(
+    contact: "ContactParameters | None", system: "System", kinematics: "Array"
+) -> None:
+    """Make candidates of bodies that move in the plane."""
+    if contact is not None:
+        contacts, pulleys, chain = system.contacts, system.pulleys, system.chain
+        search(contacts, pulleys, chain.bodies, chain.length, kinematics)
+        count = contacts.offsets[-1]
+        update_wrap_factors(contacts.wrap, contacts.body, count, chain, kinematics)
+        initial_contact_modes(kinematics, contacts, pulleys)
 
 
 @inline_kernel
@@ -76,34 +91,19 @@ def search(
 ) -> None:
     """Write the candidates, with the modes that they had, or NEW_CONTACT."""
     x, y, table, count = kinematics[X], kinematics[Y], pulleys.table, pulleys.table.shape[1]
-    body, radius, mode, sticking = (
-        contacts.body,
-        contacts.table[RADIUS],
-        contacts.table[MODE],
-        contacts.table[STICKING],
-    )
-    saved_mode, saved_sticking = contacts.saved_modes[0], contacts.saved_modes[1]
-    saved_mode[:] = NEW_CONTACT
-    for s in range(contacts.offsets[count]):
-        if radius[s] > 0.0:
-            saved_mode[body[s]], saved_sticking[body[s]] = mode[s], sticking[s]
+    save_modes(contacts)
     s = 0
     for j in range(count):
-        contacts.offsets[j] = s
+        contacts.offsets[j] = first = s
         reach = (table[PULLEY_RADIUS, j] + skin) ** 2
         for i in range(bodies):
             if (x[i] - table[PULLEY_X, j]) ** 2 + (y[i] - table[PULLEY_Y, j]) ** 2 < reach:
-                body[s], radius[s] = i, table[PULLEY_RADIUS, j]
-                mode[s], sticking[s] = saved_mode[i], saved_sticking[i]
+                add_candidate(contacts, s, i, table[PULLEY_RADIUS, j])
                 s += 1
-        filled = s
-        s += -(s - contacts.offsets[j]) % SIMD_WIDTH
-        for k in range(filled, s):
-            body[k], radius[k], mode[k], sticking[k] = 0, 0.0, 0.0, 0.0
-        for k in range(contacts.offsets[j], s):
+        s = fill_up(contacts, first, s)
+        for k in range(first, s):
             contacts.table[CENTRE_X, k] = table[PULLEY_X, j]
             contacts.table[CENTRE_Y, k] = table[PULLEY_Y, j]
-            contacts.table[FRICTION, k] = 0.0
     contacts.offsets[count] = s
 
 
@@ -113,17 +113,11 @@ def initial_contact_modes(kinematics: "Array", contacts: "Contacts", pulleys: "P
     table, pulley = contacts.table, pulleys.table
     for j in range(pulley.shape[1]):
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            if table[MODE, s] == NEW_CONTACT:
-                i = contacts.body[s]
-                dx, dy = (
-                    kinematics[X, i] - table[CENTRE_X, s],
-                    kinematics[Y, i] - table[CENTRE_Y, s],
-                )
-                moment = kinematics[VY, i] * dx - kinematics[VX, i] * dy
-                along = times_factor(contacts.wrap, s, moment / np.sqrt(dx * dx + dy * dy))
-                slip = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along
-                table[SLIP, s], table[MODE, s] = slip, np.sign(slip)
-                table[STICKING, s] = 1.0 if slip == 0.0 else 0.0
+            i = contacts.body[s]
+            dx, dy = kinematics[X, i] - table[CENTRE_X, s], kinematics[Y, i] - table[CENTRE_Y, s]
+            moment = kinematics[VY, i] * dx - kinematics[VX, i] * dy
+            along = times_factor(contacts.wrap, s, moment / np.sqrt(dx * dx + dy * dy))
+            set_initial_mode(contacts, s, pulley[PULLEY_RADIUS, j] * pulley[SPEED, j] - along)
 
 
 @inline_kernel

@@ -10,6 +10,7 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     solve_friction,
     total_friction,
 )
+from frictionsim.mechanisms.belt_drive.guided_string.equations import string_rates
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_kernel, sum_of
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
@@ -104,6 +106,26 @@ def reaction_torques(
             table[TORQUE, j] += table[PULLEY_RADIUS, j] * total_friction(j, contacts)
 
 
+@inline_kernel
+def plane_rates(
+    contact: "ContactParameters | None", h: float, state: "Array", rate: "Array", system: "System"
+) -> float:
+    """Write the accelerations of bodies in the plane; return the power damped, W."""
+    damped = 0.0
+    if contact is not None:
+        layout, contacts, chain = system.layout, system.contacts, system.chain
+        width, half = layout.width, layout.velocities
+        ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
+        aphi = rate[half + 2 * width : half + 3 * width]
+        kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, width))
+        damped = smooth_accelerations(system, kinematics, ax, ay, aphi)
+        update_wrap_rates(contacts.wrap, contacts.body, contacts.offsets[-1], chain, kinematics)
+        slip_velocities(contacts, system.pulleys)
+        solve_friction(system.effects.belt_friction, system, ax, ay, h)
+        add_friction_forces(contacts, 1.0 / chain.mass, ax, ay)
+    return damped
+
+
 @shared_kernel
 def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> None:
     """Write the rate of a state, both as `StateLayout` has them.
@@ -112,7 +134,7 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
     contacts and pulleys have the forces of the state afterwards.
     """
     layout, pulley, free = system.layout, system.pulleys.table, system.pulleys.free
-    width, half, count = layout.width, layout.velocities, pulley.shape[1]
+    half, count = layout.velocities, pulley.shape[1]
     velocities = state[half : layout.angles]
     for i in range(half):
         rate[i] = velocities[i]
@@ -120,16 +142,8 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
         pulley[SPEED, free[k]] = state[layout.speeds + k]
     prescribed_speeds(t, system.pulleys, system.prescribed)
     pulley_torques(t, system)
-    ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
-    aphi = rate[half + 2 * width : half + 3 * width]
-    kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, width))
-    damped = smooth_accelerations(system, kinematics, ax, ay, aphi)
-    contacts = system.contacts
-    count_contacts = contacts.offsets[-1]
-    update_wrap_rates(contacts.wrap, contacts.body, count_contacts, system.chain, kinematics)
-    slip_velocities(system.contacts, system.pulleys)
-    solve_friction(system.effects.belt_friction, system, ax, ay, h)
-    add_friction_forces(system.contacts, 1.0 / system.chain.mass, ax, ay)
+    damped = plane_rates(system.effects.contact, h, state, rate, system)
+    damped += string_rates(system.line, h, state, rate, system)
     reaction_torques(system.contacts, system.pulleys, system.prescribed)
     energies = layout.energies
     rate[energies] = 0.0

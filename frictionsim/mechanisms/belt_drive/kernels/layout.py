@@ -21,6 +21,9 @@ SIMD_WIDTH = 8  # numbers of double precision in the widest vector
 # Rows of the kinematics, (6, width): positions and velocities of all bodies, m, rad, m/s, rad/s.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
 KINEMATIC_ROWS = 6
+# Of a guided string, (2, width): positions along its line and velocities, m and m/s.
+POSITION, VELOCITY = range(2)
+STRING_ROWS = 2
 
 # Rows of the workspace, (12, width), over bodies or joints: the directions of the bodies, their
 # right ends and the velocities of these; the force of joint k on body k - 1, N, and its moment,
@@ -28,6 +31,10 @@ KINEMATIC_ROWS = 6
 COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, FORCE_X, FORCE_Y, MOMENT = range(9)
 DAMPER, DAMPER_X, DAMPER_Y = range(9, 12)
 WORKSPACE_ROWS = 12
+# Of a guided string, (3, width): tension of joint k, N, and the middle between its bodies, m; and
+# accelerations across the belt, which are zero.
+TENSION, MIDDLE, ACROSS = range(3)
+STRING_WORKSPACE_ROWS = 3
 
 # Rows of the pulleys' table, (8, pulleys): where a pulley is and its radius, m, and its inertia,
 # kg m^2; what it does now: angular velocity and acceleration, rad/s and rad/s^2, the torque on it
@@ -38,6 +45,8 @@ PULLEY_ROWS = 8
 # Rows of the contacts' table, (21, contacts): centre and radius of the pulley, m, with a radius of
 # zero where there is no contact;
 CENTRE_X, CENTRE_Y, RADIUS = range(3)
+# of a guided string, instead of the centre, where the arc begins along the belt and its length, m;
+ARC_START, ARC_LENGTH = CENTRE_X, CENTRE_Y
 # coefficients of friction at rest and sliding, and those in force for T > 0 and for T < 0;
 STATIC, KINETIC, FORWARD, BACKWARD = range(3, 7)
 # the unit vector n and 1/r, and the velocity of the body, m/s;
@@ -83,15 +92,17 @@ class StateLayout(NamedTuple):
     size: int
 
 
-def state_layout(bodies: int, pulleys: int, free: int) -> StateLayout:
+def state_layout(
+    bodies: int, pulleys: int, free: int, kinematic_rows: int = KINEMATIC_ROWS
+) -> StateLayout:
     """Return the layout for so many bodies and pulleys, of which so many are free."""
     width = padded_width(bodies)
-    angles = KINEMATIC_ROWS * width
+    angles = kinematic_rows * width
     speeds = angles + pulleys
     energies = speeds + free
     end = energies + N_ENERGIES
     return StateLayout(
-        bodies, width, 3 * width, angles, speeds, energies, end, end + -end % SIMD_WIDTH
+        bodies, width, angles // 2, angles, speeds, energies, end, end + -end % SIMD_WIDTH
     )
 
 
@@ -114,8 +125,8 @@ def zero_state(layout: StateLayout) -> "Array":
 
 
 def kinematics_of(state: "Array", layout: StateLayout) -> "Array":
-    """Return the kinematics that a state vector, or its rate, begins with: a view, (6, width)."""
-    return state[: layout.angles].reshape(KINEMATIC_ROWS, layout.width)
+    """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
+    return state[: layout.angles].reshape(-1, layout.width)
 
 
 @inline_kernel

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
     from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+    from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.kernels.signals import (
         PrescribedSpeeds,
         SpeedTorques,
@@ -70,6 +71,8 @@ class System(NamedTuple):
     workspace : (12, width)
     contacts : Contacts
     pulleys : Pulleys
+    line : PitchLine or None
+        What a guided string moves along; None for bodies that move in the plane.
     """
 
     layout: StateLayout
@@ -82,3 +85,4 @@ class System(NamedTuple):
     workspace: "Array"
     contacts: Contacts
     pulleys: Pulleys
+    line: "PitchLine | None" = None

@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
-    ALPHA,
-    SPEED,
-    SPEED_OLD,
     kinematics_of,
     zero_state,
 )
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
+from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import FixedSteps
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     IMPLICIT_NOW,
@@ -32,7 +29,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
@@ -52,12 +49,16 @@ STIFF = 0.5
 
 def max_stable_step(model: "BeltModel") -> float:
     """Return the length below which steps are stable, s."""
-    decay = explicit_decay(model.system)
     frequency, _ = model.max_frequency_and_decay
+    return stable_step(frequency, explicit_decay(model.system))
+
+
+def stable_step(frequency: float, decay: float) -> float:
+    """Return the length below which steps are stable, s, where velocities are extrapolated."""
     return min(MAX_OMEGA_H / (frequency + LOST_TO_DAMPING * decay), MAX_DECAY / (decay + TINY))
 
 
-class BeltStepper:
+class BeltStepper(FixedSteps):
     """A belt drive on its way, as the run of it sees it.
 
     Parameters
@@ -72,24 +73,16 @@ class BeltStepper:
         If the step is too long for the waves in the belt.
     """
 
-    resumable = True
-
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
-        self._model = model
         max_step = max_stable_step(model)
         contact_frequency = np.sqrt(model.contact_stiffness / model.system.chain.mass)
-        self._h = settings.step or min(
+        h = settings.step or min(
             DEFAULT_STEP_RATIO * max_step,
             MAX_OF_CONTACT / contact_frequency,
             settings.max_step or np.inf,
         )
-        if self._h >= max_step:
-            raise InputError(
-                f"solver.step: {self._h:.4g} s is too large for the waves in the belt: 'moreau' is"
-                f" stable below {max_step:.4g} s here; give a smaller solver.step, or fewer bodies"
-            )
+        super().__init__(model, h, max_step)
         self._choose_damping_treatment(max_step)
-        self.force_per_impulse = 1.0 / self._h
         layout = model.system.layout
         y_old, y, middle, rate = (zero_state(layout) for _ in range(4))
         old, new, between, spare = (kinematics_of(v, layout) for v in (y_old, y, middle, rate))
@@ -98,9 +91,6 @@ class BeltStepper:
         counts[IMPLICIT_NOW] = self._treatment.max_obliquity < 0.0  # they are solved for always
         self._ready: set[bool] = set()  # the forms of a step that are compiled
         y_old[:] = y[:] = model.state
-        # Speeds that are prescribed stand in no state.
-        pulleys = model.system.pulleys
-        self._prescribed = np.setdiff1d(np.arange(pulleys.table.shape[1]), pulleys.free)
 
     def _choose_damping_treatment(self, max_step: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
@@ -130,17 +120,6 @@ class BeltStepper:
         """What the compilation of its kernels is expected to take, s."""
         return COMPILE_SECONDS_STIFF if self._form else COMPILE_SECONDS
 
-    @property
-    def t(self) -> float:
-        """The end of the last step, s."""
-        return float(self._state.counts[STEPS] * self._h)
-
-    @property
-    def statistics(self) -> tuple[int, int, int]:
-        """Steps, rejected steps, right-hand sides."""
-        steps = int(self._state.counts[STEPS])
-        return steps, 0, steps
-
     def start(self) -> None:
         """Evaluate the start."""
         evaluate_forces(self._state, self._system)
@@ -169,9 +148,7 @@ class BeltStepper:
         ------
         SolverError
         """
-        ahead = (min(limit, sample) - self.t) / self._h
-        # A step that would be left over from rounding is none.
-        steps = min(max_steps, max(1, int(np.ceil(ahead - 1e-6))))
+        steps = self._steps_to(limit, sample, max_steps)
         end = self._state.counts[STEPS] + steps
         while (left := int(end - self._state.counts[STEPS])) > 0:
             self._integrate(left)
@@ -183,21 +160,7 @@ class BeltStepper:
         stiff, system = (self._stiff, self._undamped) if self._form else (None, self._system)
         ended = integrate(steps, self._h, self._state, self._treatment, stiff, system)
         if ended == NOT_FINITE:
-            raise NonFinite(
-                f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
-                f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
-            )
-
-    def interpolate(self, t: float) -> "Array":
-        """Return the state at a time in the last step; the forces are those of the step."""
-        ratio = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
-        s = self._state
-        inside = s.y_old + ratio * (s.y - s.y_old)
-        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
-            table = self._model.system.pulleys.table
-            start, end = table[SPEED_OLD, self._prescribed], table[ALPHA, self._prescribed]
-            table[SPEED, self._prescribed] = start + ratio * (end - start)
-        return inside
+            raise self._not_finite(before)
 
     def checkpoint_arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; written to, it is taken up."""

@@ -39,7 +39,7 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 

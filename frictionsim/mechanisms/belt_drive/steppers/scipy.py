@@ -15,14 +15,14 @@ from frictionsim.mechanisms.belt_drive.kernels.contacts import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import KINEMATIC_ROWS, SPEED, zero_state
+from frictionsim.mechanisms.belt_drive.kernels.layout import SPEED, zero_state
 from frictionsim.scenario import methods
 from frictionsim.solvers.scipy_stepper import ScipyStepper
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.assembly import BeltModel
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
@@ -40,7 +40,7 @@ def rhs_with_candidates(t: float, state: "Array", rate: "Array", system: "System
     for k in range(len(pulleys.free)):
         pulleys.table[SPEED, pulleys.free[k]] = state[layout.speeds + k]
     prescribed_speeds(t, pulleys, system.prescribed)
-    kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, layout.width))
+    kinematics = state[: layout.angles].reshape((layout.angles // layout.width, layout.width))
     find_contact_candidates(system, kinematics)
     rhs(t, 0.0, state, rate, system)
 

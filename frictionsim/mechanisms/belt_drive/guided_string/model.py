@@ -1,0 +1,144 @@
+"""From a scenario to the arrays of a guided string at rest."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.composition import (
+    BeltModel,
+    compose,
+    distinct_static_friction,
+)
+from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
+from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS, PitchLine
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    POSITION,
+    PULLEY_RADIUS,
+    SIMD_WIDTH,
+    VELOCITY,
+    kinematics_of,
+    zero_state,
+)
+from frictionsim.mechanisms.belt_drive.stability_limits import max_decay_rate
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.geometry import Path
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    Array = npt.NDArray[np.float64]
+
+
+class StringModel(BeltModel):
+    """A guided string ready to be stepped."""
+
+    @property
+    def max_frequency_and_decay(self) -> tuple[float, float]:
+        """The highest angular frequency and decay rate of the belt, rad/s and 1/s.
+
+        The shortest waves along it have 2 sqrt(c/m).
+        """
+        stiffness = self.system.effects.axial_damping.stiffness
+        frequency = 2.0 * float(np.sqrt(stiffness / self.system.chain.mass))
+        return frequency, max_decay_rate(self.system)
+
+    @property
+    def max_bending_frequency(self) -> float:
+        """The highest angular frequency of waves in which the belt bends, rad/s: it does not."""
+        return 0.0
+
+    def contact_state(self) -> dict[str, Any]:
+        """Return what the contacts remember between steps, by name."""
+        line = self.system.line
+        assert line is not None
+        return {**super().contact_state(), "runs": line.runs, "run_count": line.run_count}
+
+
+def assemble_string(scenario: "BeltDriveScenario") -> StringModel:
+    """Compose the equations of a guided string of the effects of the scenario."""
+    equilibrium, path = string_at_rest(scenario), scenario.mechanism.path()
+    line = pitch_line(path, scenario.mechanism.belt.bodies)
+    system = compose(scenario, equilibrium.body_length, line)
+    state = zero_state(system.layout)
+    kinematics = kinematics_of(state, system.layout)
+    kinematics[POSITION, : system.layout.bodies] = initial_positions(path, system.layout.bodies)
+    return StringModel(
+        system,
+        distinct_static_friction(system),
+        equilibrium,
+        state,
+        _error_scales(equilibrium, system),
+    )
+
+
+def pitch_line(path: "Path", points: int) -> PitchLine:
+    """Return a line as the kernels see it."""
+    count = len(path.arcs)
+    # The arc of the first pulley is the last one.
+    starts: Array = np.roll(path.breakpoints[1:-1:2], 1)
+    ends: Array = np.roll(path.breakpoints[2::2], 1)
+    return PitchLine(
+        path.length,
+        starts,
+        ends - starts,
+        np.sign([arc.wrap_angle for arc in path.arcs]),
+        np.zeros((RUN_ROWS, (points + SIMD_WIDTH) * count), dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+    )
+
+
+def initial_positions(path: "Path", points: int) -> "Array":
+    """Return where the points are at the start, m, from where the belt leaves the first pulley."""
+    positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (path.length / points)
+    return positions
+
+
+def string_at_rest(scenario: "BeltDriveScenario") -> Equilibrium:
+    """Return a guided string at rest without friction: one tension throughout."""
+    belt, path = scenario.mechanism.belt, scenario.mechanism.path()
+    spacing = path.length / belt.bodies
+    if belt.length is not None:
+        length = belt.length / belt.bodies
+        tension = belt.axial_rigidity * (path.length / belt.length - 1.0)
+    else:
+        assert belt.pretension is not None
+        tension = belt.pretension
+        length = spacing / (1.0 + tension / belt.axial_rigidity)
+    points = path.at(initial_positions(path, belt.bodies))
+    on_arc = arc_shares(pitch_line(path, belt.bodies), belt.bodies, spacing)
+    curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
+    pulley = np.where(on_arc.any(axis=0), np.argmax(on_arc, axis=0), -1)
+    return Equilibrium(
+        length,
+        points.position[:, 0],
+        points.position[:, 1],
+        points.angle,
+        np.full(belt.bodies, tension),
+        tension * (curvature @ on_arc),
+        pulley,
+        0.0,
+    )
+
+
+def arc_shares(line: PitchLine, points: int, spacing: float) -> "Array":
+    """Return the length of each point's part of the belt on each arc, (pulleys, n), m, at rest."""
+    along = np.arange(points + 1) * spacing - line.starts[:, None]
+    shares: Array = np.diff(np.minimum(np.maximum(along, 0.0), line.arcs[:, None]), axis=1)
+    return shares
+
+
+def _error_scales(equilibrium: Equilibrium, system: "System") -> "Array":
+    """Return the size of each state that its error is measured by."""
+    layout, mass = system.layout, system.chain.mass
+    stiffness = system.effects.axial_damping.stiffness
+    radius = float(np.min(system.pulleys.table[PULLEY_RADIUS]))
+    stretch = float(np.mean(equilibrium.tension)) / stiffness
+    speed = stretch * float(np.sqrt(stiffness / mass))
+    scales = np.full(layout.size, np.inf)
+    rows = kinematics_of(scales, layout)
+    rows[POSITION], rows[VELOCITY] = stretch, speed
+    scales[layout.angles : layout.speeds] = stretch / radius
+    scales[layout.speeds : layout.energies] = speed / radius
+    return scales

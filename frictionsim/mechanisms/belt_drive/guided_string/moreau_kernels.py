@@ -1,0 +1,241 @@
+"""Midpoint steps of a fixed length with exact impulses of friction, for a guided string, compiled.
+
+Moreau's scheme, as in `steppers.moreau_kernels` for bodies in the plane: half a step with the old
+velocities, the forces there, the impulses of friction together with the speeds of the pulleys, half
+a step with the new velocities.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
+    friction_limits,
+    project_friction,
+    solve_pulley_motion,
+)
+from frictionsim.mechanisms.belt_drive.guided_string.equations import (
+    add_damping,
+    normal_forces,
+    tensions,
+)
+from frictionsim.mechanisms.belt_drive.guided_string.line import (
+    COUNT,
+    FIRST_CANDIDATE,
+    FIRST_POINT,
+    PULLEY,
+    PitchLine,
+    line_candidates,
+)
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+    assign_friction_coefficients,
+    update_contact_modes,
+)
+from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    ALPHA,
+    DAMPING_HEAT,
+    FRICTION,
+    FRICTION_HEAT,
+    INERTIA,
+    POSITION,
+    PULLEY_RADIUS,
+    SLIP,
+    SPEED,
+    SPEED_OLD,
+    STICK_BIAS,
+    TENSION,
+    TORQUE,
+    VELOCITY,
+    copy,
+)
+from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
+    ENDED,
+    NOT_FINITE,
+    SINCE_SEARCH,
+    STEPS,
+    mean_reaction_torques,
+    store_pulley_speeds,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.kernels.system import System
+
+    Array = npt.NDArray[np.float64]
+    Indices = npt.NDArray[np.int64]
+
+CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for candidates to the next
+
+
+class StringState(NamedTuple):
+    """An integration between two steps, in arrays that its kernels write to.
+
+    Attributes
+    ----------
+    y_old, y : (size,)
+        The states at the start and the end of the last step.
+    new : (2, width)
+        The kinematics that y begins with: a view.
+    middle : (2, width)
+        Positions and velocities in the middle of a step.
+    counts : (2,)
+        STEPS, SINCE_SEARCH.
+    """
+
+    y_old: "Array"
+    y: "Array"
+    new: "Array"
+    middle: "Array"
+    counts: "Indices"
+
+
+@kernel
+def integrate_string(
+    steps: int,
+    h: float,
+    state: StringState,
+    distinct_static_friction: bool,
+    line: PitchLine,
+    system: "System",
+) -> int:
+    """Take so many steps of length h, s; return ENDED or NOT_FINITE.
+
+    With no step it evaluates the forces without friction.
+    """
+    counts = state.counts
+    if counts[STEPS] == 0 and steps == 0:
+        prescribed_speeds(0.0, system.pulleys, system.prescribed)
+        find_candidates(line, state.new, system)
+        axial = system.effects.axial_damping
+        tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
+        normal_forces(line, state.new[VELOCITY], system)
+    for _ in range(steps):
+        if counts[SINCE_SEARCH] == 0:
+            find_candidates(line, state.new, system)
+        step_string(counts[STEPS] * h, h, state, line, system)
+        if distinct_static_friction:
+            update_contact_modes(system.contacts)
+        counts[STEPS] += 1
+        counts[SINCE_SEARCH] = (counts[SINCE_SEARCH] + 1) % CANDIDATE_UPDATE_INTERVAL
+    total = 0.0
+    for i in range(len(state.y)):
+        total += abs(state.y[i])
+    return ENDED if total < np.inf else NOT_FINITE
+
+
+@inline_kernel
+def find_candidates(line: PitchLine, kinematics: "Array", system: "System") -> None:
+    """Make candidates of the points near the arcs, with their coefficients of friction."""
+    line_candidates(line, system, kinematics)
+    assign_friction_coefficients(system.contacts, system.pulleys.table.shape[1], system.friction)
+
+
+@inline_kernel
+def step_string(t: float, h: float, state: StringState, line: PitchLine, system: "System") -> None:
+    """Take one step from time t."""
+    layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
+    pulleys, pulley, free = system.pulleys, system.pulleys.table, system.pulleys.free
+    y_old, y, n = state.y_old, state.y, system.chain.bodies
+    position, velocity = state.middle[POSITION], state.middle[VELOCITY]
+    half = layout.velocities
+    old, before = y[half : layout.angles], y_old[half : layout.angles]
+    for i in range(n):
+        position[i] = y[i] + 0.5 * h * old[i]
+    for i in range(n):
+        velocity[i] = old[i] + 0.5 * (old[i] - before[i])
+    tension = system.workspace[TENSION]
+    tensions(line.length, axial, chain, position, system.workspace)
+    add_damping(axial.damping, velocity, tension, chain)
+    normal_forces(line, velocity, system)
+    store_pulley_speeds(t, y[layout.speeds : layout.energies], pulleys, system.prescribed)
+    for k in range(len(free)):
+        speed, earlier = y[layout.speeds + k], y_old[layout.speeds + k]
+        pulley[SPEED, free[k]] = speed + 0.5 * (speed - earlier)
+    prescribed_speeds(t + 0.5 * h, pulleys, system.prescribed)
+    pulley_torques(t + 0.5 * h, system)
+    prescribed_speeds(t + h, pulleys, system.prescribed)
+    copy(y, y_old)
+    new, gain = y[half : layout.angles], h / chain.mass
+    for k in range(n):
+        new[k] = before[k] + gain * (tension[k + 1] - tension[k])
+    rubbed = solve_impulses(h, before, new, line, system)
+    for i in range(n):
+        y[i] = position[i] + 0.5 * h * new[i]
+    for k in range(len(free)):
+        y[layout.speeds + k] = pulley[ALPHA, free[k]]
+    mean_reaction_torques(h, system.contacts, pulleys, system.prescribed)
+    for j in range(pulley.shape[1]):
+        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
+        y[layout.angles + j] += h * mean
+        y[layout.energies] += h * pulley[TORQUE, j] * mean
+        pulley[SPEED, j] = pulley[ALPHA, j]
+    y[layout.energies + FRICTION_HEAT] += rubbed
+    y[layout.energies + DAMPING_HEAT] += h * damping_power(axial.damping, n, velocity, before, new)
+
+
+@inline_kernel
+def solve_impulses(
+    h: float, old: "Array", new: "Array", line: PitchLine, system: "System"
+) -> float:
+    """Solve for the impulses, add them to the new velocities, and write new speeds into ALPHA.
+
+    Return the heat of friction, J. `old` and `new` are velocities; where a speed is prescribed
+    SPEED is the new one already. Afterwards SLIP has the new slip.
+    """
+    contacts, pulleys = system.contacts, system.pulleys
+    pulley, table, mass = pulleys.table, contacts.table, system.chain.mass
+    for j in range(pulley.shape[1]):
+        pulley[ALPHA, j] = pulley[SPEED, j]
+    for j in pulleys.free:
+        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
+    if system.friction is None:
+        return 0.0
+    runs = line.runs
+    for run in range(line.run_count[0]):
+        i, s, count = runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run], runs[COUNT, run]
+        sense, bias, v = line.senses[runs[PULLEY, run]], table[STICK_BIAS, s:], new[i:]
+        for k in range(count):
+            bias[k] = -sense * v[k]
+    friction_limits(contacts, h)
+    for j in pulleys.free:
+        external, guess = pulley[INERTIA, j] * pulley[ALPHA, j], pulley[SPEED_OLD, j]
+        pulley[ALPHA, j] = solve_pulley_motion(j, guess, external, contacts, pulleys, mass)
+    project_friction(contacts, pulleys, mass, pulley[ALPHA])
+    rubbed = 0.0
+    for run in range(line.run_count[0]):
+        i, s, count = runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run], runs[COUNT, run]
+        j = runs[PULLEY, run]
+        gain, sense = line.senses[j] / mass, line.senses[j]
+        rim, radius = pulley[PULLEY_RADIUS, j] * pulley[ALPHA, j], pulley[PULLEY_RADIUS, j]
+        mean_rim = 0.5 * (rim + radius * pulley[SPEED_OLD, j])
+        friction, slip = table[FRICTION, s:], table[SLIP, s:]
+        v, v_old = new[i:], old[i:]
+        for k in range(count):
+            v[k] += gain * friction[k]
+        for k in range(count):
+            slip[k] = rim - sense * v[k]
+        for k in range(count):
+            rubbed += friction[k] * (mean_rim - 0.5 * sense * (v_old[k] + v[k]))
+    return rubbed
+
+
+@inline_kernel
+def damping_power(
+    damping: float | None, n: int, middle: "Array", old: "Array", new: "Array"
+) -> float:
+    """Return what the dampers along the belt take in a step, W.
+
+    Their forces are those of the velocities `middle`, which are extrapolated; what they take goes
+    by the mean of the velocities before and after.
+    """
+    power = 0.0
+    if damping is not None:
+        for k in range(1, n):
+            force = damping * (middle[k] - middle[k - 1])
+            power += 0.5 * force * (old[k] + new[k] - old[k - 1] - new[k - 1])
+        force = damping * (middle[0] - middle[n - 1])
+        power += 0.5 * force * (old[0] + new[0] - old[n - 1] - new[n - 1])
+    return power

@@ -1,0 +1,66 @@
+"""The list of candidates for a contact: what a new search keeps of the last one, and fills up."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    FRICTION,
+    MODE,
+    NORMAL,
+    RADIUS,
+    SIMD_WIDTH,
+    SLIP,
+    STICK_BIAS,
+    STICKING,
+)
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
+
+NEW_CONTACT = 2.0  # in the place of a mode: the body was no candidate
+
+
+@inline_kernel
+def save_modes(contacts: "Contacts") -> None:
+    """Save mode and sticking of the candidates by their bodies; NEW_CONTACT for all others."""
+    table, body = contacts.table, contacts.body
+    radius, mode, sticking = table[RADIUS], table[MODE], table[STICKING]
+    saved_mode, saved_sticking = contacts.saved_modes[0], contacts.saved_modes[1]
+    saved_mode[:] = NEW_CONTACT
+    for s in range(contacts.offsets[-1]):
+        if radius[s] > 0.0:
+            saved_mode[body[s]], saved_sticking[body[s]] = mode[s], sticking[s]
+
+
+@inline_kernel
+def add_candidate(contacts: "Contacts", s: int, body: int, radius: float) -> None:
+    """Write the candidate number s, with the mode that the body had."""
+    table = contacts.table
+    contacts.body[s], table[RADIUS, s] = body, radius
+    table[MODE, s], table[STICKING, s] = (
+        contacts.saved_modes[0, body],
+        contacts.saved_modes[1, body],
+    )
+    table[FRICTION, s] = 0.0
+
+
+@inline_kernel
+def fill_up(contacts: "Contacts", first: int, s: int) -> int:
+    """Fill the candidates of a pulley, first to s - 1, up to full vectors; return their end."""
+    table = contacts.table
+    end = s + -(s - first) % SIMD_WIDTH
+    for k in range(s, end):
+        contacts.body[k], table[RADIUS, k], table[MODE, k], table[STICKING, k] = 0, 0.0, 0.0, 0.0
+        table[NORMAL, k] = table[SLIP, k] = table[STICK_BIAS, k] = table[FRICTION, k] = 0.0
+    return end
+
+
+@inline_kernel
+def set_initial_mode(contacts: "Contacts", s: int, slip: float) -> None:
+    """Have a body that is new at a pulley stick if it has no slip, else slide."""
+    table = contacts.table
+    if table[MODE, s] == NEW_CONTACT:
+        table[SLIP, s], table[MODE, s] = slip, np.sign(slip)
+        table[STICKING, s] = 1.0 if slip == 0.0 else 0.0

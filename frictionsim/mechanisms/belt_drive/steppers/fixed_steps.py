@@ -1,0 +1,81 @@
+"""What integrations with steps of a fixed length have in common."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.errors import InputError, NonFinite
+from frictionsim.mechanisms.belt_drive.kernels.layout import ALPHA, SPEED, SPEED_OLD
+from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import STEPS
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+
+    Array = npt.NDArray[np.float64]
+
+
+class FixedSteps:
+    """An integration with steps of the length h, s, of which `state` has the last one.
+
+    Parameters
+    ----------
+    model : BeltModel
+    h, max_step : float, s
+        The length of a step, and that below which steps are stable.
+
+    Raises
+    ------
+    InputError
+        If the step is too long for the waves in the belt.
+    """
+
+    resumable = True
+
+    def __init__(self, model: "BeltModel", h: float, max_step: float) -> None:
+        if h >= max_step:
+            raise InputError(
+                f"solver.step: {h:.4g} s is too large for the waves in the belt: 'moreau' is"
+                f" stable below {max_step:.4g} s here; give a smaller solver.step, or fewer bodies"
+            )
+        self._model, self._h = model, h
+        self._state: Any = None  # y_old, y and counts are used here
+        self.force_per_impulse = 1.0 / h
+        # Speeds that are prescribed stand in no state.
+        pulleys = model.system.pulleys
+        self._prescribed = np.setdiff1d(np.arange(pulleys.table.shape[1]), pulleys.free)
+
+    @property
+    def t(self) -> float:
+        """The end of the last step, s."""
+        return float(self._state.counts[STEPS] * self._h)
+
+    @property
+    def statistics(self) -> tuple[int, int, int]:
+        """Steps, rejected steps, right-hand sides."""
+        steps = int(self._state.counts[STEPS])
+        return steps, 0, steps
+
+    def _steps_to(self, limit: float, sample: float, max_steps: int) -> int:
+        """Return how many steps reach or pass a limit or a sample time, s, at least one."""
+        ahead = (min(limit, sample) - self.t) / self._h
+        # A step that would be left over from rounding is none.
+        return min(max_steps, max(1, int(np.ceil(ahead - 1e-6))))
+
+    def _not_finite(self, before: float) -> NonFinite:
+        return NonFinite(
+            f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
+            f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
+        )
+
+    def interpolate(self, t: float) -> "Array":
+        """Return the state at a time in the last step; the forces are those of the step."""
+        ratio = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
+        s = self._state
+        inside: Array = s.y_old + ratio * (s.y - s.y_old)
+        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
+            table = self._model.system.pulleys.table
+            start, end = table[SPEED_OLD, self._prescribed], table[ALPHA, self._prescribed]
+            table[SPEED, self._prescribed] = start + ratio * (end - start)
+        return inside

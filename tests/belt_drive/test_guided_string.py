@@ -1,0 +1,421 @@
+"""The guided string: closed forms, an independent program, invariants, and what it refuses."""
+
+from functools import cache
+from math import cos, exp, log, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
+from frictionsim.scenario.model_validation import ValidationFailure
+from frictionsim.simulation.simulate import RunResult
+from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
+from tests.support.scenarios import Scenario, changed, simulate
+from tests.support.string_reference import arcs_of, end_state
+
+CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}  # the resistance
+NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
+
+EA, RHO, R = 1.52e5, 0.096, 0.027  # of the shipped drive
+
+
+def string(**changes: Any) -> Scenario:
+    """Return the shipped string, with a resistance that is linear throughout."""
+    return shipped("belt_string", **{"drive__driven__torque": CONTINUED, **changes})
+
+
+@cache
+def loaded(bodies: int, backend: str = "moreau") -> RunResult:
+    data = string(
+        mechanism__belt__bodies=bodies,
+        solver__backend=backend,
+        output__channels=["tension", "sticking", "pulley_speed", "normal_force", "pulley_index"],
+    )
+    done = simulate(data)
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values())
+    return done
+
+
+def value(done: RunResult, name: str) -> float:
+    found = done.quantities[name].value
+    assert found is not None
+    return float(found)
+
+
+# --- closed forms ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("bodies", [60, 150])
+def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
+    done = loaded(bodies)
+    tight, slack = value(done, "tension_tight"), value(done, "tension_slack")
+    # The torque of 15 N m, and Reynolds's creep of a string; of the mean of the last fifth the
+    # ripple of points that enter an arc is left. A thousandth is the limit that is promised.
+    assert tight - slack == pytest.approx(15.0 / R, rel=1e-4)
+    assert value(done, "slip_percent") == pytest.approx(
+        100.0 * (tight - slack) / (EA + tight), rel=1e-3
+    )
+    # The stretch of the whole belt stays what it was at rest: on an arc the tension is that of the
+    # span before it, up to the sliding arc, whose exponential has the mean dT/ln(T1/T2).
+    speed = R * value(done, "drive_speed")
+    flow = RHO * speed**2
+    span, sliding = 0.515, log((tight - flow) / (slack - flow)) * R
+    held = pi * R - sliding
+    both = (tight + slack) * (span + held) + 2.0 * ((tight - slack) * R + flow * sliding)
+    assert both / (2.0 * (span + pi * R)) == pytest.approx(555.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("bodies", "limit"), [(60, 5e-3), (150, 1e-3)])
+@pytest.mark.parametrize("speed", [1.0, 30.0])
+def test_full_slip_is_the_equation_of_euler_and_eytelwein(
+    bodies: int, limit: float, speed: float
+) -> None:
+    data = string(
+        mechanism__belt__bodies=bodies,
+        drive__driver={"speed": {"time": [0.0, 0.02], "value": [0.0, -2.0 * speed / R]}},
+        drive__driven={"speed": {"time": [0.0, 0.02], "value": [0.0, -speed / R]}},
+        effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
+        solver__duration=0.5,
+        output__channels=[],
+    )
+    done = simulate(data)
+    # As much mass passes everywhere; where the belt is stretched more, it is faster.
+    passing = RHO * belt_speed(done) / (1.0 + 555.0 / EA)
+
+    def pressing(tension: float) -> float:
+        return tension - passing**2 / RHO * (1.0 + tension / EA)
+
+    ratio = pressing(value(done, "tension_tight")) / pressing(value(done, "tension_slack"))
+    assert ratio == pytest.approx(exp(0.3 * pi), rel=limit)
+
+
+def belt_speed(done: RunResult) -> float:
+    """Return the speed of the belt, m/s, that its kinetic energy tells."""
+    inertia = 2.4e-4 * (value(done, "drive_speed") ** 2 + value(done, "driven_speed") ** 2)
+    mass = RHO * float(equilibrium_quantities(done.scenario)["belt_length"].value or 0.0)
+    return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
+
+
+def test_arcs_hold_the_tension_of_the_span_before_them() -> None:
+    done = loaded(150)
+    late = done.time > 1.6
+    tension, index = done.channels["tension"][late], done.channels["pulley_index"][late]
+    held = (index == 0) & (done.channels["sticking"][late] > 0.0)
+    inside = held & np.roll(held, 1, axis=1) & np.roll(held, -1, axis=1)
+    assert inside.sum() > 100
+    # Points enter with the tension of the span; the waves that friction makes are left, 0.3 N.
+    assert np.mean(tension[inside]) == pytest.approx(value(done, "tension_tight"), rel=2e-3)
+
+
+def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> None:
+    data = string(
+        mechanism__belt__bodies=200,
+        effects__belt_friction={"mu_s": 50.0, "mu_k": 50.0},
+        effects__axial_damping=None,
+        drive__driver={"torque": {"time": [0.0, 1e-4, 2e-4], "value": [0.0, -1.0, 0.0]}},
+        drive__driven={"torque": {"time": [0.0, 1e-4, 2e-4], "value": [0.0, 1.0, 0.0]}},
+        solver__duration=0.1,
+        output={"interval": 5e-5, "channels": ["pulley_speed"]},
+    )
+    speed = simulate(data).channels["pulley_speed"]
+    relative = speed[:, 0] - speed[:, 1]
+    crossings = np.flatnonzero((relative[:-1] < 0.0) & (relative[1:] >= 0.0))
+    cycles = len(crossings) - 1
+    omega = 2.0 * pi * cycles / (5e-5 * (crossings[-1] - crossings[0]))
+    # J w^2 = 2 R^2 EA k cot(k L/2), with the belt that is stuck on a pulley turning with it.
+    inertia = 2.4e-4 + RHO * pi * R * R**2
+
+    def excess(w: float) -> float:
+        k = w * np.sqrt(RHO / EA)
+        return float(inertia * w * w - 2.0 * R * R * EA * k / np.tan(0.5 * k * 0.515))
+
+    low, high = 100.0, 4000.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    # A point at an end of an arc is held with all of its mass, as is half of the next joint.
+    assert omega == pytest.approx(low, rel=2e-2)
+
+
+def test_a_belt_without_load_has_one_tension_and_no_slip() -> None:
+    done = simulate(
+        string(
+            drive__driver={"speed": {"smooth_step": smooth(0.0, -25.0)}},
+            drive__driven=None,
+            solver__duration=0.6,
+        )
+    )
+    tension = done.channels["tension"][done.time > 0.5]
+    assert value(done, "tension_tight") == pytest.approx(value(done, "tension_slack"), rel=1e-3)
+    assert np.ptp(tension.mean(axis=0)) < 1e-3 * 555.0
+    assert abs(value(done, "slip_percent")) < 1e-3
+
+
+def smooth(start: float, stop: float) -> dict[str, float]:
+    return {"from": start, "to": stop, "start": 0.0, "stop": 0.1}
+
+
+def test_the_belt_at_rest_is_exact() -> None:
+    data = trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80)
+    scenario = scenario_of(data)
+    found = {name: q.value for name, q in equilibrium_quantities(scenario).items()}
+    path = scenario.mechanism.path()
+    length = path.length / (1.0 + 200.0 / 1e4)
+    assert found["belt_length"] == pytest.approx(length, rel=1e-14)
+    assert found["tension_min"] == found["tension_max"] == 200.0
+    for name, arc in zip(scenario.mechanism.names, path.arcs, strict=True):
+        pulls = np.array([1.0, 0.0]) - np.array([cos(arc.wrap_angle), sin(arc.wrap_angle)])
+        assert found[f"shaft_load_{name}"] == pytest.approx(200.0 * np.hypot(*pulls), rel=1e-12)
+    given_length = {"bodies": 80, "mass_per_length": 0.5, "axial_rigidity": 1e4, "length": length}
+    again = equilibrium_quantities(scenario_of(changed(data, mechanism__belt=given_length)))
+    assert again["pretension"].value == pytest.approx(200.0, rel=1e-10)
+
+
+# --- an independent program, and two methods ------------------------------------------------------
+
+
+def drawn(seed: int, **changes: Any) -> Scenario:
+    """Return a belt on 2 to 6 pulleys on a circle, one of them perhaps on its back."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 7))
+    turned, mirrored = rng.uniform(0.0, 2.0 * pi), rng.choice([-1.0, 1.0])
+    pulleys: list[dict[str, Any]] = []
+    for j in range(count):
+        angle = turned + mirrored * 2.0 * pi * (j + rng.uniform(-0.1, 0.1)) / count
+        pulleys.append(
+            {
+                "name": f"p{j}",
+                "center": [0.4 * cos(angle), 0.4 * sin(angle)],
+                "radius": float(rng.uniform(0.05, 0.12)),
+                "inertia": float(rng.uniform(1e-3, 5e-3)),
+            }
+        )
+    if count > 2 and rng.random() < 0.7:
+        a, b = (np.array(pulleys[k]["center"]) for k in (0, 1))
+        middle = 0.5 * (a + b)
+        out = middle / np.hypot(*middle)
+        roller = {"name": "back", "radius": 0.05, "inertia": 1e-3, "side": "outside"}
+        outside = 0.5 * (pulleys[0]["radius"] + pulleys[1]["radius"]) + 0.05
+        # It presses the span in by 3 cm.
+        pulleys.insert(1, {**roller, "center": list(middle + (outside - 0.03) * out)})
+    friction = float(rng.uniform(0.2, 0.8))
+    data: Scenario = {
+        "kind": "belt_drive",
+        "mechanism": {
+            "belt": {
+                "bodies": 90,
+                "mass_per_length": 0.4,
+                "axial_rigidity": 2e4,
+                "pretension": float(rng.uniform(150.0, 300.0)),
+            },
+            "pulleys": pulleys,
+        },
+        "drive": {
+            "p0": {"torque": {"time": [0.0, 0.03], "value": [0.0, float(rng.uniform(-15, 15))]}},
+            f"p{count - 1}": {"torque": {"speed": [-50.0, 50.0], "value": [20.0, -20.0]}},
+        },
+        "effects": {
+            "belt_friction": {
+                "mu_s": friction,
+                "mu_k": friction,
+                "pulleys": {"p0": {"mu_s": 0.5, "mu_k": 0.5}},
+            },
+            "axial_damping": {"coefficient": 5.0},
+        },
+        "solver": {"duration": 0.05, "rtol": 1e-6},
+        "output": {"interval": 1e-3},
+    }
+    return changed(data, **changes)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 6])
+def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
+    smoothed = {"law": "regularised", "transition_speed": 0.05}
+    data = drawn(seed, mechanism__belt__bodies=60, solver__duration=0.01, solver__rtol=1e-8)
+    for key, word in smoothed.items():
+        data["effects"]["belt_friction"][key] = word
+    scenario = scenario_of(data)
+    reached, model, _ = stepped(data)
+    layout, n = model.system.layout, 60
+    own = [
+        reached[:n],
+        reached[layout.velocities : layout.velocities + n],
+        reached[layout.angles : layout.energies],
+    ]
+    # In units of the pretension's stretch and of its velocity, at both programs' tolerances.
+    off = (np.concatenate(own) - end_state(scenario)) / np.concatenate(
+        [
+            model.error_scales[:n],
+            model.error_scales[layout.velocities : layout.velocities + n],
+            model.error_scales[layout.angles : layout.energies],
+        ]
+    )
+    assert np.max(np.abs(off)) < 1e-5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
+    channels = {"output__channels": ["pulley_speed", "pulley_angle"]}
+    adaptive = simulate(drawn(seed, solver__backend="rkf45", **channels))
+    fixed = simulate(drawn(seed, solver__backend="moreau", **channels))
+    for done in (adaptive, fixed):
+        assert done.status == "done"
+        assert all(check.ok for check in done.checks.values()), done.checks
+    size = float(np.max(np.abs(adaptive.channels["pulley_speed"])))
+    # Impacts of points that enter an arc ring at the highest frequency, where both methods differ.
+    off = adaptive.channels["pulley_speed"] - fixed.channels["pulley_speed"]
+    assert np.max(np.abs(off)) < 2e-3 * size
+    for name in ("tension_tight", "tension_slack"):
+        assert value(fixed, name) == pytest.approx(value(adaptive, name), rel=1e-3)
+
+
+# --- invariants -----------------------------------------------------------------------------------
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(seed=st.integers(0, 10_000), angle=st.floats(0.1, 6.0), mirrored=st.booleans())
+def test_a_belt_that_is_turned_or_mirrored_does_the_same(
+    seed: int, angle: float, mirrored: bool
+) -> None:
+    data = drawn(seed, solver__backend="moreau", solver__duration=0.02)
+    moved = changed(data)
+    sign = -1.0 if mirrored else 1.0
+    for pulley in moved["mechanism"]["pulleys"]:
+        x, y = pulley["center"][0], sign * pulley["center"][1]
+        pulley["center"] = [x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle)]
+    torque = moved["drive"]["p0"]["torque"]
+    torque["value"] = [sign * found for found in torque["value"]]
+    one, other = simulate(data), simulate(moved)
+    # Two pulleys have no sense of their own: a mirror image of them is passed as before.
+    sense = sign if len(data["mechanism"]["pulleys"]) > 2 else 1.0
+    if sense != sign:
+        return
+    speeds = one.channels["pulley_speed"]
+    off = speeds - sense * other.channels["pulley_speed"]
+    assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
+
+
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(seed=st.integers(0, 10_000), law=st.sampled_from(["equal", "static above kinetic"]))
+def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> None:
+    data = drawn(seed, solver__backend="moreau")
+    if law != "equal":
+        data["effects"]["belt_friction"]["mu_s"] += 0.1
+    done = simulate(data)
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values()), done.checks
+    channels, friction = done.channels, done.scenario.effects.belt_friction
+    names = done.scenario.mechanism.names
+    size = max(friction.mu_s, *(own.mu_s for own in friction.pulleys.values()))
+    limit = size * channels["normal_force"]
+    assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)
+    # What sticks has no slip, to rounding of the speeds, which are of some m/s.
+    assert np.max(np.abs(channels["slip_velocity"][channels["sticking"] > 0.0]), initial=0.0) < 1e-9
+    # The channels alone: each pulley's own momentum, from the friction of its points.
+    inertia = np.array([p.inertia for p in done.scenario.mechanism.pulleys])
+    radius = np.array([p.radius for p in done.scenario.mechanism.pulleys])
+    for j in range(len(names)):
+        on = channels["pulley_index"] == j
+        pull = np.sum(channels["friction_force"] * on, axis=1)
+        moment = channels["pulley_torque"][:, j] - radius[j] * pull
+        gained = inertia[j] * np.diff(channels["pulley_speed"][:, j])
+        impulse = 0.5 * 1e-3 * (moment[1:] + moment[:-1])
+        # Samples are 1 ms apart, the friction rings within that: a mean over the run is compared.
+        scale = 200.0 * radius[j] * done.time[-1]
+        assert abs(np.sum(gained) - np.sum(impulse)) < 0.02 * scale
+
+
+def test_positions_are_on_the_line_after_many_rounds() -> None:
+    data = string(
+        drive__driver={"speed": -100.0},
+        drive__driven={"torque": 0.0},
+        solver__duration=3.0,
+        output={"interval": 0.05},
+    )
+    done = simulate(data)
+    x, y = done.channels["x"], done.channels["y"]
+    turned = done.channels["angle"][-1] - done.channels["angle"][0]
+    assert np.all(np.abs(turned) > 6.0 * pi)  # 8 m of belt have passed, of 1.2 m
+    on = np.hypot(x - np.clip(x, 0.0, 0.515), y)
+    np.testing.assert_allclose(on, R, rtol=1e-12)
+    arcs, length = arcs_of(done.scenario)
+    assert length == pytest.approx(2.0 * (0.515 + pi * R))
+    assert value(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)
+
+
+# --- what it says and refuses ---------------------------------------------------------------------
+
+
+def refused(data: Scenario) -> str:
+    with pytest.raises(ValidationFailure) as error:
+        scenario_of(data)
+    (line,) = error.value.lines()
+    return line
+
+
+@pytest.mark.parametrize("effect", ["bending", "gravity"])
+def test_effects_across_the_belt_need_contact(effect: str) -> None:
+    table = {"bending": {"rigidity": 0.026}, "gravity": {"g": 9.81}}[effect]
+    assert refused(string(**{f"effects__{effect}": table})) == (
+        f"effects.{effect}: it moves the belt across itself, and a belt without effects.contact is"
+        " guided on its pitch line; add [effects.contact], or leave this effect out"
+    )
+
+
+def test_the_arc_of_a_pulley_with_a_drive_needs_a_point() -> None:
+    roller = {"name": "roller", "center": [0.25, 0.02], "radius": 0.03, "inertia": 1e-4}
+    first, last = string()["mechanism"]["pulleys"]
+    data = string(mechanism__pulleys=[first, last, {**roller, "side": "outside"}])
+    scenario_of(data)  # an idler may have an arc shorter than a body
+    data["drive"]["roller"] = {"torque": 0.1}
+    assert refused(data) == (
+        "mechanism.belt.bodies: 60 bodies, 0.0201 m apart, are too few for the arc on 'roller',"
+        " 0.00871 m: a belt without effects.contact needs at least 139 here, and about 556 for"
+        " quantities that depend little on their number"
+    )
+
+
+def test_a_span_is_not_shorter_than_a_body() -> None:
+    data = string(mechanism__belt__bodies=14)
+    first, last = data["mechanism"]["pulleys"]
+    first["radius"] = last["radius"] = 0.05
+    last["center"] = [0.3, 0.0]
+    roller = {"name": "roller", "radius": 0.05, "inertia": 1e-4, "side": "outside"}
+    data["mechanism"]["pulleys"].append({**roller, "center": [0.075, 0.085]})
+    assert refused(data) == (
+        "mechanism.belt.bodies: 14 bodies, 0.0655 m apart, are too few for the span from 'roller'"
+        " to 'driver', 0.0534 m: a belt without effects.contact needs at least 18 here, and about"
+        " 72 for quantities that depend little on their number"
+    )
+
+
+def test_a_step_too_long_is_refused() -> None:
+    with pytest.raises(InputError) as error:
+        simulate(string(solver__step=1e-4))
+    assert "'moreau' is stable below" in str(error.value)
+
+
+def test_a_belt_that_would_lift_off_is_warned_of() -> None:
+    fast = {"speed": {"time": [0.0, 0.3], "value": [0.0, -4000.0]}}  # 108 m/s: rho v^2 = 1120 N
+    done = simulate(string(drive__driver=fast, drive__driven={"torque": 0.0}, solver__duration=0.4))
+    found = [text for text in done.warnings if "is hardly pressed on 'driver'" in text]
+    assert len(found) == 1
+    assert found[0].endswith("add [effects.contact]")
+
+
+def test_the_effects_of_the_summary_say_what_is_simulated() -> None:
+    scenario = scenario_of(string())
+    assert scenario.effect_names == ("belt_friction", "axial_damping")
+    assert assemble(scenario).system.effects.contact is None
+
+
+def test_a_slack_span_is_warned_of() -> None:
+    much = {"mu_s": 10.0, "mu_k": 10.0}
+    done = simulate(string(mechanism__belt__pretension=100.0, effects__belt_friction=much))
+    assert any("does not sag, but is pressed together" in text for text in done.warnings)
