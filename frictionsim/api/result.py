@@ -72,6 +72,10 @@ class Result:
         from frictionsim.simulation.record import record_of
 
         assert self._run is not None, "a result has a record or a run"
+        if self._run.stored is not None and self.path is not None:
+            from frictionsim.io.hdf5_reader import read
+
+            return read(self.path)  # the segments of the run are gone
         return record_of(self._run)
 
     @property

@@ -166,15 +166,20 @@ def _simulate(
     check: bool,
 ) -> Result:
     # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
+    done: RunResult | None = None
     stop = nullcontext(None) if destination is None else StopAfterStep()
     with stop as interruption, _shown(progress, scenario) as shown:
         on_step = shown if interruption is None else interruption.after(shown)
         limited = on_step if max_wall is None else _with_limit(on_step, max_wall, scenario)
         try:
-            done = run(scenario, limited, _checkpoint_writer(destination), state)
+            segments = None if destination is None else destination.segments()
+            done = run(scenario, limited, _checkpoint_writer(destination), state, segments)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
-        path = None if destination is None else destination.write(done)
+        finally:
+            if destination is not None and done is None:
+                destination.close()
+        path = None if destination is None else _written(done, destination)
         estimate = None
         if estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
@@ -184,6 +189,14 @@ def _simulate(
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result.of_run(done, path, estimate)
     return result.check() if check else result
+
+
+def _written(done: "RunResult", destination: "Destination") -> Path | None:
+    """Write a result; return the file."""
+    try:
+        return destination.write(done)
+    finally:
+        destination.close()
 
 
 def _shown(

@@ -1,7 +1,8 @@
 """Atomic writing of result files, and checks that a file can be written before a run starts."""
 
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -121,14 +122,31 @@ def write_atomically(image: bytes, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    with replaced_atomically(path) as part, part.open("xb") as file:
+        file.write(image)
+
+
+@contextmanager
+def replaced_atomically(path: Path) -> Iterator[Path]:
+    """Return the context that gives a name for a new file, which then replaces another.
+
+    Parameters
+    ----------
+    path : Path
+        The target, as of `write_atomically`.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
     check_writable(path)
     target = Path(os.path.realpath(path))
     # PIDs are reused, so a part file of a killed process may exist: add random digits.
     part = target.with_name(f".{target.name}.{os.getpid()}.{os.urandom(4).hex()}.part")
     try:
-        with part.open("xb") as file:
-            file.write(image)
-            file.flush()
+        yield part
+        with part.open("r+b") as file:
             os.fsync(file.fileno())
         held = _replace(part, target)
         if held is not None:

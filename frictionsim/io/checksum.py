@@ -34,3 +34,17 @@ def checksum_mismatch(path: Path) -> bool:
             checksum = crc32(block, checksum)
             left -= len(block)
     return trailer != MARK + b"%08x\n" % checksum
+
+
+def checksum_of(trailer: bytes) -> int:
+    """Return the checksum that a trailer states."""
+    return int(trailer[len(MARK) :], 16)
+
+
+def append_trailer(path: Path) -> None:
+    """Append the trailer to a file that is too large to be in memory."""
+    checksum = 0
+    with path.open("r+b") as file:
+        while block := file.read(BLOCK):
+            checksum = crc32(block, checksum)
+        file.write(MARK + b"%08x\n" % checksum)

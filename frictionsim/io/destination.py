@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.atomic_write import check_no_clobber, check_writable
+from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
 
 if TYPE_CHECKING:
     from frictionsim.simulation.simulate import RunResult
@@ -48,6 +49,7 @@ class Destination:
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
         self.whole = whole
         self._resumed = resumed
+        self._segments: SampleSegments | None = None
         own = resumed is not None and resumed != whole and whole_name(resumed) == whole
         self._part = resumed if own else None
         self._written = {resumed} if resumed is not None and own else set()
@@ -87,7 +89,9 @@ class Destination:
             If it cannot be written.
         """
         if run.status == "done":
+            replaced = hdf5_reader.folder_of_segments(self.whole)
             hdf5_writer.write(run, self.whole)
+            self._drop_segments(replaced)
             LOG.info("result written: %s", self.whole)
             for part in self._written - {self.whole}:
                 with suppress(OSError):
@@ -98,10 +102,48 @@ class Destination:
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and place.exists() and place != self._resumed:
             return None
+        replaced = hdf5_reader.folder_of_segments(place)
         hdf5_writer.write(run, place)
+        self._drop_segments(replaced)
         LOG.info("incomplete result written: %s (%s)", place, run.reason)
         self._written.add(place)
         return place
+
+    def segments(self) -> SampleSegments:
+        """Return where the run may put samples; those of the run that is resumed if it is its own.
+
+        A run that is resumed into another file has its segments linked or copied to there.
+        """
+        if self._segments is None:
+            self._segments = SampleSegments.beside(self.whole)
+            resumed = self._resumed
+            before = None if resumed is None else hdf5_reader.folder_of_segments(resumed)
+            if before is not None and resumed in (self.whole, self._part):
+                self._segments = SampleSegments(before)
+            elif before is not None:
+                self._segments.inherit(before)
+        return self._segments
+
+    def close(self) -> None:
+        """Remove the segments of a run that is over, unless a file refers to them."""
+        if self._segments is None:
+            return
+        self._segments.close()
+        folder = self._segments.folder
+        if not folder.exists():
+            return
+        files = {self.whole, partial_name(self.whole), *self._written}
+        kept = set(map(hdf5_reader.folder_of_segments, files))
+        # Also those of runs that were killed before their first checkpoint.
+        for found in segment_folders(self.whole):
+            if found not in kept and (found == folder or not in_use(found)):
+                SampleSegments(found).remove()
+
+    def _drop_segments(self, replaced: Path | None) -> None:
+        """Remove the segments of the result that was replaced, unless its run goes on."""
+        own = None if self._segments is None else self._segments.folder
+        if replaced is not None and replaced != own and not in_use(replaced):
+            SampleSegments(replaced).remove()
 
     def _place_of_part(self) -> Path:
         """Return the file for an incomplete result; another run may have written `whole` since."""

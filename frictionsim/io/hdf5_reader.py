@@ -14,13 +14,17 @@ from frictionsim import __version__
 from frictionsim.errors import InputError, near_files
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
+from frictionsim.io.chunks import FileSource, is_long, stamp_of
 from frictionsim.io.result_format import (
     COUNTS,
     READABLE_VERSIONS,
+    SEGMENTS,
     numbered_members,
     state_digest,
 )
+from frictionsim.io.sample_segments import SegmentsAndTail, segments_of
 from frictionsim.results import Check, Flags, Quantities, Quantity, Record, SolverStatistics
+from frictionsim.simulation.stored_channel import StoredChannel
 
 ATTRIBUTES = (
     "backend",
@@ -116,7 +120,7 @@ def _opened(path: Path) -> Iterator[Any]:
             if version not in READABLE_VERSIONS:
                 raise InputError(
                     f"{path}: cannot read this result: its format version is {version}, this"
-                    f" program reads versions {' and '.join(map(str, READABLE_VERSIONS))}"
+                    f" program reads versions {min(READABLE_VERSIONS)} to {max(READABLE_VERSIONS)}"
                 )
             if "cost" in file:
                 raise InputError(
@@ -157,7 +161,7 @@ def _read(file: Any) -> Record:
     events, contacts = _events(file)
     record = Record(
         attributes=attributes,
-        channels={name: _values(item) for name, item in datasets.items()},
+        channels=_channels(file, datasets),
         units={name: _text(item.attrs["units"]) for name, item in datasets.items()},
         long_names={name: _text(item.attrs["long_name"]) for name, item in datasets.items()},
         axes={name: _axis_of(item) for name, item in datasets.items()},
@@ -170,7 +174,51 @@ def _read(file: Any) -> Record:
         statistics=_statistics(file),
     )
     _check_shapes(record)
-    return record
+    reference = attributes.pop(SEGMENTS, None)
+    return record if reference is None else _with_segments(record, Path(file.filename), reference)
+
+
+def _channels(file: Any, datasets: dict[str, Any]) -> dict[str, Any]:
+    """Return the channels; those of several columns of a long run are read when needed."""
+    if not is_long(datasets):
+        return {name: _values(item) for name, item in datasets.items()}
+    source = FileSource(str(Path(file.filename).resolve()), stamp_of(file.filename))
+    return {
+        name: _values(item)
+        if item.ndim < 2
+        else StoredChannel(source, name, item.shape, _type_of(item))
+        for name, item in datasets.items()
+    }
+
+
+def _with_segments(record: Record, path: Path, reference: str) -> Record:
+    """Return a record with the samples of its segments before its own.
+
+    Raises
+    ------
+    InputError
+        If segments are missing.
+    """
+    segments, count, rows = segments_of(path, reference)
+    for number in (0, count - 1):
+        segments.rows(number, "time", 0, 1)
+    source = SegmentsAndTail(segments, count, rows, record.channels)
+    before = count * rows
+    channels: dict[str, Any] = {
+        name: StoredChannel(source, name, (before + len(tail), *tail.shape[1:]), tail.dtype)
+        for name, tail in record.channels.items()
+    }
+    return record._replace(channels=channels | {"time": np.asarray(channels["time"])})
+
+
+def folder_of_segments(path: Path) -> Path | None:
+    """Return the folder with the segments of an incomplete result; None if it has none."""
+    try:
+        with h5py.File(path, "r") as file:
+            reference = file.attrs.get(SEGMENTS)
+            return None if reference is None else segments_of(path, _text(reference))[0].folder
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError):
+        return None
 
 
 def _events(file: Any) -> tuple[dict[str, Any], list[str]]:
@@ -271,5 +319,9 @@ def _check_size(dataset: Any) -> Any:
 def _values(dataset: Any) -> Any:
     if dataset.dtype.kind not in "fiub":
         raise TypeError(f"{dataset.name} does not hold real numbers")
-    values = np.asarray(dataset[...])
-    return values if values.dtype.kind == "i" else values.astype(np.float64)
+    return np.asarray(dataset[...]).astype(_type_of(dataset), copy=False)
+
+
+def _type_of(dataset: Any) -> Any:
+    """Return the type of the values of a dataset in memory."""
+    return dataset.dtype if dataset.dtype.kind == "i" else np.dtype(np.float64)

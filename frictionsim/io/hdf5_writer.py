@@ -49,6 +49,15 @@ A result file, format version 2, is a file of HDF5 that is also one of netCDF-4.
 
 A group without content is left out: /events of a run without events.
 
+A long run writes its samples into segments while it goes on, see `sample_segments`. Its incomplete
+result has format_version 3: the channels begin with the samples after the last segment, and
+
+    attribute `segments`   the name of the folder beside the file, how many segments there are, how
+                           many samples each, and the checksum of the last, separated by blanks
+
+At a checkpoint of such a run, quantities, events and audit are left out. A channel that fills
+more than one segment is written and read in parts; the complete result is one file as any other.
+
 The table of `frictionsim cost` has another layout: see `write_table`.
 
 With `output.channels` a file has only those channels, time and events. All datasets outside of
@@ -66,18 +75,29 @@ and overrides, command, law, effects, quantities, audit and solver are missing.
 """
 
 import os
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
-from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.checksum import checksum_trailer
+from frictionsim.errors import OutputError
+from frictionsim.io.atomic_write import replaced_atomically, write_atomically
+from frictionsim.io.checksum import append_trailer, checksum_trailer
+from frictionsim.io.chunks import (
+    CHUNK_BYTES,
+    COMPRESSION,
+    add_in_chunks,
+    is_long,
+    segment_rows,
+)
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
     FORMAT_VERSION,
+    SEGMENTED_VERSION,
+    SEGMENTS,
     is_numbered,
     state_digest,
 )
@@ -85,14 +105,12 @@ from frictionsim.results import Channel, Record
 from frictionsim.simulation.record import record_of, scenario_attributes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.simulate import RunResult
 
-CHUNK_BYTES = 128 * 1024
-COMPRESSION = {"compression": "gzip", "compression_opts": 4}
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
 TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
@@ -101,6 +119,8 @@ OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 def write(run: "RunResult", path: Path) -> None:
     """Write the result file of a run atomically: on any error the existing file is kept.
+
+    If the run can be resumed, samples in segments stay there, and the file refers to them.
 
     Parameters
     ----------
@@ -112,7 +132,16 @@ def write(run: "RunResult", path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    write_record(record_of(run), path, run.checkpoint)
+    stored = run.stored
+    if stored is None or run.checkpoint is None:
+        write_record(record_of(run), path, run.checkpoint)
+        return
+    before = stored.number * stored.rows
+    tail = {name: values[before:] for name, values in run.channels.items()}
+    record = record_of(run._replace(time=run.time[before:], channels=tail))
+    numbers = stored.number, stored.rows, stored.segments.checksum
+    reference = {SEGMENTS: " ".join([stored.segments.name, *map(str, numbers)])}
+    write_record(record._replace(attributes=record.attributes | reference), path, run.checkpoint)
 
 
 def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None = None) -> None:
@@ -130,8 +159,23 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     OutputError
         If it cannot be written.
     """
+    if is_long(record.channels):
+        with replaced_atomically(path) as part, _reported(path):
+            with h5py.File(part, "w", track_order=True) as file:
+                _fill(file, record, checkpoint)
+            append_trailer(part)
+        return
     image = _image(record, checkpoint)
     write_atomically(image + checksum_trailer(image), path)
+
+
+@contextmanager
+def _reported(path: Path) -> "Iterator[None]":
+    """Report an error of HDF5, which says little of what is wrong with a disk."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OutputError(f"{path}: cannot write the result: {error}") from None
 
 
 def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
@@ -177,23 +221,33 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
 def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
     """Return the bytes of a result file."""
     with _file_in_memory() as file:
-        _add_attributes(file, record.attributes)
-        scales = {"": _add_time(file, record)}
-        for axis, members in record.members.items():
-            scales[axis] = _add_axis(file, axis, members)
-        for name, values in record.channels.items():
-            if name != "time":
-                axis = record.axes[name]
-                scale = (scales[""], scales[axis]) if axis else (scales[""],)
-                _add(file, name, values, _channel(record, name), *scale)
-        _add_events(file, record)
-        _add_quantities(file, record)
-        _add_audit(file, record)
-        _add_counts(file, record)
-        if checkpoint is not None:
-            _add_checkpoint(file, checkpoint)
+        _fill(file, record, checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def _fill(file: Any, record: Record, checkpoint: dict[str, Any] | None) -> None:
+    """Add all that a result holds to a new file."""
+    _add_attributes(file, record.attributes)
+    scales = {"": _add_time(file, record)}
+    for axis, members in record.members.items():
+        scales[axis] = _add_axis(file, axis, members)
+    segment = segment_rows(record.channels) if is_long(record.channels) else None
+    for name, values in record.channels.items():
+        if name != "time":
+            axis = record.axes[name]
+            scale = (scales[""], scales[axis]) if axis else (scales[""],)
+            if segment is None:
+                dataset = file.create_dataset(name, data=values, **_storage(values))
+            else:
+                dataset = add_in_chunks(file, name, values, segment)
+            _describe(dataset, _channel(record, name), *scale)
+    _add_events(file, record)
+    _add_quantities(file, record)
+    _add_audit(file, record)
+    _add_counts(file, record)
+    if checkpoint is not None:
+        _add_checkpoint(file, checkpoint)
 
 
 def _file_in_memory() -> Any:
@@ -203,7 +257,7 @@ def _file_in_memory() -> Any:
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
-    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["format_version"] = SEGMENTED_VERSION if SEGMENTS in attributes else FORMAT_VERSION
     # A record that was read has the attributes of its file, which may be of another version.
     texts = {"Conventions": CONVENTIONS} | attributes | {"Conventions": CONVENTIONS}
     for name, text in texts.items():
@@ -306,6 +360,12 @@ def _add_names(group: Any, name: str, names: Any, long_name: str) -> Any:
 
 def _add(group: Any, name: str, values: Any, channel: Channel, *scales: Any) -> Any:
     dataset = group.create_dataset(name, data=values, **_storage(values))
+    _describe(dataset, channel, *scales)
+    return dataset
+
+
+def _describe(dataset: Any, channel: Channel, *scales: Any) -> None:
+    """Add unit, description and the scales of its dimensions to a dataset."""
     _set_text(dataset, "units", channel.unit)
     _set_text(dataset, "long_name", channel.long_name)
     if channel.flags:
@@ -314,7 +374,6 @@ def _add(group: Any, name: str, values: Any, channel: Channel, *scales: Any) -> 
         _set_text(dataset, "flag_meanings", " ".join(meanings))
     for dimension, scale in zip(dataset.dims, scales, strict=False):  # a scale has none
         dimension.attach_scale(scale)
-    return dataset
 
 
 def _set_text(owner: Any, name: str, text: str) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from frictionsim import __version__
 from frictionsim.results import Quantities, Record
+from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
     from frictionsim.results import Channel
@@ -65,10 +66,19 @@ def scenario_attributes(scenario: "Scenario") -> dict[str, str]:
     }
 
 
+def stored_type(channel: "Channel") -> Any:
+    """Return the numpy type that a result file has for a channel."""
+    if not channel.integer:
+        return np.float64
+    return np.int8 if _is_small(channel) else np.int32
+
+
 def _typed(channel: "Channel", values: Any) -> Any:
     if not channel.integer:
         return values
-    return np.asarray(values).astype(np.int8 if _is_small(channel) else np.int32)
+    if isinstance(values, StoredChannel):
+        return StoredChannel(values.source, values.name, values.shape, stored_type(channel))
+    return np.asarray(values).astype(stored_type(channel))
 
 
 def _is_small(channel: "Channel") -> bool:

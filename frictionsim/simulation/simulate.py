@@ -32,12 +32,18 @@ if TYPE_CHECKING:
     from frictionsim.results import Array, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.sample_store import Segments, StoredSamples
 
 LOG = logging.getLogger(__name__)
 
 OUT_OF_RANGE = (
     "a number exceeds the range of double precision; check the scenario for forces or inertias"
     " that are far too large or too small"
+)
+
+NO_SUMMARY = (
+    "this is a checkpoint of a long run: quantities, events, audit and other warnings are left out;"
+    " 'frictionsim resume' continues the run, and they are there when it stops"
 )
 
 
@@ -76,6 +82,8 @@ class RunResult(NamedTuple):
         The state to resume from, if the run can be resumed.
     sides : dict of (m,)
         The recorded channels immediately before and after each transition.
+    stored : StoredSamples or None
+        The segments of samples on the disk, if there are any.
     """
 
     scenario: "Scenario"
@@ -95,6 +103,7 @@ class RunResult(NamedTuple):
     failure: str = ""
     checkpoint: "dict[str, Any] | None" = None
     sides: "Mapping[str, Array]" = MappingProxyType({})
+    stored: "StoredSamples | None" = None
 
 
 class _Clock:
@@ -128,6 +137,7 @@ def run(
     on_step: "Callable[[float], Any]",
     on_checkpoint: "Callable[[RunResult], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
+    segments: "Segments | None" = None,
 ) -> RunResult:
     """Simulate a scenario.
 
@@ -140,6 +150,9 @@ def run(
         Called with the results so far every `output.checkpoint` seconds of wall time.
     checkpoint : dict of arrays, optional
         State of an earlier run of the scenario to resume from.
+    segments : Segments, optional
+        Where samples are put that are too many for the memory; without it they all stay there. At
+        each segment there is also a checkpoint.
 
     Returns
     -------
@@ -153,13 +166,15 @@ def run(
     """
     _log_scenario(scenario)
     simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
-    clock = _Clock()
+    clock, samples = _Clock(), getattr(simulation, "samples", None)
+    if samples is not None:
+        samples.segments = segments
     if checkpoint is not None:
         LOG.info("the run is resumed")
         simulation.restore(checkpoint)
         load_part(clock, "clock", checkpoint)
     monitor = on_step
-    if on_checkpoint is not None and scenario.output.checkpoint is not None:
+    if on_checkpoint is not None:
         on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
     done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
     _log_end(done)
@@ -208,17 +223,25 @@ def _with_checkpoints(
     on_checkpoint: "Callable[[RunResult], Any]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an `on_step` that also calls `on_checkpoint` every `output.checkpoint` seconds."""
+    """Return an `on_step` that also calls `on_checkpoint`.
+
+    Every `output.checkpoint` seconds, and after each segment of samples.
+    """
     last, seconds = perf_counter(), scenario.output.checkpoint or inf
+    before = _stored(simulation)
+    if seconds == inf and getattr(simulation, "samples", None) is None:
+        return on_step
 
     def step_and_checkpoint(t: float) -> None:
-        nonlocal last
+        nonlocal last, before
         on_step(t)
-        if perf_counter() - last >= seconds:
+        stored = _stored(simulation)
+        if stored != before or perf_counter() - last >= seconds:
+            before = stored
             clock.stop()  # do not count the writing of the checkpoint
             reason = f"checkpoint at t = {t:.9g} s"
             outcome = _Termination("interrupted", reason, resumable=True)
-            on_checkpoint(_run_of(scenario, simulation, outcome, clock))
+            on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
             last = perf_counter()
             clock.start()
 
@@ -258,10 +281,15 @@ def _solve(
 
 
 def _run_of(
-    scenario: "Scenario", simulation: "Simulation", outcome: _Termination, clock: _Clock
+    scenario: "Scenario",
+    simulation: "Simulation",
+    outcome: _Termination,
+    clock: _Clock,
+    at_checkpoint: bool = False,
 ) -> RunResult:
-    """Return the results of a simulation that has stopped."""
-    data = simulation.observe()
+    """Return the results of a simulation that has stopped, or pauses."""
+    stored = _stored(simulation)
+    data = _observed(simulation, only_channels=at_checkpoint and stored is not None)
     if data.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Termination("failed", reason, NonFinite.exit_code, NonFinite.failure)
@@ -297,7 +325,25 @@ def _run_of(
             for name, values in data.sides.items()
             if wanted is None or name.rpartition("_")[0] in wanted
         },
+        stored=stored,
     )
+
+
+def _stored(simulation: "Simulation") -> "StoredSamples | None":
+    """Return the segments of samples on the disk; None if there are none."""
+    samples = getattr(simulation, "samples", None)
+    return None if samples is None else samples.stored
+
+
+def _observed(simulation: "Simulation", only_channels: bool) -> "SimulationResult":
+    """Return the results of a simulation so far.
+
+    Where many samples are on the disk, summary and audit take the time to read them all.
+    """
+    if not only_channels:
+        return simulation.observe()
+    found: SimulationResult = simulation.observe_channels()  # type: ignore[attr-defined]
+    return found._replace(warnings=(NO_SUMMARY,))
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

@@ -269,7 +269,7 @@ def with_another_version(file: Any) -> None:
         (without_checkpoint, "it has no checkpoint (failed: stopped at t = "),
         (without_array, "its checkpoint is damaged"),
         (with_a_bit_changed, "its checkpoint is damaged"),
-        (with_another_version, "its format version is 7, this program reads versions 1 and 2"),
+        (with_another_version, "its format version is 7, this program reads versions 1 to 3"),
     ],
 )
 def test_resume_refuses_a_result_without_valid_checkpoint(

@@ -13,6 +13,7 @@ from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mismatch, require_array
+from frictionsim.simulation.sample_store import SampleStore
 from frictionsim.solvers.common import SampleTimes
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class BeltDrive:
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
-        return {**numbers, **dump_part(self._times, "times"), **self._observer.state()}
+        return {**numbers, **dump_part(self._times, "times"), **self._observer.samples.state()}
 
     def restore(self, state: Arrays) -> None:
         """Take over the state of another simulation of the same scenario.
@@ -136,12 +137,21 @@ class BeltDrive:
                 raise mismatch(f"stepping.{name}")
             array[...] = values
         load_part(self._times, "times", state)
-        self._observer.restore(state)
+        self._observer.samples.restore(state)
         self._started = True
+
+    @property
+    def samples(self) -> SampleStore | None:
+        """The samples so far; None where no segments of them could be resumed."""
+        return self._observer.samples if self._stepper.resumable else None
 
     def observe(self) -> SimulationResult:
         """Return what was sampled so far, and what follows from it."""
         return self._observer.observe()
+
+    def observe_channels(self) -> SimulationResult:
+        """Return what was sampled so far."""
+        return self._observer.observe_channels()
 
 
 def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:

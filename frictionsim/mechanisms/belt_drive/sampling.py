@@ -43,6 +43,8 @@ from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
+from frictionsim.simulation.record import stored_type
+from frictionsim.simulation.sample_store import SampleStore
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -58,7 +60,7 @@ MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley doe
 
 
 class Observer:
-    """Samples of a belt drive, in arrays that grow.
+    """Samples of a belt drive, in a `SampleStore`.
 
     Only the channels that are wanted are kept whole; of the others what the quantities need.
 
@@ -92,7 +94,13 @@ class Observer:
         ]
         self._before = np.arange(self._bodies) - 1
         self._patch = patch_bodies(scenario, system.chain.length)
-        self._samples: dict[str, list[Any]] = {}
+        self.samples = SampleStore(
+            {
+                name: stored_type(channel)
+                for name, channel in CHANNELS.items()
+                if wanted is None or name in wanted
+            }
+        )
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def check_belt(self, stepper: Any) -> None:
@@ -139,11 +147,9 @@ class Observer:
         """Add the sample of time t."""
         kinematics = self._kinematics(state)
         channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
-        seen = {name: channels[name].copy() for name in self._wanted}
+        seen = {name: channels[name] for name in self._wanted}
         seen |= self._quantities(state, kinematics, channels)
-        for name, values in seen.items():
-            self._samples.setdefault(name, []).append(values)
-        self._samples.setdefault("time", []).append(t)
+        self.samples.append({"time": t, **seen})
         self._check_energy()
 
     def _check_energy(self) -> None:
@@ -151,30 +157,11 @@ class Observer:
 
         Dissipated energy is ignored: it can only lower the total.
         """
-        samples = self._samples
-
-        def gained(name: str) -> float:
-            return float(samples[name][-1] - samples[name][0])
-
-        put_in = gained("energy_input")
-        has = gained("energy_kinetic") + gained("energy_potential")
-        stored = abs(samples["energy_potential"][0]) + abs(put_in)
+        samples = self.samples
+        put_in = samples.gain("energy_input")
+        has = samples.gain("energy_kinetic") + samples.gain("energy_potential")
+        stored = abs(float(samples.first("energy_potential"))) + abs(put_in)
         self.energy_gain = (has - put_in) / stored if stored > 0.0 else 0.0
-
-    def state(self) -> dict[str, "Array"]:
-        """Return the samples so far."""
-        return {
-            f"samples.{name}": np.array(values, dtype=np.float64)
-            for name, values in self._samples.items()
-        }
-
-    def restore(self, state: dict[str, "Array"]) -> None:
-        """Take over the samples of another run of the same scenario."""
-        self._samples = {
-            name.removeprefix("samples."): list(values)
-            for name, values in state.items()
-            if name.startswith("samples.")
-        }
 
     def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
         contacts = self._system.contacts
@@ -321,35 +308,34 @@ class Observer:
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
+    def observe_channels(self) -> SimulationResult:
+        """Return the samples before the first that is not finite, and nothing that follows."""
+        samples = self.samples
+        sound = samples.n_finite()
+        names = samples.names
+        return SimulationResult(
+            time=samples.channel("time", sound) if names else np.zeros(0),
+            channels={name: samples.channel(name, sound) for name in CHANNELS if name in names},
+            transitions=[],
+            quantities={},
+            checks={},
+            non_finite_tail=sound < len(samples),
+        )
+
     def observe(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and what follows from them."""
-        samples = {name: np.array(values) for name, values in self._samples.items()}
-        time = samples.pop("time", np.zeros(0))
-        sound = _n_finite(time, samples)
-        samples = {name: values[:sound] for name, values in samples.items()}
-        channels = {name: samples[name] for name in CHANNELS if name in samples}
-        energies = {name: v for name, v in channels.items() if name.startswith("energy")}
-        seen = {**energies, **{name: v for name, v in samples.items() if name.startswith("_")}}
-        time = time[:sound]
+        recorded = self.observe_channels()
+        time = np.asarray(recorded.time)
+        energies = [name for name in recorded.channels if name.startswith("energy")]
+        others = [name for name in self.samples.names if name.startswith("_")]
+        seen = self.samples.arrays(energies + others, len(time))
         quantities = quantities_of(self._scenario, self._model, time, seen)
-        return SimulationResult(
-            time=time,
-            channels=channels,
+        return recorded._replace(
             transitions=transitions_of(self._scenario, self._model, time, seen),
             quantities=quantities,
             checks=checks_of(self._scenario, self._model, time, seen),
-            non_finite_tail=sound < len(self._samples.get("time", ())),
             warnings=warnings_of(self._scenario, self._model, time, seen, quantities),
         )
-
-
-def _n_finite(time: "Array", samples: dict[str, "Array"]) -> int:
-    """Return how many samples come before the first that is not finite."""
-    sound = len(time)
-    for values in samples.values():
-        good = np.isfinite(values).reshape(len(time), -1).all(axis=1)
-        sound = min(sound, int(np.argmin(good)) if not good.all() else len(time))
-    return sound
 
 
 def belt_speed(kinematics: "Array") -> float:

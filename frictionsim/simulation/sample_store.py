@@ -1,0 +1,281 @@
+"""The samples of a run: the latest ones in memory, the earlier ones in segments on the disk.
+
+A run that has nowhere to put segments keeps all samples in memory. Else, whenever the recorded
+channels of the latest samples fill SEGMENT_BYTES, these samples become a segment: a file that is
+written once, whole or not at all, and never changed (`frictionsim.io.sample_segments`). What the
+state of a run says of them is how many there are, so that a checkpoint takes the time of the
+samples since the last segment, however long the run is.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from frictionsim.simulation.checkpoint import Arrays, mismatch, require_array
+from frictionsim.simulation.stored_channel import StoredChannel
+
+SEGMENT_BYTES = 32 * 2**20
+MIN_CAPACITY = 256  # samples that there is memory for from the start
+GROWTH = 1.5
+
+
+def rows_per_segment(row_bytes: int) -> int:
+    """Return how many samples of a size become one segment: a power of two.
+
+    Chunks of a file hold powers of two as well, so that those of a segment fit into the result.
+    """
+    return power_of_two(SEGMENT_BYTES // max(row_bytes, 1))
+
+
+def power_of_two(number: int) -> int:
+    """Return the largest power of two that is not above a number, 1 at least."""
+    return 1 << (max(number, 1).bit_length() - 1)
+
+
+class Segments(Protocol):
+    """The segments of a run, numbered from 0."""
+
+    @property
+    def name(self) -> str:
+        """Tells these segments from those of other runs."""
+
+    @property
+    def checksum(self) -> int:
+        """Depends on the content of all segments."""
+
+    def write(self, number: int, recorded: Arrays, kept: Arrays) -> None:
+        """Write a segment: recorded channels, and what only the summary needs."""
+
+    def rows(self, number: int, name: str, start: int, stop: int) -> Any:
+        """Return rows of an array of a segment."""
+
+    def compressed(self, number: int, name: str) -> list[bytes] | None:
+        """Return the chunks of a recorded channel; None if it is not stored in chunks."""
+
+    def restore(self, count: int, checksum: int) -> None:
+        """Take over the first segments of a run that is resumed, and drop the others."""
+
+
+class StoredSamples(NamedTuple):
+    """The segments of a run that is not over.
+
+    Attributes
+    ----------
+    segments : Segments
+    number : int
+        How many there are.
+    rows : int
+        The samples of each.
+    """
+
+    segments: Segments
+    number: int
+    rows: int
+
+
+class SampleStore:
+    """The samples of a run, one row of each array for each of them.
+
+    Parameters
+    ----------
+    types : mapping of str to numpy dtype
+        The channels that a result file may hold, in the types that it holds. All other arrays,
+        and `time`, are of float64.
+    """
+
+    def __init__(self, types: Mapping[str, Any]) -> None:
+        self.segments: Segments | None = None
+        self._types = types
+        self._latest: Arrays = {}  # rows since the last segment, with room for more
+        self._first: Arrays = {}
+        self._count = self._stored = 0  # rows in memory, and segments
+        self._rows_of_segment = 1
+        self._non_finite: int | None = None  # the first such sample in a segment
+
+    def __len__(self) -> int:
+        return self._stored * self._rows_of_segment + self._count
+
+    @property
+    def stored(self) -> StoredSamples | None:
+        """The segments; None if there are none."""
+        if self.segments is None or not self._stored:
+            return None
+        return StoredSamples(self.segments, self._stored, self._rows_of_segment)
+
+    def _fitting_rows(self) -> int:
+        """Return how many samples of these arrays become one segment."""
+        recorded = sum(
+            self._type(name).itemsize * int(np.prod(values.shape[1:]))
+            for name, values in self._latest.items()
+            if name in self._types and name != "time"
+        )
+        return rows_per_segment(recorded)
+
+    def _type(self, name: str) -> "np.dtype[Any]":
+        return np.dtype(self._types.get(name, np.float64))
+
+    def append(self, values: Mapping[str, Any]) -> None:
+        """Add a sample."""
+        if not self._latest:
+            self._latest = {n: np.empty((MIN_CAPACITY, *np.shape(v))) for n, v in values.items()}
+            self._rows_of_segment = self._fitting_rows()
+        if not self._first:
+            self._first = {name: np.array(v, dtype=np.float64) for name, v in values.items()}
+        while self.segments is not None and self._count >= self._rows_of_segment:
+            self._store()
+        self._make_room()
+        for name, value in values.items():
+            self._latest[name][self._count] = value
+        self._count += 1
+
+    def _make_room(self) -> None:
+        capacity = len(self._latest["time"])
+        if self._count < capacity:
+            return
+        larger = int(GROWTH * capacity) + 1
+        for name, before in self._latest.items():
+            # One array after the other, so that two copies of all are never needed.
+            self._latest[name] = np.empty((larger, *before.shape[1:]))
+            self._latest[name][:capacity] = before
+
+    def _store(self) -> None:
+        """Make a segment of the first rows in memory."""
+        assert self.segments is not None
+        rows = self._rows_of_segment
+        full = {name: values[:rows] for name, values in self._latest.items()}
+        finite = _n_finite(full)
+        if finite < rows and self._non_finite is None:
+            self._non_finite = self._stored * rows + finite
+        recorded, kept = {"time": full["time"]}, {}
+        for name, values in full.items():
+            if name in self._types:
+                with np.errstate(invalid="ignore"):  # integers of what is not finite
+                    recorded[name] = values.astype(self._type(name), copy=False)
+            elif name != "time":
+                kept[name] = values
+        self.segments.write(self._stored, recorded, kept)
+        for values in self._latest.values():
+            values[: self._count - rows] = values[rows : self._count].copy()
+        self._stored += 1
+        self._count -= rows
+
+    def gain(self, name: str) -> float:
+        """Return the last value of an array less its first."""
+        return float(self._latest[name][self._count - 1] - self._first[name])
+
+    def first(self, name: str) -> Any:
+        """Return the first value of an array."""
+        return self._first[name]
+
+    def n_finite(self) -> int:
+        """Return how many samples come before the first that is not finite."""
+        if self._non_finite is not None:
+            return self._non_finite
+        tail = {name: values[: self._count] for name, values in self._latest.items()}
+        return len(self) - self._count + (_n_finite(tail) if self._count else 0)
+
+    def channel(self, name: str, count: int) -> Any:
+        """Return the first samples of an array: in memory, or read when they are needed."""
+        latest = self._latest[name]
+        if not self._stored:
+            return latest[:count]
+        return StoredChannel(self, name, (count, *latest.shape[1:]), np.float64)
+
+    def arrays(self, names: list[str], count: int) -> "Arrays":
+        """Return the first samples of some arrays; those in segments are read anew each time."""
+        if not self._stored:
+            return {name: self._latest[name][:count] for name in names}
+        return _ReadWhenNeeded({name: self.channel(name, count) for name in names})
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the arrays."""
+        return list(self._latest)
+
+    def rows(self, name: str, start: int, stop: int) -> Any:
+        """Return the values of samples start to stop - 1."""
+        size, parts = self._rows_of_segment, []
+        for number in range(start // size, min(self._stored, (stop - 1) // size + 1)):
+            assert self.segments is not None
+            a, b = max(start - number * size, 0), min(stop - number * size, size)
+            parts.append(self.segments.rows(number, name, a, b))
+        before = self._stored * size
+        if stop > before:
+            parts.append(self._latest[name][max(start - before, 0) : stop - before])
+        return np.concatenate(parts) if len(parts) > 1 else parts[0]
+
+    def compressed(self, name: str, start: int, stop: int) -> list[bytes] | None:
+        """Return a whole segment as the chunks of a result file; None of other samples."""
+        size = self._rows_of_segment
+        whole = start % size == 0 and stop == start + size and stop <= self._stored * size
+        if not whole or self.segments is None:
+            return None
+        return self.segments.compressed(start // size, name)
+
+    def state(self) -> Arrays:
+        """Return the samples in memory, and what segments there are."""
+        state: Arrays = {
+            f"samples.{name}": values[: self._count].copy()
+            for name, values in self._latest.items()
+        }
+        if self.segments is not None and self._stored:
+            state |= {f"first.{name}": value for name, value in self._first.items()}
+            none = -1 if self._non_finite is None else self._non_finite
+            numbers = (self._stored, self._rows_of_segment, none, self.segments.checksum)
+            state["stored"] = np.array(numbers, dtype=np.float64)
+            state["stored.name"] = np.array([self.segments.name.encode()])
+        return state
+
+    def restore(self, state: Arrays) -> None:
+        """Take over the samples of another run of the same scenario.
+
+        Raises
+        ------
+        InputError
+            If its segments are missing or damaged.
+        """
+        self._latest = {
+            name.removeprefix("samples."): np.array(values)
+            for name, values in state.items()
+            if name.startswith("samples.")
+        }
+        if not self._latest:
+            return
+        self._count = len(self._latest["time"])
+        self._rows_of_segment = self._fitting_rows()
+        if "stored" not in state:
+            self._first = {n: values[0] for n, values in self._latest.items() if self._count}
+            return
+        stored, rows, none, checksum = require_array(state, "stored", np.float64, ndim=1).tolist()
+        if self.segments is None or rows != self._rows_of_segment:
+            raise mismatch("stored")
+        self.segments.restore(int(stored), int(checksum))
+        self._stored = int(stored)
+        self._non_finite = None if none < 0 else int(none)
+        self._first = {name: state[f"first.{name}"] for name in self._latest}
+
+
+class _ReadWhenNeeded(dict[str, Any]):
+    """Arrays of which no more are in memory than are looked at."""
+
+    def __getitem__(self, name: str) -> Any:
+        return np.asarray(super().__getitem__(name))
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return default if name not in self else self[name]
+
+    def items(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
+        return ((name, self[name]) for name in self)
+
+    def values(self) -> Iterator[Any]:  # type: ignore[override]
+        return (self[name] for name in self)
+
+
+def _n_finite(samples: Arrays) -> int:
+    """Return how many samples come before the first that is not finite."""
+    sound = len(samples["time"])
+    for values in samples.values():
+        good = np.isfinite(values).reshape(len(values), -1).all(axis=1)
+        sound = min(sound, int(np.argmin(good)) if not good.all() else len(values))
+    return sound
