@@ -1,10 +1,15 @@
 """The channels of a result as CSV."""
 
 import csv
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, TextIO
+
+from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
+
+BYTES_OF_NUMBER = 40  # with its place in a list
 
 
 def write_channels(record: "Record", file: TextIO) -> None:
@@ -18,25 +23,24 @@ def write_channels(record: "Record", file: TextIO) -> None:
     record : Record
     file : text file
     """
-    headings, columns = [], []
+    headings, row_bytes = [], 0
     # A file of format version 1 has its channels in the order of their names.
     names = ["time", *(name for name in record.channels if name != "time")]
     for name in names:
-        values = record.channels[name]
         axis = record.axes[name]
         unit = f" [{record.units[name]}]"
-        if not axis:
-            headings.append(name + unit)
-            columns.append(_numbers(values))
-            continue
-        for member, column in zip(record.members[axis], values.T, strict=True):
-            headings.append(f"{name}.{member}{unit}")
-            columns.append(_numbers(column))
+        members = [f".{member}" for member in record.members[axis]] if axis else [""]
+        headings += [f"{name}{member}{unit}" for member in members]
+        row_bytes += BYTES_OF_NUMBER * len(members)
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(headings)
-    writer.writerows(zip(*columns, strict=True))
+    for start, stop in blocks_of(len(record.channels["time"]), row_bytes):
+        parts = (record.channels[name][start:stop] for name in names)
+        columns = (column for part in parts for column in _columns(part))
+        writer.writerows(zip(*columns, strict=True))
 
 
-def _numbers(values: Any) -> list[Any]:
-    found: list[Any] = values.tolist()
-    return found
+def _columns(values: Any) -> Iterator[list[Any]]:
+    """Yield the numbers of each column."""
+    for column in values.reshape(len(values), -1).T:
+        yield column.tolist()

@@ -7,6 +7,7 @@ import xarray
 
 from frictionsim.io.result_format import is_numbered
 from frictionsim.results import Channel
+from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -91,6 +92,10 @@ def _empty(record: "Record") -> dict[str, Any]:
 
 def _fixed(values: Any) -> Any:
     """Return a view of an array that cannot be changed: results are not changed."""
+    if isinstance(values, StoredChannel):
+        from frictionsim.api.lazy_array import lazy_array
+
+        return lazy_array(values)
     view = values.view()
     view.flags.writeable = False
     return view

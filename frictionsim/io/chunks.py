@@ -25,9 +25,7 @@ def is_long(channels: dict[str, Any]) -> bool:
 
 def segment_rows(channels: dict[str, Any]) -> int:
     """Return how many samples of these channels are one segment."""
-    row = (
-        v.dtype.itemsize * int(np.prod(v.shape[1:])) for n, v in channels.items() if n != "time"
-    )
+    row = (v.dtype.itemsize * int(np.prod(v.shape[1:])) for n, v in channels.items() if n != "time")
     return rows_per_segment(sum(row))
 
 

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from frictionsim.results import Record
+
+FLOAT_BYTES = 8
 
 
 class Row(NamedTuple):
@@ -213,14 +216,34 @@ def _compare_channel(
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
         return Row(name, None, None, None, False, "different axis or members of the axis")
-    # Integers are compared as numbers: format version 1 has floats.
-    found = result.channels[name][common.result].astype(np.float64)
-    expected = golden.channels[name][common.golden].astype(np.float64)
     time = golden.channels["time"][common.golden]
-    away = _outside_event_windows(golden.events["time"], time, time_atol)
-    found, expected, time = found[away], expected[away], time[away]
-    if not found.size:
-        return Row(name, 0.0, atol, None, True)
+    away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, time_atol))
+    found, expected = result.channels[name], golden.channels[name]
+    worst, ratio = Row(name, 0.0, atol, None, True), (-1.0, 0.0)
+    # A long channel does not fit into memory.
+    for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
+        part = away[start:stop]
+        samples = _Samples(found[common.result[part]], expected[common.golden[part]], time[part])
+        of_part, row = _worst_sample(name, samples, _columns(golden, name), rtol, atol)
+        if of_part >= ratio:
+            worst, ratio = row, of_part
+    return worst
+
+
+class _Samples(NamedTuple):
+    """Some samples of a channel in two results, and their times."""
+
+    found: Any
+    expected: Any
+    time: Any
+
+
+def _worst_sample(
+    name: str, samples: _Samples, columns: tuple[str, tuple[str, ...]], rtol: float, atol: float
+) -> tuple[tuple[float, float], Row]:
+    """Return the row of the largest difference, after its ratio to the tolerance and its size."""
+    # Integers are compared as numbers: format version 1 has floats.
+    found, expected = (np.asarray(v, dtype=np.float64) for v in (samples.found, samples.expected))
     allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(found, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
@@ -229,9 +252,10 @@ def _compare_channel(
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
     ok = bool(difference[worst] <= allowed[worst])
-    axis, names = _columns(golden, name)
+    axis, names = columns
     note = f"{axis} {names[member[0]]}" if member else ""
-    return Row(name, float(difference[worst]), float(allowed[worst]), float(time[sample]), ok, note)
+    size, limit, at = (float(v) for v in (difference[worst], allowed[worst], samples.time[sample]))
+    return (float(ratio[worst]), size), Row(name, size, limit, at, ok, note)
 
 
 def _difference(found: Any, expected: Any) -> Any:

@@ -62,6 +62,16 @@ class SampleSegments:
         """The name of the folder."""
         return self.folder.name
 
+    @property
+    def place(self) -> Path:
+        """The folder."""
+        return self.folder
+
+    def free_bytes(self) -> int:
+        """Return how much space the disk has, and what is in the folder already."""
+        own = sum(file.stat().st_size for file in self.folder.glob("*.h5"))
+        return shutil.disk_usage(self.folder.parent).free + own
+
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
         return self.folder / f"{number:06d}.h5"

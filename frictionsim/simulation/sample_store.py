@@ -44,6 +44,13 @@ class Segments(Protocol):
     def checksum(self) -> int:
         """Depends on the content of all segments."""
 
+    @property
+    def place(self) -> Any:
+        """Where they are, for messages."""
+
+    def free_bytes(self) -> int:
+        """Return how much there may still be written."""
+
     def write(self, number: int, recorded: Arrays, kept: Arrays) -> None:
         """Write a segment: recorded channels, and what only the summary needs."""
 
@@ -216,8 +223,7 @@ class SampleStore:
     def state(self) -> Arrays:
         """Return the samples in memory, and what segments there are."""
         state: Arrays = {
-            f"samples.{name}": values[: self._count].copy()
-            for name, values in self._latest.items()
+            f"samples.{name}": values[: self._count].copy() for name, values in self._latest.items()
         }
         if self.segments is not None and self._stored:
             state |= {f"first.{name}": value for name, value in self._first.items()}
@@ -263,12 +269,16 @@ class _ReadWhenNeeded(dict[str, Any]):
         return np.asarray(super().__getitem__(name))
 
     def get(self, name: str, default: Any = None) -> Any:
-        return default if name not in self else self[name]
+        """Return an array, or the default."""
+        found = super().get(name)
+        return default if found is None else np.asarray(found)
 
     def items(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
+        """Yield names and arrays."""
         return ((name, self[name]) for name in self)
 
     def values(self) -> Iterator[Any]:  # type: ignore[override]
+        """Yield the arrays."""
         return (self[name] for name in self)
 
 

@@ -25,6 +25,7 @@ from frictionsim.results import (
 )
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.checkpoint import dump_part, load_part
+from frictionsim.simulation.space import check_space
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -162,11 +163,14 @@ def run(
     Raises
     ------
     InputError
-        If the checkpoint is of another scenario.
+        If the checkpoint is of another scenario, or the memory does not suffice for the samples.
+    OutputError
+        If the disk does not suffice, or a segment cannot be written.
     """
     _log_scenario(scenario)
     simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     clock, samples = _Clock(), getattr(simulation, "samples", None)
+    check_space(scenario, simulation, segments)
     if samples is not None:
         samples.segments = segments
     if checkpoint is not None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 REFINEMENT = 0.1
 MIN_RTOL = 1e-14  # the minimum of solver.rtol
 RICHARDSON = 2.0
+FEW_CHANNELS = 'output.channels=["energy_input"]'
 
 
 class Estimate(NamedTuple):
@@ -57,7 +58,10 @@ def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
     Estimate
     """
     setting = tighter(first.scenario)
-    second = run(first.scenario.replace(setting.overrides), on_step)
+    overrides = list(setting.overrides)
+    if first.stored is not None:  # the second run has no file for what the memory cannot hold
+        overrides.append(FEW_CHANNELS)
+    second = run(first.scenario.replace(overrides), on_step)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)

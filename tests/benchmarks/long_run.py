@@ -3,9 +3,9 @@
     python tests/benchmarks/long_run.py [SECONDS [BODIES [INTERVAL]]]
 
 solves scenarios/belt_drive.toml with all channels each INTERVAL (1e-3 s) for so many simulated
-seconds (1000, 150 bodies), in a process of its own, into a new folder below the current one, and prints one row
-for the table of docs/performance.md. The compilation of the kernels is not counted: a short run
-compiles them before.
+seconds (1000, 150 bodies), in a process of its own, into a new folder below the current one, and
+prints one row for the table of docs/performance.md. The compilation of the kernels is not counted:
+a short run compiles them before.
 """
 
 import subprocess
@@ -31,7 +31,8 @@ peak = getrusage(RUSAGE_SELF).ru_maxrss / 1e3
 samples = result.record.channels
 raw = sum(values.nbytes for values in samples.values()) / 1e9
 print(f"| {seconds} | {bodies} | {len(samples['time'])} | {raw:.2f} | {peak:.0f} "
-      f"| {result.statistics.wall_seconds:.0f} | {wall:.0f} | {Path(output).stat().st_size / 1e9:.2f} |")
+      f"| {result.statistics.wall_seconds:.0f} | {wall:.0f} "
+      f"| {Path(output).stat().st_size / 1e9:.2f} |")
 """
 HEADINGS = "simulated s", "bodies", "samples", "samples / GB", "peak memory / MB", "solving / s"
 HEADINGS += "in all / s", "result / GB"
@@ -80,7 +81,8 @@ def main() -> None:
         started = time.perf_counter()
         command = [sys.executable, "-m", "frictionsim", "show", str(folder / "long.h5")]
         subprocess.run(command, check=True, capture_output=True)
-        print(f"most on the disk: {most[0] / 1e9:.2f} GB; show: {time.perf_counter() - started:.1f} s")
+        seconds = time.perf_counter() - started
+        print(f"most on the disk: {most[0] / 1e9:.2f} GB; show: {seconds:.1f} s")
 
 
 if __name__ == "__main__":
