@@ -251,7 +251,8 @@ class SampleStore:
         self._count = len(self._latest["time"])
         self._rows_of_segment = self._fitting_rows()
         if "stored" not in state:
-            self._first = {n: values[0] for n, values in self._latest.items() if self._count}
+            # Copies: the rows in memory move when a segment is written.
+            self._first = {n: np.array(v[0]) for n, v in self._latest.items() if self._count}
             return
         stored, rows, none, checksum = require_array(state, "stored", np.float64, ndim=1).tolist()
         if self.segments is None or rows != self._rows_of_segment:

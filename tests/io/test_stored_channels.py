@@ -1,0 +1,139 @@
+"""Channels that are read from their file when they are needed are as good as arrays."""
+
+import io
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.api.channel_csv import write_channels
+from frictionsim.errors import InputError
+from frictionsim.io import hdf5_writer
+from frictionsim.plots import plot
+from frictionsim.simulation import sample_store, stored_channel
+from frictionsim.simulation.stored_channel import StoredChannel
+from tests.support.belt_results import belt_run
+
+SAMPLES, BODIES = 201, 40
+
+
+@pytest.fixture
+def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs.Result]:
+    """One result, whole in memory and read when needed."""
+    run = belt_run(bodies=BODIES, samples=SAMPLES)
+    hdf5_writer.write(run, tmp_path / "short.h5")
+    short = fs.open(tmp_path / "short.h5")
+    monkeypatch.setattr(sample_store, "SEGMENT_BYTES", 50_000)
+    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 10_000)
+    hdf5_writer.write(run, tmp_path / "long.h5")
+    long = fs.open(tmp_path / "long.h5")
+    assert isinstance(long.record.channels["x"], StoredChannel)
+    return short, long
+
+
+INDICES = [
+    3,
+    -1,
+    slice(None),
+    slice(5, 190, 7),
+    slice(None, None, -1),
+    slice(9, 4),
+    np.array([5, 3, 190, 3, -2]),
+    np.arange(SAMPLES) % 3 == 0,
+    (slice(None), 5),
+    (-1, 3),
+    (slice(4, 9), slice(2, 4)),
+    ([3, 1], 5),
+    Ellipsis,
+]
+
+
+@pytest.mark.parametrize("index", INDICES, ids=str)
+def test_an_index_gives_what_it_gives_of_an_array(
+    index: Any, pair: tuple[fs.Result, fs.Result]
+) -> None:
+    for name in ("x", "pulley_index"):
+        array, stored = (result.record.channels[name] for result in pair)
+        found = stored[index]
+        assert np.array_equal(found, array[index])
+        assert found.dtype == array.dtype
+
+
+def test_a_stored_channel_is_an_array_where_one_is_needed(
+    pair: tuple[fs.Result, fs.Result],
+) -> None:
+    array, stored = (result.record.channels["tension"] for result in pair)
+    assert (stored.shape, stored.ndim, stored.size) == (array.shape, 2, array.size)
+    assert (stored.nbytes, len(stored), stored.max()) == (array.nbytes, SAMPLES, array.max())
+    assert np.array_equal(stored, array)
+    assert np.array_equal(2.0 * stored > 1000.0, 2.0 * array > 1000.0)
+    assert np.array_equal(list(stored), array)
+    with pytest.raises(IndexError):
+        stored[SAMPLES]
+    with pytest.raises(AttributeError, match="tension_of"):
+        getattr(stored, "tension_of")  # noqa: B009
+
+
+def test_everything_made_of_a_long_result_is_that_of_a_short_one(
+    pair: tuple[fs.Result, fs.Result], tmp_path: Path
+) -> None:
+    short, long = pair
+    assert fs.compare(long, short, rtol=0.0, atol=0.0).same
+    tables = [io.StringIO(), io.StringIO()]
+    for result, table in zip(pair, tables, strict=True):
+        write_channels(result.record, table)
+    assert tables[0].getvalue() == tables[1].getvalue()
+    pictures = tmp_path / "short.png", tmp_path / "long.png"
+    for result, picture in zip(pair, pictures, strict=True):
+        plot(result.record, picture, "tension")
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+def test_a_dataset_reads_what_is_selected(pair: tuple[fs.Result, fs.Result]) -> None:
+    short, long = (result.dataset for result in pair)
+    assert not long["x"]._in_memory
+    some = {"time": slice(3, 50, 4), "body": [3, 5]}
+    assert np.array_equal(long["x"].isel(some), short["x"].isel(some))
+    assert np.array_equal(long["x"].isel(time=-1), short["x"].isel(time=-1))
+    assert not long["x"]._in_memory
+    assert short.identical(long)
+
+
+def test_a_comparison_finds_the_largest_difference_of_all_blocks(
+    pair: tuple[fs.Result, fs.Result],
+) -> None:
+    short, long = pair
+    changed = {**short.record.channels, "x": short.record.channels["x"].copy()}
+    for sample, size in ((20, 0.1), (150, 0.4), (190, 0.2)):
+        changed["x"][sample, 7] += size
+    found = fs.compare(long, fs.Result(short.record._replace(channels=changed)))
+    worst, *others = found.rows
+    assert (worst.name, worst.ok, worst.note) == ("x", False, "body 7")
+    assert worst.difference == pytest.approx(0.4)
+    assert worst.time == short.record.channels["time"][150]
+    assert all(row.ok for row in others)
+
+
+def test_a_copy_has_the_same_bytes(pair: tuple[fs.Result, fs.Result], tmp_path: Path) -> None:
+    pair[1].save(tmp_path / "copy.h5")
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "long.h5").read_bytes()
+
+
+def test_a_long_result_can_be_pickled(pair: tuple[fs.Result, fs.Result]) -> None:
+    again = pickle.loads(pickle.dumps(pair[1]))
+    assert np.array_equal(again.record.channels["x"], pair[0].record.channels["x"])
+
+
+def test_a_file_that_has_changed_is_not_mixed_with_what_was_read(
+    pair: tuple[fs.Result, fs.Result], tmp_path: Path
+) -> None:
+    path = tmp_path / "long.h5"
+    hdf5_writer.write(belt_run(bodies=BODIES, samples=SAMPLES + 1), path)
+    with pytest.raises(InputError, match=r"long.h5: cannot read the channel 'x': it has changed"):
+        pair[1].record.channels["x"][0]
+    path.unlink()
+    with pytest.raises(InputError, match="it could be opened before, and cannot be now"):
+        pair[1].record.channels["x"][0]

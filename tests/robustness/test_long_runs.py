@@ -1,0 +1,321 @@
+"""Long runs of belts: their samples go to the disk while they run, and survive what may happen."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import tomli_w
+
+import frictionsim as fs
+from frictionsim.errors import InputError, Interrupted, OutputError
+from frictionsim.io import hdf5_writer, sample_segments
+from frictionsim.simulation import sample_store, space
+from tests.support.belt_scenarios import pair
+
+SEGMENT_BYTES = 100_000
+ROWS = 64  # of 24 bodies, in a segment
+LONG = pair(solver__backend="moreau", solver__duration=0.3)
+SAMPLES = 301
+# A process whose segments are as small as those here.
+SMALL = f"""
+from frictionsim.simulation import sample_store
+sample_store.SEGMENT_BYTES = {SEGMENT_BYTES}
+from frictionsim.__main__ import main
+main()
+"""
+
+
+@pytest.fixture(autouse=True)
+def small_segments(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sample_store, "SEGMENT_BYTES", SEGMENT_BYTES)
+
+
+@pytest.fixture(scope="module")
+def in_memory() -> fs.Result:
+    """The run as it was before there were segments."""
+    return fs.solve(LONG)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The result that a run without interruption writes."""
+    path = tmp_path_factory.mktemp("whole") / "whole.h5"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sample_store, "SEGMENT_BYTES", SEGMENT_BYTES)
+        fs.solve(LONG, output=path)
+    return path
+
+
+def stopping(*times: float) -> Any:
+    """Return an `on_step` that stops the run when one of these times is past."""
+    left = list(times)
+
+    def on_step(t: float) -> None:
+        if left and t >= left[0]:
+            left.pop(0)
+            raise Interrupted(signal.SIGINT, t)
+
+    return on_step
+
+
+def test_summary_and_channels_are_those_of_a_run_in_memory(
+    in_memory: fs.Result, whole: Path, tmp_path: Path
+) -> None:
+    found = fs.open(whole)
+    assert os.listdir(whole.parent) == ["whole.h5"]
+    assert found.quantities == in_memory.quantities
+    assert found.audit == in_memory.audit
+    assert found.warnings == in_memory.warnings
+    assert found.record.transitions == in_memory.record.transitions
+    for name, values in in_memory.record.channels.items():
+        assert np.array_equal(found.record.channels[name], values), name
+    in_memory.save(tmp_path / "saved.h5")
+    assert (tmp_path / "saved.h5").read_bytes() == whole.read_bytes()
+
+
+def test_some_channels_only(tmp_path: Path, in_memory: fs.Result) -> None:
+    some = {"output.channels": ["sticking", "pulley_speed", "energy_input"]}
+    found = fs.solve(LONG, some, output=tmp_path / "a.h5")
+    assert found.quantities == in_memory.quantities
+    assert set(found.record.channels) == {"time", *some["output.channels"]}
+    for name, values in found.record.channels.items():
+        assert np.array_equal(values, in_memory.record.channels[name])
+
+
+def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
+    whole: Path, in_memory: fs.Result, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.h5"
+    stopped = fs.solve(LONG, output=path, progress=stopping(0.08))
+    (folder,) = tmp_path.glob("a.samples-*")
+    n = len(stopped.record.channels["time"])
+    before = (n - 1) // ROWS
+    assert before > 0
+    for part in (stopped, fs.open(path)):
+        assert part.status == "interrupted"
+        assert part.quantities.keys() == in_memory.quantities.keys()
+        for name, values in in_memory.record.channels.items():
+            assert np.array_equal(part.record.channels[name], values[:n]), name
+    with h5py.File(path) as file:
+        assert file.attrs["format_version"] == 3
+        assert file.attrs["segments"].split()[:3] == [folder.name, str(before), str(ROWS)]
+        assert len(file["time"]) == n - before * ROWS
+    again = fs.resume(path, progress=stopping(0.25))
+    assert len(again.record.channels["time"]) > n
+    assert fs.resume(path).status == "done"
+    assert path.read_bytes() == whole.read_bytes()
+    assert os.listdir(tmp_path) == ["a.h5"]
+
+
+def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(
+    whole: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "other").mkdir()
+    path, other = tmp_path / "a.h5", tmp_path / "other" / "b.h5"
+    fs.solve(LONG, output=path, progress=stopping(0.2))
+    fs.resume(path, output=other)
+    assert other.read_bytes() == whole.read_bytes()
+    assert os.listdir(other.parent) == ["b.h5"]
+    fs.resume(path)
+    assert path.read_bytes() == whole.read_bytes()
+
+
+def test_a_new_run_replaces_an_incomplete_one_with_its_segments(
+    whole: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(LONG, output=path, progress=stopping(0.2))
+    (folder,) = tmp_path.glob("a.samples-*")
+    (folder / sample_segments.OWNER).write_text("999999999")  # its run is over
+    fs.solve(LONG, output=path)
+    assert path.read_bytes() == whole.read_bytes()
+    assert os.listdir(tmp_path) == ["a.h5"]
+
+
+@pytest.mark.parametrize("damage", ["missing", "changed", "other"])
+def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(LONG, output=path, progress=stopping(0.2))
+    (folder,) = tmp_path.glob("a.samples-*")
+    first, second = folder / "000000.h5", folder / "000001.h5"
+    if damage == "missing":
+        second.unlink()
+    elif damage == "changed":
+        content = bytearray(second.read_bytes())
+        content[len(content) // 2] ^= 1
+        second.write_bytes(content)
+    else:
+        shutil.copy(first, second)
+    with pytest.raises(InputError) as refused:
+        fs.resume(path)
+    assert f"{path}: cannot resume this run: {second}: cannot read these samples" in str(
+        refused.value
+    )
+    assert f"keep the folder '{folder.name}' and the result together" in str(refused.value)
+    assert path.exists()
+
+
+def test_an_incomplete_result_without_its_folder_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(LONG, output=path, progress=stopping(0.2))
+    (folder,) = tmp_path.glob("a.samples-*")
+    shutil.rmtree(folder)
+    with pytest.raises(InputError, match="the file is missing or damaged; keep the folder"):
+        fs.open(path)
+
+
+def test_a_checkpoint_writes_what_is_new(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bytes and calls per checkpoint stay the same, however much was written before."""
+    written: list[tuple[int, int]] = []
+    before = hdf5_writer.write
+
+    def write(run: Any, path: Path) -> None:
+        before(run, path)
+        if run.status != "done":
+            written.append((run.time.size, path.stat().st_size))
+
+    monkeypatch.setattr(hdf5_writer, "write", write)
+    result = fs.solve(LONG, output=tmp_path / "a.h5")
+    assert result.status == "done"
+    counts = [count for count, _ in written]
+    assert len(counts) > 2  # after a segment, or after several between two calls
+    assert counts[-1] > 2 * counts[0]
+    assert all(size < 60_000 + 3_000 * (n % ROWS or ROWS) for n, size in written)
+
+
+def test_a_checkpoint_of_a_long_run_says_what_it_leaves_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, seen = tmp_path / "a.h5", []
+
+    def look(t: float) -> None:
+        if t > 0.2 and not seen:
+            seen.append(fs.open(path))
+            assert len(seen[0].record.channels["time"]) > 100
+            assert np.all(np.diff(seen[0].record.channels["time"]) > 0.0)
+
+    fs.solve(LONG, output=path, progress=look)
+    assert (seen[0].status, seen[0].quantities) == ("interrupted", {})
+    assert "checkpoint at t = " in seen[0].reason
+    assert seen[0].warnings[-1].startswith("this is a checkpoint of a long run: quantities,")
+
+
+def start(path: Path, *arguments: str) -> "subprocess.Popen[bytes]":
+    command = [sys.executable, "-c", SMALL, *arguments, "-q"]
+    return subprocess.Popen(command, cwd=path, stderr=subprocess.DEVNULL)
+
+
+def kill_and_resume(folder: Path, whole: Path, seed: int) -> int:
+    """Kill a run some time after its first segment, and resume it; return the samples it had."""
+    random_time = random.Random(seed)
+    (folder / "long.toml").write_text(tomli_w.dumps(LONG))
+    target = folder / "a.h5"
+    with start(folder, "solve", "long.toml", "-o", "a.h5") as process:
+        while process.poll() is None and not list(folder.glob("a.samples-*/*.h5")):
+            time.sleep(0.002)
+        time.sleep(random_time.uniform(0.0, 0.25))
+        process.kill()
+    kept = 0
+    if target.exists():
+        found = fs.open(target)
+        kept = len(found.record.channels["time"])
+        expected = fs.open(whole).record.channels
+        for name, values in found.record.channels.items():
+            assert np.array_equal(values, expected[name][:kept]), name
+        if found.status == "interrupted":
+            fs.resume(target)
+    else:  # before the first checkpoint
+        fs.solve(LONG, output=target)
+    # Not of the same bytes: the one is of a scenario in a file, the other of one in memory.
+    assert fs.compare(target, whole, rtol=0.0, atol=0.0).same
+    done, expected_result = fs.open(target), fs.open(whole)
+    assert done.quantities == expected_result.quantities
+    assert (done.audit, done.statistics) == (expected_result.audit, expected_result.statistics)
+    assert [p.name for p in folder.iterdir() if ".samples-" in p.name] == []
+    return kept
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_killed_long_run_is_resumed_to_the_same_bytes(
+    seed: int, whole: Path, tmp_path: Path
+) -> None:
+    kill_and_resume(tmp_path, whole, seed)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(100, 150))
+def test_many_killed_long_runs_are_resumed_to_the_same_bytes(
+    seed: int, whole: Path, tmp_path: Path, tally: dict[str, int]
+) -> None:
+    kept = kill_and_resume(tmp_path, whole, seed)
+    name = "long runs killed before their end" if kept < SAMPLES else "long runs killed when done"
+    tally[name] = tally.get(name, 0) + 1
+
+
+HUGE = {"solver.duration": 1000.0}
+WHAT = r"1000001 samples of all recorded channels take 1\.\d+ GB before compression"
+
+
+def test_refuses_a_run_that_the_memory_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(space, "available_memory", lambda: 10**9)
+    with pytest.raises(InputError) as refused:
+        fs.solve(LONG, HUGE)
+    assert str(refused.value).startswith("cannot start this run: 1000001 samples of all recorded")
+    assert "GB of memory, and 1 GB are available; write the result to a file (output=)" in str(
+        refused.value
+    )
+
+
+def test_refuses_a_run_that_the_disk_does_not_hold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = shutil.disk_usage(tmp_path)._replace(free=10**8)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: free)
+    with pytest.raises(
+        OutputError, match=rf"cannot write the result: {WHAT}, and the disk has"
+    ) as e:
+        fs.solve(LONG, HUGE, output=tmp_path / "a.h5")
+    assert str(e.value).endswith(
+        "0.1 GB free; give a longer output.interval, fewer output.channels, or a file on another"
+        " disk with -o"
+    )
+    assert os.listdir(tmp_path) == []
+
+
+def test_says_before_a_large_run_what_it_takes(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
+    assert "1000001 samples of all recorded channels take" in caplog.text
+    assert "they go to" in caplog.text
+
+
+def test_a_full_disk_keeps_the_samples_so_far(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.h5"
+    before = sample_segments.write_atomically
+
+    def full(image: bytes, target: Path) -> None:
+        if target.name == "000002.h5":
+            raise OutputError(f"{target}: cannot write the result: No space left on device")
+        before(image, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sample_segments, "write_atomically", full)
+        with pytest.raises(
+            OutputError, match=r"No space left on device\. The samples before these"
+        ):
+            fs.solve(LONG, output=path)
+    assert len(fs.open(path).record.channels["time"]) > ROWS
+    fs.resume(path)
+    assert path.read_bytes() == whole.read_bytes()
