@@ -16,6 +16,7 @@ from frictionsim.simulation.checkpoint import Arrays, mismatch, require_array
 from frictionsim.simulation.stored_channel import StoredChannel
 
 SEGMENT_BYTES = 32 * 2**20
+MIN_ROW_BYTES = 512  # what only the summary needs of a sample takes memory as well
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
 
@@ -25,7 +26,7 @@ def rows_per_segment(row_bytes: int) -> int:
 
     Chunks of a file hold powers of two as well, so that those of a segment fit into the result.
     """
-    return power_of_two(SEGMENT_BYTES // max(row_bytes, 1))
+    return power_of_two(SEGMENT_BYTES // max(row_bytes, MIN_ROW_BYTES))
 
 
 def power_of_two(number: int) -> int:

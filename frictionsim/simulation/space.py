@@ -89,7 +89,7 @@ def check_space(
     if segments is None or not streams:
         _check_memory(needed, needed.in_memory, streams)
         return
-    segment = min(sample_store.SEGMENT_BYTES, needed.recorded)
+    segment = sample_store.SEGMENT_BYTES
     _check_memory(needed, needed.of_summary + COPIES_OF_SEGMENT * segment, streams=False)
     # Samples are compressed, but twice there at the end: in segments and in the result.
     free = segments.free_bytes()

@@ -157,9 +157,7 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
         shutil.copy(first, second)
     with pytest.raises(InputError) as refused:
         fs.resume(path)
-    assert f"{path}: cannot resume this run: {second}: cannot read these samples" in str(
-        refused.value
-    )
+    assert f"{second}: cannot read these samples of an incomplete result" in str(refused.value)
     assert f"keep the folder '{folder.name}' and the result together" in str(refused.value)
     assert path.exists()
 
@@ -189,7 +187,8 @@ def test_a_checkpoint_writes_what_is_new(tmp_path: Path, monkeypatch: pytest.Mon
     counts = [count for count, _ in written]
     assert len(counts) > 2  # after a segment, or after several between two calls
     assert counts[-1] > 2 * counts[0]
-    assert all(size < 60_000 + 3_000 * (n % ROWS or ROWS) for n, size in written)
+    sizes = [size for _, size in written]
+    assert max(sizes) < 1.05 * min(sizes)
 
 
 def test_a_checkpoint_of_a_long_run_says_what_it_leaves_out(

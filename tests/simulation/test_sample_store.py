@@ -62,6 +62,7 @@ def filled(count: int, segments: SegmentsInMemory | None = None, start: int = 0)
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """Have segments of few samples; return how many."""
     row_bytes = COLUMNS * (8 + 1)
+    monkeypatch.setattr(sample_store, "MIN_ROW_BYTES", 1)
     monkeypatch.setattr(sample_store, "SEGMENT_BYTES", 16 * row_bytes + 5)
     return rows_per_segment(row_bytes)
 
