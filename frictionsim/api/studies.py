@@ -3,17 +3,15 @@
 from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-from frictionsim.api.arguments import as_names, as_number, as_path
+from frictionsim.api.arguments import as_number, as_path
 from frictionsim.api.statics import with_overrides
-from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.api.study_plan import Choice, Meshes, plan_of
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.variants import TOLERANCES, Setting
-from frictionsim.work_precision import settings as ladder
+from frictionsim.work_precision import outcome
 from frictionsim.work_precision import study as work_precision
 from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.report import check_table as check_table
@@ -34,11 +32,11 @@ class Study:
 
     Attributes
     ----------
-    data : frictionsim.work_precision.study.Study
+    data : frictionsim.work_precision.outcome.Study
         Its rows, reference and metrics.
     """
 
-    def __init__(self, data: work_precision.Study) -> None:
+    def __init__(self, data: outcome.Study) -> None:
         self.data = data
 
     @property
@@ -147,8 +145,11 @@ def cost(
     max_wall: float = 5.0,
     repeats: int = 3,
     progress: "Progress | Callable[[str], Any] | None" = None,
+    **meshes: Unpack[Meshes],
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
+
+    Of a belt, for several models and numbers of bodies, too.
 
     Parameters
     ----------
@@ -164,6 +165,10 @@ def cost(
         Maximum number of timed runs of each setting.
     progress : callable or Progress, optional
         Is called with the name of each setting; a `Progress` is told each step as well.
+    **meshes
+        Of belts only. `bodies`, int or iterable of int: numbers of bodies to compare; none, `[]`,
+        for a study over time alone. `models`, str or iterable of str: of `string`, `corrected` and
+        `polygon`. By default all models, and from 0.4 to 4 times the scenario's bodies.
 
     Returns
     -------
@@ -175,35 +180,22 @@ def cost(
         If the scenario or an argument is not valid; before anything is run.
     SolverError
         If all reference runs fail.
+    TypeError
+        If there is no such argument.
     """
     if as_number("max_wall", max_wall, "s") == float("inf"):
         raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
+    if meshes.keys() - {"bodies", "models"}:
+        names = ", ".join(f"'{name}'" for name in meshes.keys() - {"bodies", "models"})
+        raise TypeError(f"cost() got an unexpected keyword argument {names}")
     if not isinstance(repeats, int) or repeats < 1:
         raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
     told = _progress(progress)
     loaded = with_overrides(scenario, overrides)
-    wanted = _tolerances(tolerances)
-    methods = _named("backends", "backend", backends, methods_of(loaded.PAIRS))
-    friction = _named("laws", "friction law", laws, laws_of(loaded.PAIRS))
-    kind = mechanism_module(loaded.kind)
-    if not hasattr(kind, "METRICS"):
-        raise InputError(f"cost: the kind '{loaded.kind}' defines no error metrics")
-    settings = [
-        setting
-        for setting in _ladders(kind, loaded, wanted)
-        if setting.backend in methods and (not setting.law or setting.law in friction)
-    ]
-    rtol = min(wanted) * ladder.REFERENCE_REFINEMENT
+    wanted = Choice(laws, backends, tolerances, **meshes)
     return Study(
         work_precision.study(
-            loaded,
-            settings,
-            _references(kind, loaded, rtol),
-            kind.METRICS,
-            max_wall,
-            repeats,
-            told.on_step,
-            told.on_setting,
+            loaded, plan_of(loaded, wanted), max_wall, repeats, told.on_step, told.on_setting
         )
     )
 
@@ -227,47 +219,3 @@ def _progress(given: Progress | Callable[[str], Any] | None) -> Progress:
             "progress", f"expected a function of the name of a setting, got {given!r}"
         )
     return Progress(on_setting=given)
-
-
-def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:
-    if hasattr(kind, "ladders"):
-        found: list[Setting] = kind.ladders(scenario, tolerances)
-        return found
-    return ladder.ladders(scenario, tolerances, kind.build(scenario))
-
-
-def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ...]:
-    if hasattr(kind, "references"):
-        found: tuple[Setting, ...] = kind.references(scenario, rtol)
-        return found
-    return ladder.references(scenario, kind.build(scenario), rtol)
-
-
-def _tolerances(given: float | Iterable[float] | None) -> tuple[float, ...]:
-    if given is None:
-        return TOLERANCES
-    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
-    try:
-        found = tuple(map(float, values))
-    except (TypeError, ValueError):
-        found = ()
-    if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
-        raise ArgumentError(
-            "tolerances",
-            f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
-            f" got '{','.join(map(str, values))}'",
-        )
-    return tuple(sorted(set(found), reverse=True))
-
-
-def _named(
-    argument: str, what: str, given: str | Iterable[str] | None, known: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Return the names that are given; all known ones if none are."""
-    if given is None:
-        return known
-    names = tuple(as_names(argument, given))
-    for name in names:
-        if name not in known:
-            raise ArgumentError(argument, unknown(what, name, list(known)))
-    return names

@@ -6,7 +6,7 @@ from frictionsim.api.tables import Cells, Parts
 from frictionsim.work_precision.recommendation import advise
 
 if TYPE_CHECKING:
-    from frictionsim.work_precision.study import Row, Study
+    from frictionsim.work_precision.outcome import Row, Study
 
 
 def study_parts(study: "Study") -> Parts:

@@ -257,6 +257,14 @@ def cost(
         str | None,
         typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
     ] = None,
+    bodies: Annotated[
+        str | None,
+        typer.Option(metavar="N,M", help="Bodies of a belt to compare; none: over time alone."),
+    ] = None,
+    models: Annotated[
+        str | None,
+        typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
+    ] = None,
     max_wall: Annotated[
         float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
     ] = 5.0,
@@ -281,7 +289,7 @@ def cost(
 
     from frictionsim.cli.cost_study import Files, Wanted, run_study
 
-    wanted = Wanted(backends, laws, tolerances, max_wall, repeats)
+    wanted = Wanted(backends, laws, tolerances, bodies, models, max_wall, repeats)
     files = Files(output, csv, plot)
     files.check(no_clobber)
     study = run_study(loaded, wanted)

@@ -15,12 +15,17 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 
+NONE = "none"  # of bodies: no study of meshes
+
+
 class Wanted(NamedTuple):
     """The options on what is measured, not yet interpreted."""
 
     backends: str | None
     laws: str | None
     tolerances: str | None
+    bodies: str | None
+    models: str | None
     max_wall: float
     repeats: int
 
@@ -108,11 +113,27 @@ def run_study(scenario: "Scenario", wanted: Wanted) -> "fs.Study":
             max_wall=wanted.max_wall,
             repeats=wanted.repeats,
             progress=Progress(on_step, show),
+            bodies=_bodies(wanted.bodies),
+            models=_names(wanted.models),
         )
 
 
 def _names(text: str | None) -> list[str] | None:
     return None if text is None else [part.strip() for part in text.split(",")]
+
+
+def _bodies(text: str | None) -> list[int] | None:
+    if text is None:
+        return None
+    if text.strip() == NONE:
+        return []
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise ArgumentError(
+            "bodies",
+            f"expected whole numbers separated by commas, as 60,150, or none, got '{text}'",
+        ) from None
 
 
 def _tolerances(text: str | None) -> list[float] | None:

@@ -11,7 +11,7 @@ from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
 
-    from frictionsim.work_precision.study import Row, Study
+    from frictionsim.work_precision.outcome import Row, Study
 
 LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.

@@ -11,6 +11,22 @@ TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 ATOL_OVER_RTOL = 1e-3
 
 
+class Mesh(NamedTuple):
+    """A model in space and its number of bodies.
+
+    Attributes
+    ----------
+    model : str
+    bodies : int
+    overrides : tuple of str
+        `a.b=VALUE` each, as for --set; none for the scenario's own.
+    """
+
+    model: str
+    bodies: int
+    overrides: tuple[str, ...] = ()
+
+
 class Setting(NamedTuple):
     """A backend with the settings of one run of a study.
 
@@ -25,6 +41,8 @@ class Setting(NamedTuple):
         Friction law; empty without friction.
     laws : tuple of str
         The overrides that set the law.
+    mesh : Mesh or None
+        None for a mechanism without a mesh.
     """
 
     backend: str
@@ -32,16 +50,28 @@ class Setting(NamedTuple):
     overrides: tuple[str, ...]
     law: str = ""
     laws: tuple[str, ...] = ()
+    mesh: Mesh | None = None
 
     @property
     def line(self) -> str:
         """The name of the line in the diagram."""
-        return f"{self.backend}, {self.law}" if self.law else self.backend
+        parts = (self.backend, self.law, self.mesh.model if self.mesh else "")
+        return ", ".join(part for part in parts if part)
+
+    @property
+    def detail(self) -> str:
+        """What distinguishes it on that line."""
+        return f"{self.mesh.bodies} bodies, {self.label}" if self.mesh else self.label
+
+    @property
+    def name(self) -> str:
+        """The name of the setting in a list of several."""
+        return f"{self.line}, {self.detail}"
 
     @property
     def all_overrides(self) -> tuple[str, ...]:
         """The overrides for --set that give this setting, without the method."""
-        return (*self.laws, *self.overrides)
+        return (*(self.mesh.overrides if self.mesh else ()), *self.laws, *self.overrides)
 
     def with_law(self, law: str, scenario: "Scenario") -> "Setting":
         """Return the setting with a friction law for all friction effects of a scenario.
@@ -54,6 +84,20 @@ class Setting(NamedTuple):
         effects = scenario.friction_effects
         laws = tuple(f"effects.{name}.law={law}" for name in effects)
         return self._replace(law=law, laws=laws) if effects else self
+
+
+class Limit(NamedTuple):
+    """Two meshes whose results are extrapolated; the coarse one has half the bodies."""
+
+    fine: Setting
+    coarse: Setting
+
+    @property
+    def name(self) -> str:
+        """What it is of, in words."""
+        meshes = (self.coarse.mesh, self.fine.mesh)
+        counts = " and ".join(str(mesh.bodies) for mesh in meshes if mesh)
+        return f"{self.fine.line}, {self.fine.label}, extrapolated from {counts} bodies"
 
 
 def with_tolerance(backend: str, rtol: float) -> Setting:

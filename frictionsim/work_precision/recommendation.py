@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from frictionsim.work_precision.study import Row
+from frictionsim.work_precision.outcome import Row
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
 # Wall times within 10 % count as equal; the first wins, so that the default backend is preferred.

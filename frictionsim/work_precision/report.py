@@ -10,7 +10,7 @@ from frictionsim.results import Column, finite
 from frictionsim.work_precision.recommendation import advise
 
 if TYPE_CHECKING:
-    from frictionsim.work_precision.study import Row, Study
+    from frictionsim.work_precision.outcome import Row, Study
 
 
 TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with

@@ -39,28 +39,33 @@ class ScenarioVariants:
     ----------
     scenario : Scenario
         Its keys in SET_BY_LADDERS are ignored.
+    channels : iterable of str, optional
+        The channels that are compared, where those of all bodies would take much memory.
     """
 
-    def __init__(self, scenario: "Scenario") -> None:
+    def __init__(self, scenario: "Scenario", channels: Iterable[str] | None = None) -> None:
         self._data: dict[str, Any] = scenario.to_dict()
         for key in SET_BY_LADDERS:
             self._data["solver"].pop(key, None)
         for name, effect in scenario.friction_effects.items():
             for key in effect.LAW_KEYS:
                 self._data["effects"][name].pop(key, None)
-        self._duration = scenario.solver.duration
+        self._channels = None if channels is None else list(channels)
+        self.duration = scenario.solver.duration
+        # Means of quantities are of samples: never fewer of them than the scenario's own.
+        self._interval = min(self.duration / SAMPLES, scenario.interval)
 
     def judged(self, setting: Setting) -> "Scenario":
         """Return the scenario with a setting, sampled for the comparison with the reference."""
-        return self._with(setting, self._duration / SAMPLES, self._duration)
+        return self._with(setting, self._interval, self.duration)
 
     def timed(self, setting: Setting) -> "Scenario":
         """Return the scenario with a setting, sampled at start and end only, for the timing."""
-        return self._with(setting, self._duration, self._duration)
+        return self._with(setting, self.duration, self.duration)
 
     def warm_up(self, setting: Setting) -> "Scenario":
         """Return a tiny part of the scenario, to load and compile everything before the timing."""
-        instant = self._duration * WARM_UP_FRACTION
+        instant = self.duration * WARM_UP_FRACTION
         return self._with(setting, instant, instant)
 
     def _with(self, setting: Setting, interval: float, duration: float) -> "Scenario":
@@ -69,6 +74,8 @@ class ScenarioVariants:
         data["solver"]["backend"] = setting.backend
         # No samples at events: their times differ between the settings.
         data["output"] = {"interval": interval, "at_events": False}
+        if self._channels is not None:
+            data["output"]["channels"] = self._channels
         for override in setting.all_overrides:
             apply_override(data, override)
         return validate(data, Path())

@@ -4,15 +4,17 @@ import gc
 from collections.abc import Callable, Iterable
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import InputError, SolverError
 from frictionsim.results import failures
 from frictionsim.scenario.methods import METHODS
-from frictionsim.scenario.variants import Setting
+from frictionsim.scenario.variants import Limit, Setting
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.simulation.wall_time import WallTimeLimit
-from frictionsim.work_precision.errors import Comparable, Error, max_relative_error, metric_errors
+from frictionsim.work_precision.errors import Comparable, Error, metric_errors
+from frictionsim.work_precision.mesh_limit import extrapolated
+from frictionsim.work_precision.outcome import Plan, Reference, Row, Study
 from frictionsim.work_precision.settings import ScenarioVariants
 
 if TYPE_CHECKING:
@@ -23,81 +25,10 @@ if TYPE_CHECKING:
 SECONDS_OF_REPEATS = 1.0
 # The wall-time limit of a reference, relative to that of the other runs.
 REFERENCE_TIME_FACTOR = 10.0
+# The same for a run of a limit of meshes: half the length of a body takes four times as long.
+LIMIT_TIME_FACTOR = 40.0
 
 OnStep = Callable[[float], Any]
-
-
-class Row(NamedTuple):
-    """The results of a setting.
-
-    Attributes
-    ----------
-    setting : Setting
-    status : str
-        `done` or `failed`.
-    reason : str
-        Why it failed, or which checks of the audit failed.
-    wall_seconds : float, s
-        Median over the repeats, or the time of the failed run.
-    repeats : int
-        Number of timed runs.
-    steps, rejected, rhs_evaluations, states : int
-        Without evaluations for samples. `rejected` is None if the backend does not report it.
-    events : int
-    errors : dict of Error
-        By metric; empty if failed.
-    """
-
-    setting: Setting
-    status: str
-    reason: str
-    wall_seconds: float
-    repeats: int
-    steps: int
-    rejected: int | None
-    rhs_evaluations: int
-    states: int
-    events: int
-    errors: dict[str, Error]
-
-    @property
-    def error(self) -> float | None:
-        """The largest relative error; None if failed."""
-        return max_relative_error(self.errors) if self.status == "done" else None
-
-
-class Reference(NamedTuple):
-    """The reference of a study.
-
-    Attributes
-    ----------
-    outcome : Comparable
-    names : tuple of str
-        Backends and settings of the reference runs that are done.
-    floor : dict of Error
-        Difference of the two reference runs, by metric; empty if there is only one.
-    """
-
-    outcome: Comparable
-    names: tuple[str, ...]
-    floor: dict[str, Error]
-
-
-class Study(NamedTuple):
-    """The results of a study; if interrupted, of the settings run before."""
-
-    scenario: "Scenario"
-    metrics: "tuple[Metric, ...]"
-    reference: Reference | None
-    rows: list[Row]
-    status: str
-    reason: str
-    exit_code: int
-
-    @property
-    def floor(self) -> float:
-        """The reference uncertainty: the largest relative difference of the reference runs."""
-        return max_relative_error(self.reference.floor) if self.reference else 0.0
 
 
 class Stopped(Exception):
@@ -128,6 +59,7 @@ class Benchmark:
         self._checks = {m.source for m in self._metrics if m.what == "check"}
         self._max_wall, self._repeats = max_wall, repeats
         self._warm: set[str] = set()
+        self._of_limits: dict[Setting, RunResult] = {}
 
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
@@ -153,7 +85,7 @@ class Benchmark:
             self._warm_up(setting, on_step)
             max_wall = self._max_wall * REFERENCE_TIME_FACTOR
             result = _run(self._variants.judged(setting), on_step, max_wall)
-            name = f"{setting.line}, {setting.label}"
+            name = setting.name
             if result.status == "done":
                 runs.append(result)
                 names.append(name)
@@ -165,7 +97,61 @@ class Benchmark:
         floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
-    def row(self, setting: Setting, reference: Comparable, on_step: OnStep) -> Row:
+    def limit(self, limits: tuple[Limit, ...], on_step: OnStep) -> Reference:
+        """Solve on the meshes of the limits; the first limit that is known is the reference.
+
+        Parameters
+        ----------
+        limits : tuple of Limit
+        on_step : callable
+
+        Returns
+        -------
+        Reference
+
+        Raises
+        ------
+        SolverError
+            If none of them is known.
+        Stopped
+            If a signal stopped a run.
+        """
+        found, names, reasons = [], [], []
+        for limit in limits:
+            try:
+                runs = [self._of_limit(setting, on_step) for setting in limit]
+                failed = [r.reason for r in runs if r.status != "done"]
+            except InputError as refused:
+                failed = [in_one_line(refused)]
+            if failed:
+                reasons.append(f"{limit.name}: {failed[0]}")
+            else:
+                found.append(extrapolated(runs[0], runs[1], self._metrics))
+                names.append(limit.name)
+        if not found:
+            raise SolverError(
+                f"no mesh is fine enough to judge by: {'; '.join(reasons)}; compare fewer bodies"
+                " or allow each run more wall time"
+            )
+        duration = self._variants.duration
+        several = len(found) > 1
+        floor = metric_errors(self._metrics, found[1], found[0], duration) if several else {}
+        return Reference(found[0], tuple(names), floor)
+
+    def _of_limit(self, setting: Setting, on_step: OnStep) -> RunResult:
+        if setting not in self._of_limits:
+            self._warm_up(setting, on_step)
+            limit = self._max_wall * LIMIT_TIME_FACTOR
+            self._of_limits[setting] = _run(self._variants.judged(setting), on_step, limit)
+        return self._of_limits[setting]
+
+    def row(
+        self,
+        setting: Setting,
+        reference: Comparable,
+        on_step: OnStep,
+        in_time: Comparable | None = None,
+    ) -> Row:
         """Solve once for the errors, and several times for the wall time.
 
         Parameters
@@ -173,6 +159,8 @@ class Benchmark:
         setting : Setting
         reference : Comparable
         on_step : callable
+        in_time : Comparable, optional
+            The same mesh, converged in time.
 
         Returns
         -------
@@ -183,15 +171,23 @@ class Benchmark:
         Stopped
             If a signal stopped a run.
         """
-        self._warm_up(setting, on_step)
-        judged = _run(self._variants.judged(setting), on_step, self._max_wall)
+        try:
+            self._warm_up(setting, on_step)
+        except InputError as refused:  # an effect that the model does not have, too few bodies
+            return _refused(setting, in_one_line(refused))
+        judged = self._of_limits.get(setting) or _run(
+            self._variants.judged(setting), on_step, self._max_wall
+        )
         last, seconds = judged, [_seconds(judged)]
         errors: dict[str, Error] = {}
+        time_errors: dict[str, Error] = {}
         if judged.status == "done":
             duration = judged.scenario.solver.duration
             last, seconds = self._timed(setting, on_step)
             if last.status == "done":
                 errors = metric_errors(self._metrics, judged, reference, duration)
+            if last.status == "done" and in_time is not None:
+                time_errors = metric_errors(self._metrics, judged, in_time, duration)
         statistics = last.statistics
         tells = METHODS[setting.backend].tells_rejected
         return Row(
@@ -206,6 +202,7 @@ class Benchmark:
             states=statistics.states,
             events=len(judged.transitions),
             errors=errors,
+            time_errors=time_errors,
         )
 
     def _warm_up(self, setting: Setting, on_step: OnStep) -> None:
@@ -249,9 +246,7 @@ def _audit_text(result: RunResult, metrics: set[str]) -> str:
 
 def study(
     scenario: "Scenario",
-    settings: list[Setting],
-    references: tuple[Setting, ...],
-    metrics: "tuple[Metric, ...]",
+    plan: Plan,
     max_wall: float,
     repeats: int,
     on_step: OnStep,
@@ -262,10 +257,7 @@ def study(
     Parameters
     ----------
     scenario : Scenario
-    settings : list of Setting
-    references : tuple of Setting
-        Different methods, tighter than any of the settings.
-    metrics : tuple of Metric
+    plan : Plan
     max_wall : float, s
         Limit of each run.
     repeats : int
@@ -285,19 +277,40 @@ def study(
     SolverError
         If all reference runs fail.
     """
-    benchmark = Benchmark(ScenarioVariants(scenario), metrics, max_wall, repeats)
+    metrics = plan.metrics
+    channels = [m.source for m in metrics if m.what == "channel"] if plan.limits else None
+    benchmark = Benchmark(ScenarioVariants(scenario, channels), metrics, max_wall, repeats)
     rows: list[Row] = []
-    reference = None
+    reference = in_time = None
     try:
         show("references")
-        reference = benchmark.reference(references, on_step)
-        for number, setting in enumerate(settings, start=1):
-            show(f"{number} of {len(settings)}: {setting.line}, {setting.label}")
-            rows.append(benchmark.row(setting, reference.outcome, on_step))
+        if plan.references:
+            reference = benchmark.reference(plan.references, on_step)
+        if plan.limits:
+            in_time = reference
+            show("references, fine meshes")
+            reference = benchmark.limit(plan.limits, on_step)
+        if reference is None:
+            raise SolverError("a study needs references or limits")
+        own = plan.references[0].mesh if plan.references else None
+        for number, setting in enumerate(plan.settings, start=1):
+            show(f"{number} of {len(plan.settings)}: {setting.name}")
+            same = in_time.outcome if in_time and setting.mesh == own else None
+            rows.append(benchmark.row(setting, reference.outcome, on_step, same))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code
-        return Study(scenario, metrics, reference, rows, "interrupted", reason, code)
-    return Study(scenario, metrics, reference, rows, "done", "", 0)
+        return Study(scenario, metrics, reference, rows, "interrupted", reason, code, in_time)
+    return Study(scenario, metrics, reference, rows, "done", "", 0, in_time)
+
+
+def _refused(setting: Setting, reason: str) -> Row:
+    """Return the row of a setting whose scenario is not valid."""
+    return Row(setting, "failed", reason, 0.0, 0, 0, None, 0, 0, 0, {})
+
+
+def in_one_line(error: Exception) -> str:
+    """Return what is wrong with a scenario in one line of a table."""
+    return "; ".join(str(error).splitlines())
 
 
 def _seconds(run: RunResult) -> float:

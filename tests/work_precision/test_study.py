@@ -24,9 +24,10 @@ from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
 from frictionsim.work_precision.errors import Error, metric_errors
+from frictionsim.work_precision.outcome import Plan, Row, Study
 from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
-from frictionsim.work_precision.study import Benchmark, Row, Study, study
+from frictionsim.work_precision.study import Benchmark, study
 from tests.support.problems import RAMP
 from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate, with_method
 
@@ -45,7 +46,7 @@ def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> 
     references = settings.references(scenario, mechanism, 1e-12)
     arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "on_step": ignore, "show": ignore}
     metrics = mechanism_module(scenario.kind).METRICS
-    return study(scenario, found, references, metrics, **{**arguments, **options})
+    return study(scenario, Plan(found, references, metrics), **{**arguments, **options})
 
 
 def row(backend: str, error: float | None, seconds: float) -> Row:
@@ -252,14 +253,15 @@ def test_failure_of_all_references_is_an_error() -> None:
     scenario = load(Path(PULLEY))
     metrics = mechanism_module("pulley").METRICS
     with pytest.raises(SolverError, match=r"all reference runs failed: events, few: limit"):
-        study(scenario, [], (few,), metrics, 60.0, 1, ignore, ignore)
+        study(scenario, Plan([], (few,), metrics), 60.0, 1, ignore, ignore)
 
 
 def test_one_failed_reference_is_reported() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     scenario = load(Path(PULLEY))
     both = (few, with_tolerance("rkf45", 1e-10))
-    found = study(scenario, [], both, mechanism_module("pulley").METRICS, 60.0, 1, ignore, ignore)
+    plan = Plan([], both, mechanism_module("pulley").METRICS)
+    found = study(scenario, plan, 60.0, 1, ignore, ignore)
     said = PublicStudy(found).summary()
     assert "reference uncertainty: unknown, the second reference failed" in said
 
@@ -408,7 +410,7 @@ def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
         assert variant.effects.belt_friction.law == setting.law  # type: ignore[attr-defined]
     chosen = [setting for setting in found if setting.backend == "moreau"]
     references = kind.references(scenario, 1e-12)
-    done = study(scenario, chosen, references, kind.METRICS, 60.0, 1, ignore, ignore)
+    done = study(scenario, Plan(chosen, references, kind.METRICS), 60.0, 1, ignore, ignore)
     assert [r.status for r in done.rows] == ["done"] * 3
     # The driving torque has just begun to rise: what moves is small and its errors relative to it.
     assert max(r.errors["tension_tight"].relative for r in done.rows) < 1e-4

@@ -22,6 +22,7 @@ of nb + np degrees of freedom. The model is in
     run_warnings      what to know before trusting them
     static_quantities the belt at rest
     work_precision    what the cost of accuracy is judged by, and the settings to compare
+    mesh_study        models and numbers of bodies to compare
 
 References
 ----------
@@ -31,6 +32,7 @@ References
 
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
 from frictionsim.results import Quantities
 
@@ -42,6 +44,7 @@ __all__ = [
     "METRICS",
     "PANELS",
     "ladders",
+    "mesh_study",
     "references",
     "simulation",
     "statics",

@@ -24,7 +24,6 @@ METRICS = (
     Metric("friction_heat", "quantity", "energy_friction", "J"),
     ENERGY_BALANCE,
 )
-
 TOLERANCES = (1e-2, 1e-3, 1e-4)  # tighter ones cost, and tell nothing more
 REFERENCE_TOLERANCE = 1e-6
 PARTS = (1, 2, 4)  # of the longest stable step
