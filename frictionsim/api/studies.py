@@ -13,7 +13,7 @@ from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
 from frictionsim.work_precision import outcome
 from frictionsim.work_precision import study as work_precision
-from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.report import check_table as check_table
 from frictionsim.work_precision.report import columns, study_json, write_csv
 
@@ -57,7 +57,7 @@ class Study:
     @property
     def recommendations(self) -> list[str]:
         """The cheapest setting for each of several errors, in a sentence each."""
-        return [advice.sentence for advice in advise(self.data.rows, self.data.floor)]
+        return [advice.sentence for advice in recommendations(self.data)]
 
     @property
     def dataset(self) -> "xarray.Dataset":

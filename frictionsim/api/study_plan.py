@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypedDict
 from frictionsim.api.arguments import as_names
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.methods import SET_VALUED, laws_of, methods_of
+from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.variants import TOLERANCES, Mesh, Setting
 from frictionsim.work_precision import settings as ladder
@@ -64,16 +64,11 @@ def plan_of(scenario: Scenario, choice: Choice) -> Plan:
         return Plan(over_time(), _references(kind, scenario, rtol), kind.METRICS)
     study, settings = kind.mesh_study, []
     own = study.own_mesh(scenario)
-    # On the scenario's own mesh all settings are compared, on the others the cheapest method.
-    wanted = (
-        methods if choice.backends is not None else ("moreau",),
-        laws if choice.laws is not None else (SET_VALUED,),
-    )
     for mesh in meshes:
         if mesh == own:
             settings += [setting._replace(mesh=own) for setting in over_time()]
         else:
-            settings += study.mesh_settings(scenario, mesh, *wanted)
+            settings += study.mesh_settings(scenario, mesh, methods, laws)
     references: tuple[Setting, ...] = ()
     if own in meshes:
         references = tuple(s._replace(mesh=own) for s in _references(kind, scenario, rtol))

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from frictionsim.api.tables import Cells, Parts
-from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.outcome import Row, Study
@@ -15,12 +15,14 @@ def study_parts(study: "Study") -> Parts:
     yield f"{scenario.title or scenario.kind}: error against run time ({study.status})"
     yield from _reference_lines(study)
     names = [metric.name for metric in study.metrics]
+    of_mesh, in_time = (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
     headings = [
-        *("law", "method", "setting", ">error", *(f">{name}" for name in names)),
+        *(*of_mesh, "law", "method", "setting", ">error", *in_time),
+        *(f">{name}" for name in names),
         *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),
     ]
-    yield Cells(headings, [_cells(row, names) for row in study.rows])
-    yield from (advice.sentence for advice in advise(study.rows, study.floor))
+    yield Cells(headings, [_cells(row, names, study.of_meshes) for row in study.rows])
+    yield from (advice.sentence for advice in recommendations(study))
 
 
 def _reference_lines(study: "Study") -> list[str]:
@@ -36,21 +38,30 @@ def _reference_lines(study: "Study") -> list[str]:
         )
     elif len(reference.names) == 1:
         lines.append("reference uncertainty: unknown, the second reference failed")
+    if study.time_reference is not None:
+        lines.append(
+            f"`in time`: error against {' and '.join(study.time_reference.names)}, which differ by"
+            f" {study.time_reference.uncertainty:.1e}"
+        )
     return [
         *lines,
         "errors are relative, `error` is the largest; rhs: evaluations of the right-hand side",
     ]
 
 
-def _cells(row: "Row", names: list[str]) -> list[str]:
+def _cells(row: "Row", names: list[str], of_meshes: bool) -> list[str]:
     def error(name: str) -> str:
         return f"{row.errors[name].relative:.1e}" if name in row.errors else ""
 
+    mesh = row.setting.mesh
+    in_time = "" if row.time_error is None else f"{row.time_error:.1e}"
     return [
+        *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if of_meshes else ()),
         row.setting.law,
         row.setting.backend,
         row.setting.label,
         "failed" if row.error is None else f"{row.error:.1e}",
+        *((in_time,) if of_meshes else ()),
         *map(error, names),
         str(row.events),
         f"{1e3 * row.wall_seconds:.3g}",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from frictionsim.plots.mesh_errors import draw_mesh_study
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, relative_width
 
@@ -26,6 +27,8 @@ WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side e
 def diagram(study: "Study", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
     """Draw one line for each backend; failed settings are marked at the upper edge.
 
+    A study of meshes has the panels of `frictionsim.plots.mesh_errors`.
+
     Parameters
     ----------
     study : Study
@@ -41,7 +44,8 @@ def diagram(study: "Study", figure: "Figure | SubFigure | None" = None, ax: Any 
     InputError
         If the figure is not empty, or the axes cannot be replaced.
     """
-    return drawn_in(lambda target: _draw(study, target), figure, ax, WIDTH)
+    draw = draw_mesh_study if study.of_meshes else _draw
+    return drawn_in(lambda target: draw(study, target), figure, ax, WIDTH)
 
 
 def _draw(study: "Study", figure: "Figure | SubFigure") -> None:

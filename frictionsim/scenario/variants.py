@@ -97,7 +97,7 @@ class Limit(NamedTuple):
         """What it is of, in words."""
         meshes = (self.coarse.mesh, self.fine.mesh)
         counts = " and ".join(str(mesh.bodies) for mesh in meshes if mesh)
-        return f"{self.fine.line}, {self.fine.label}, extrapolated from {counts} bodies"
+        return f"{self.fine.line}, extrapolated from {counts} bodies"
 
 
 def with_tolerance(backend: str, rtol: float) -> Setting:

@@ -97,6 +97,11 @@ class Reference(NamedTuple):
     names: tuple[str, ...]
     floor: dict[str, Error]
 
+    @property
+    def uncertainty(self) -> float:
+        """The largest relative difference of the two."""
+        return max_relative_error(self.floor)
+
 
 class Study(NamedTuple):
     """The results of a study; if interrupted, of the settings run before.
@@ -114,6 +119,11 @@ class Study(NamedTuple):
     time_reference: Reference | None = None
 
     @property
+    def of_meshes(self) -> bool:
+        """Whether it compares meshes, by a common limit."""
+        return any(row.setting.mesh is not None for row in self.rows)
+
+    @property
     def floor(self) -> float:
         """The reference uncertainty: the largest relative difference of the reference runs."""
-        return max_relative_error(self.reference.floor) if self.reference else 0.0
+        return self.reference.uncertainty if self.reference else 0.0

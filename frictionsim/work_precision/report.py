@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.errors import OutputError
 from frictionsim.io.atomic_write import check_replaceable
 from frictionsim.results import Column, finite
-from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.outcome import Row, Study
@@ -38,6 +38,7 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
         "measures": {metric.name: {"unit": metric.unit} for metric in study.metrics},
         "references": list(reference.names) if reference else [],
         "floor": _errors_json(reference.floor) if reference else {},
+        "time_references": list(study.time_reference.names) if study.time_reference else [],
         "settings": [_row_json(row) for row in study.rows],
         "recommendations": [
             {
@@ -45,10 +46,12 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
                 "law": advice.row.setting.law if advice.row else None,
                 "backend": advice.row.setting.backend if advice.row else None,
                 "setting": advice.row.setting.label if advice.row else None,
+                **(_mesh_json(advice.row) if advice.row else {}),
+                "quantity": advice.metric or None,
                 "overrides": list(advice.row.setting.all_overrides) if advice.row else None,
                 "sentence": advice.sentence,
             }
-            for advice in advise(study.rows, study.floor)
+            for advice in recommendations(study)
         ],
     }
 
@@ -58,10 +61,12 @@ def _row_json(row: "Row") -> dict[str, Any]:
         "law": row.setting.law,
         "backend": row.setting.backend,
         "setting": row.setting.label,
+        **_mesh_json(row),
         "overrides": list(row.setting.all_overrides),
         "status": row.status,
         "reason": row.reason,
         "error": finite(row.error),
+        "time_error": finite(row.time_error),
         "errors": _errors_json(row.errors),
         "events": row.events,
         "wall_seconds": row.wall_seconds,
@@ -71,6 +76,11 @@ def _row_json(row: "Row") -> dict[str, Any]:
         "rhs_evaluations": row.rhs_evaluations,
         "states": row.states,
     }
+
+
+def _mesh_json(row: "Row") -> dict[str, Any]:
+    mesh = row.setting.mesh
+    return {"model": mesh.model, "bodies": mesh.bodies} if mesh else {}
 
 
 def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
@@ -91,6 +101,7 @@ def columns(study: "Study") -> list[Column]:
         Column("law", "", "friction law", [row.setting.law for row in rows]),
         Column("backend", "", "integration method", [row.setting.backend for row in rows]),
         Column("setting", "", "setting of the method", [row.setting.label for row in rows]),
+        *(_mesh_columns(rows) if study.of_meshes else ()),
         Column(
             "overrides", "", "keys it sets", [" ".join(row.setting.all_overrides) for row in rows]
         ),
@@ -98,6 +109,9 @@ def columns(study: "Study") -> list[Column]:
         Column("reason", "", "why it failed", [row.reason for row in rows]),
         Column("error", "1", "largest relative error", [number(row.error) for row in rows]),
     ]
+    if study.of_meshes:
+        times = [number(row.time_error) for row in rows]
+        table.append(Column("time_error", "1", "largest relative error in time alone", times))
     for m in study.metrics:
         errors = [row.errors.get(m.name) for row in rows]
         absolute = [number(e and e.absolute) for e in errors]
@@ -116,6 +130,19 @@ def columns(study: "Study") -> list[Column]:
         values = [number(getattr(row, name)) for row in rows]
         table.append(Column(name, unit, long_name, values))
     return table
+
+
+def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
+    meshes = [row.setting.mesh for row in rows]
+    return (
+        Column("model", "", "model in space", [mesh.model if mesh else "" for mesh in meshes]),
+        Column(
+            "bodies",
+            "1",
+            "number of bodies",
+            [float(mesh.bodies) if mesh else float("nan") for mesh in meshes],
+        ),
+    )
 
 
 def check_table(path: Path) -> None:

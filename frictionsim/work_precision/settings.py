@@ -5,9 +5,10 @@ from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.errors import ScenarioError
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
 from frictionsim.scenario.overrides import apply_override
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class ScenarioVariants:
         # Means of quantities are of samples: never fewer of them than the scenario's own.
         self._interval = min(self.duration / SAMPLES, scenario.interval)
 
+    # A setting of a mesh may not be valid: then these raise ScenarioError.
     def judged(self, setting: Setting) -> "Scenario":
         """Return the scenario with a setting, sampled for the comparison with the reference."""
         return self._with(setting, self._interval, self.duration)
@@ -78,7 +80,10 @@ class ScenarioVariants:
             data["output"]["channels"] = self._channels
         for override in setting.all_overrides:
             apply_override(data, override)
-        return validate(data, Path())
+        try:
+            return validate(data, Path())
+        except ValidationFailure as failure:
+            raise ScenarioError(failure.lines()) from None
 
 
 def ladders(

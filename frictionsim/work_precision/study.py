@@ -172,12 +172,11 @@ class Benchmark:
             If a signal stopped a run.
         """
         try:
-            self._warm_up(setting, on_step)
+            scenario = self._variants.judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
             return _refused(setting, in_one_line(refused))
-        judged = self._of_limits.get(setting) or _run(
-            self._variants.judged(setting), on_step, self._max_wall
-        )
+        self._warm_up(setting, on_step)
+        judged = self._of_limits.get(setting) or _run(scenario, on_step, self._max_wall)
         last, seconds = judged, [_seconds(judged)]
         errors: dict[str, Error] = {}
         time_errors: dict[str, Error] = {}

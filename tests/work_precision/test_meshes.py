@@ -1,0 +1,331 @@
+"""Studies of meshes: models and numbers of bodies of a belt against the limit of fine meshes."""
+
+import csv
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
+from frictionsim.errors import ArgumentError, SolverError
+from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.plots.mesh_errors import cheapest_of_meshes
+from frictionsim.results import Metric, Quantity
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.variants import Mesh, Setting
+from frictionsim.work_precision.errors import Error
+from frictionsim.work_precision.mesh_limit import extrapolated
+from frictionsim.work_precision.outcome import Reference, Row, Study
+from frictionsim.work_precision.recommendation import recommendations
+from tests.support.scenarios import SCENARIOS
+
+BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
+QUANTITIES = {
+    "driven_speed": "driven_speed",
+    "slip": "slip_percent",
+    "tension_tight": "tension_tight",
+    "tension_slack": "tension_slack",
+}
+# Large pulleys, which few bodies can follow.
+WIDE: dict[str, Any] = {
+    "mechanism.pulleys.0.radius": 0.06,
+    "mechanism.pulleys.1.radius": 0.06,
+    "drive.driver.torque.time": [0.0, 0.002],  # soon at work
+    "solver.duration": 0.01,
+    "output.interval": 2e-4,
+}
+CHOSEN: dict[str, Any] = {
+    "models": ["corrected", "polygon"],
+    "backends": "moreau",
+    "laws": "set-valued",
+    "repeats": 1,
+    "max_wall": 60.0,
+}
+
+
+# --- errors and recommendations, a second way ------------------------------------------------
+
+
+def quantities_of(model: str, bodies: int, overrides: dict[str, Any]) -> dict[str, float]:
+    """Return the quantities of a run of its own, with the keys of its mesh written out."""
+    mesh = {"mechanism.belt.wrap": model, "mechanism.belt.bodies": bodies}
+    # A study takes 500 samples or more.
+    settings = {"solver.backend": "moreau", "output.interval": overrides["solver.duration"] / 500}
+    found = fs.solve(BELT, overrides | mesh | settings)
+    assert found.status == "done"
+    return {name: float(found.quantities[source]) for name, source in QUANTITIES.items()}
+
+
+def limit_of(model: str, most: int, overrides: dict[str, Any]) -> dict[str, float]:
+    """Return what twice and once the most bodies tend to, at second order."""
+    coarse, fine = (quantities_of(model, n, overrides) for n in (most, 2 * most))
+    return {name: (4.0 * fine[name] - coarse[name]) / 3.0 for name in QUANTITIES}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> None:
+    drawn = random.Random(seed)
+    own, other = drawn.sample([24, 30, 36], 2)
+    overrides = WIDE | {
+        "mechanism.belt.bodies": own,
+        "mechanism.belt.pretension": drawn.uniform(300.0, 600.0),
+        "effects.belt_friction.mu_s": 1.0,
+        "effects.belt_friction.mu_k": drawn.uniform(0.5, 1.0),
+    }
+    study = fs.cost(BELT, overrides, bodies=[own, other], **CHOSEN).data
+    limit = limit_of("corrected", max(own, other), overrides)
+    second = limit_of("polygon", max(own, other), overrides)
+    assert study.reference
+    for name in QUANTITIES:
+        floor = abs(second[name] - limit[name]) / abs(limit[name])
+        assert study.reference.floor[name].relative == pytest.approx(floor, rel=1e-6)
+    meshes = [(r.setting.mesh.model, r.setting.mesh.bodies) for r in study.rows if r.setting.mesh]
+    assert set(meshes) == {(m, n) for m in ("corrected", "polygon") for n in (own, other)}
+    assert len(meshes) == 6  # the scenario's own mesh has three steps
+    for row, (model, bodies) in zip(study.rows, meshes, strict=True):
+        assert row.status == "done", row.reason
+        found = quantities_of(model, bodies, overrides)
+        longest = "solver.step" not in "".join(row.setting.overrides)
+        for name in QUANTITIES:
+            error = abs(found[name] - limit[name]) / abs(limit[name])
+            if longest:
+                assert row.errors[name].relative == pytest.approx(error, rel=1e-6)
+            else:  # its own step or a part of it: the same but for what the time step costs
+                assert row.errors[name].relative == pytest.approx(error, rel=0.05, abs=1e-3)
+        assert (row.time_error is not None) == ((model, bodies) == ("corrected", own))
+        if row.time_error is not None:
+            assert 0.0 < row.time_error < 0.1 * (row.error or 0.0)
+    check_advice(study)
+
+
+def check_advice(study: Study) -> None:
+    """Check that no sufficient row is faster, or else by less than what counts as equal."""
+    for advice in recommendations(study):
+        floors = study.reference.floor if study.reference else {}
+        floor = floors[advice.metric].relative if advice.metric else study.floor
+        good = []
+        for row in study.rows:
+            errors = [e.relative for n, e in row.errors.items() if advice.metric in ("", n)]
+            if errors and max(errors) <= advice.wanted and floor <= advice.wanted:
+                good.append(row.wall_seconds)
+        assert (advice.row is not None) == bool(good), advice.sentence
+        if advice.row is not None:
+            assert advice.row.wall_seconds <= 1.1 * min(good)
+
+
+def hand_made(bodies: int, seconds: float, tension: float, slip: float) -> Row:
+    """Return a row with these errors."""
+    errors = {"tension": Error(tension, tension), "slip": Error(slip, slip)}
+    setting = Setting("moreau", "longest step", (), mesh=Mesh("corrected", bodies))
+    return Row(setting, "done", "", seconds, 1, 1, 0, 1, 5, 0, errors)
+
+
+def test_each_quantity_has_its_cheapest_setting() -> None:
+    rows = [hand_made(60, 0.1, 5e-3, 0.2), hand_made(150, 1.0, 5e-4, 0.05)]
+    rows.append(hand_made(600, 9.0, 2e-4, 5e-3))
+    metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
+    floor = {"tension": Error(1e-4, 1e-4), "slip": Error(2e-3, 2e-3)}
+    reference = Reference(fs.solve(PULLEY).record, ("a", "b"), floor)
+    scenario = load(Path(BELT))
+    said = [a.sentence for a in recommendations(Study(scenario, metrics, reference, rows, *DONE))]
+    assert [line.split(" ms")[0] for line in said] == [
+        "for 1 %: moreau, corrected with 600 bodies, longest step, 9e+03",
+        "for 0.1 %: unknown, the reference uncertainty is 2.0e-03",
+        "for 0.01 %: unknown, the reference uncertainty is 2.0e-03",
+        "for 1 % of tension: moreau, corrected with 60 bodies, longest step, 100",
+        "for 0.1 % of tension: moreau, corrected with 150 bodies, longest step, 1e+03",
+        "for 1 % of slip: moreau, corrected with 600 bodies, longest step, 9e+03",
+        "for 0.1 % of slip: unknown, the reference uncertainty is 2.0e-03",
+    ]
+
+
+DONE = ("done", "", 0)
+
+
+class Told:
+    """A run of one quantity and one channel."""
+
+    def __init__(self, value: float | None) -> None:
+        self.quantities = {"slip": Quantity(value, "%")}
+        self.channels: dict[str, Any] = {"speed": value}
+        self.transitions: list[Any] = []
+        self.checks: dict[str, Any] = {}
+
+
+def test_a_quadratic_error_is_extrapolated_away() -> None:
+    speed = Metric("speed", "channel", "speed")
+    fine, coarse = Told(2.0 + 0.25), Told(2.0 + 1.0)
+    limit = extrapolated(fine, coarse, (speed,))  # type: ignore[arg-type]
+    assert limit.quantities["slip"].value == pytest.approx(2.0)
+    assert float(limit.channels["speed"]) == pytest.approx(2.0)
+    unknown = extrapolated(fine, Told(None), ())  # type: ignore[arg-type]
+    assert unknown.quantities == {}
+
+
+# --- what a mesh is --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("own", "bodies"), [(150, (60, 150, 300, 600)), (600, (240, 600)), (60, (24, 60, 120, 240))]
+)
+def test_the_default_meshes_are_about_the_scenario_s(own: int, bodies: tuple[int, ...]) -> None:
+    scenario = load(Path(BELT), {"mechanism.belt.bodies": own})
+    assert mesh_study.default_bodies(scenario) == bodies  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("named", [None, 100])
+def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
+    scenario: Any = load(Path(BELT), {"effects.contact.reference_bodies": named})
+    total = 150 * contact_of(scenario)
+    for bodies in (60, 300):
+        mesh = mesh_study.mesh_of(scenario, "polygon", bodies)
+        finer = load(scenario.to_dict(), mesh.overrides)
+        assert finer.mechanism.belt.bodies == bodies  # type: ignore[attr-defined]
+        assert finer.mechanism.belt.wrap == "polygon"  # type: ignore[attr-defined]
+        assert bodies * contact_of(finer) == pytest.approx(total, rel=1e-12)
+
+
+def contact_of(scenario: Any) -> float:
+    """Return the linear stiffness of the contact of a body."""
+    stiffness: float = assemble(scenario).system.effects.contact.c2
+    return stiffness
+
+
+def test_the_limit_is_of_the_scenario_s_own_model() -> None:
+    scenario: Any = load(Path(BELT), {"mechanism.belt.wrap": "polygon"})
+    first, second = mesh_study.limits(scenario, 600)
+    assert first.name == "moreau, set-valued, polygon, extrapolated from 600 and 1200 bodies"
+    assert second.fine.mesh is not None
+    assert second.fine.mesh.model == "corrected"
+
+
+def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
+    study = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[5, 24], **CHOSEN)
+    refused = [row for row in study.data.rows if row.status == "failed"]
+    assert len(refused) == 2
+    assert "5 bodies of 0.281 m cannot follow the curve of 'driver'" in refused[0].reason
+    assert refused[0].error is None
+    assert len(study.summary().splitlines()) == 4 + 1 + 4 + 11
+    assert study.data.time_reference is None  # its own mesh is not compared
+    study.plot()
+
+
+needs_strings = pytest.mark.skipif(
+    load(Path(BELT)).effects.__class__.model_fields["contact"].is_required(),  # type: ignore[attr-defined]
+    reason="belts without contact are not simulated yet",
+)
+
+
+@needs_strings
+def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
+    chosen = CHOSEN | {"models": ["string", "corrected"]}
+    found = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen).data
+    rows = [row for row in found.rows if row.setting.mesh and row.setting.mesh.model == "string"]
+    assert [row.status for row in rows] == ["done", "done"]
+    assert found.reference
+    assert all("string" not in name for name in found.reference.names)
+
+
+@needs_strings
+def test_a_scenario_without_contact_compares_strings() -> None:
+    overrides = WIDE | {"mechanism.belt.bodies": 30, "effects.contact": None}
+    overrides |= {"effects.bending": None}
+    chosen = {name: value for name, value in CHOSEN.items() if name != "models"}
+    found = fs.cost(BELT, overrides, bodies=[24, 36], **chosen).data
+    assert {row.setting.mesh and row.setting.mesh.model for row in found.rows} == {"string"}
+    with pytest.raises(ArgumentError, match=r"'polygon' needs \[effects.contact\]"):
+        fs.cost(BELT, overrides, bodies=[24], **CHOSEN)
+
+
+# --- arguments and outputs -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scenario", "given", "sentence"),
+    [
+        (PULLEY, {"bodies": [60]}, "bodies: the kind 'pulley' has no mesh; leave this out"),
+        (BELT, {"models": "chain"}, "models: unknown model 'chain'; known: string, corrected,"),
+        (BELT, {"bodies": 1.5}, "bodies: expected whole numbers of at least 2, got 1.5"),
+        (BELT, {"bodies": [60, 1]}, "bodies: expected whole numbers of at least 2, got 1"),
+        (BELT, {"bodies": [], "models": "polygon"}, "models: without bodies there is no mesh"),
+    ],
+)
+def test_wrong_meshes_are_refused(scenario: str, given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        fs.cost(scenario, **given)
+    assert str(caught.value).startswith(sentence)
+
+
+def test_an_unknown_argument_is_a_mistake_of_the_caller() -> None:
+    with pytest.raises(TypeError, match="unexpected keyword argument 'body'"):
+        fs.cost(BELT, body=[60])  # type: ignore[call-arg]
+
+
+def test_meshes_that_are_too_fine_say_the_way_out() -> None:
+    chosen = CHOSEN | {"max_wall": 1e-9}
+    with pytest.raises(SolverError) as caught:
+        fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen)
+    said = str(caught.value)
+    assert said.startswith("no mesh is fine enough to judge by: moreau, set-valued, corrected")
+    assert said.endswith("compare fewer bodies or allow each run more wall time")
+
+
+@pytest.mark.parametrize("text", ["60,many", "1e2"])
+def test_bodies_are_whole_numbers(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line(["cost", BELT, "--bodies", text]) == 2
+    assert capsys.readouterr().err == (
+        "frictionsim: --bodies: expected whole numbers separated by commas, as 60,150, or none,"
+        f" got '{text}'\n"
+    )
+
+
+OPTIONS = [
+    *("cost", BELT, "--backends", "moreau", "--repeats", "1", "--json", "--laws", "set-valued"),
+    *(text for key, value in WIDE.items() for text in ("--set", f"{key}={value}")),
+    *("--set", "mechanism.belt.bodies=24"),
+]
+
+
+def test_the_command_writes_models_and_bodies(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, picture = tmp_path / "a.csv", tmp_path / "a.svg"
+    meshes = ["--bodies", "24,36", "--models", "corrected,polygon"]
+    assert run_command_line([*OPTIONS, *meshes, "--csv", str(table), "--plot", str(picture)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [(s["model"], s["bodies"]) for s in told["settings"]] == [
+        *[("corrected", 24)] * 3,
+        *[("corrected", 36), ("polygon", 24), ("polygon", 36)],
+    ]
+    assert told["settings"][4]["overrides"][:2] == [
+        "mechanism.belt.bodies=24",
+        "mechanism.belt.wrap=polygon",
+    ]
+    assert [s["time_error"] is None for s in told["settings"]] == [False] * 3 + [True] * 3
+    assert told["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-6"
+    assert told["recommendations"][3]["quantity"] == "driven_speed"
+    with table.open(encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["bodies [1]"] for line in lines[2:4]] == ["24.0", "36.0"]
+    assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in told["settings"]]
+    drawn = picture.read_text(encoding="utf-8")
+    for label in ("moreau, corrected", "moreau, polygon", "24 bodies", "36 bodies"):
+        assert f"<!-- {label} -->" in drawn
+
+
+def test_without_bodies_a_study_is_over_time_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command_line([*OPTIONS, "--bodies", "none"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [s["setting"][:4] for s in told["settings"]] == ["step"] * 3
+    assert all("model" not in s and s["time_error"] is None for s in told["settings"])
+    assert max(s["error"] for s in told["settings"]) < 0.05
+    assert told["references"][0] == "rkf45, set-valued, rtol 1e-6"
+
+
+def test_a_line_of_a_model_has_the_longest_step_of_each_mesh() -> None:
+    rows = [hand_made(60, 0.1, 0.1, 0.2), hand_made(24, 1.0, 0.1, 0.2), hand_made(60, 9.0, 0.1, 0)]
+    assert cheapest_of_meshes(rows) == {"corrected": [rows[1], rows[0]]}
