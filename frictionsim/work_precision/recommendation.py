@@ -59,9 +59,29 @@ def recommendations(study: Study) -> list[Advice]:
 
 
 def _of_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
-    done = [row for row in rows if row.error is not None]
-    good = [row for row in done if max(row.errors[metric].relative, floor) <= wanted]
-    return Advice(wanted, _fastest(good), floor, metric)
+    errors = [(row, row.errors[metric].relative) for row in rows if row.error is not None]
+    return Advice(wanted, _fastest(_sufficient(errors, wanted, floor)), floor, metric)
+
+
+def _sufficient(errors: list[tuple[Row, float]], wanted: float, floor: float) -> list[Row]:
+    """Return the rows with no more error, whose finer meshes have no more, too.
+
+    On one mesh errors of opposite sign may cancel; that is no reason to trust it.
+    """
+    best: dict[str, dict[int, float]] = {}
+    for row, error in errors:
+        mesh = row.setting.mesh
+        if mesh is not None:
+            of = best.setdefault(mesh.model, {})
+            of[mesh.bodies] = min(error, of.get(mesh.bodies, error))
+
+    def holds(row: Row) -> bool:
+        mesh = row.setting.mesh
+        return mesh is None or all(
+            error <= wanted for bodies, error in best[mesh.model].items() if bodies > mesh.bodies
+        )
+
+    return [row for row, error in errors if max(error, floor) <= wanted and holds(row)]
 
 
 def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
@@ -79,11 +99,7 @@ def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
     """
     done = [(row, row.error) for row in rows if row.error is not None]
     return [
-        Advice(
-            wanted,
-            _fastest([row for row, error in done if error <= wanted and floor <= wanted]),
-            floor,
-        )
+        Advice(wanted, _fastest(_sufficient(done, wanted, floor)), floor)
         for wanted in TARGET_ERRORS
     ]
 

@@ -103,15 +103,24 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
 
 
 def check_advice(study: Study) -> None:
-    """Check that no sufficient row is faster, or else by less than what counts as equal."""
+    """Check that what is recommended is good enough on all finer meshes, and nothing is faster."""
+    assert study.reference
     for advice in recommendations(study):
-        floors = study.reference.floor if study.reference else {}
-        floor = floors[advice.metric].relative if advice.metric else study.floor
+        metric = advice.metric
+        floor = study.reference.floor[metric].relative if metric else study.floor
+        errors = [
+            row.errors[metric].relative if metric else max(e.relative for e in row.errors.values())
+            for row in study.rows
+        ]
+        meshes = [row.setting.mesh or Mesh("", 0) for row in study.rows]
         good = []
-        for row in study.rows:
-            errors = [e.relative for n, e in row.errors.items() if advice.metric in ("", n)]
-            if errors and max(errors) <= advice.wanted and floor <= advice.wanted:
-                good.append(row.wall_seconds)
+        for row, mesh in zip(study.rows, meshes, strict=True):
+            least: dict[int, float] = {}
+            for other, error in zip(meshes, errors, strict=True):
+                if other.model == mesh.model and other.bodies >= mesh.bodies:
+                    least[other.bodies] = min(least.get(other.bodies, error), error)
+            enough = max(errors[study.rows.index(row)], floor, *least.values()) <= advice.wanted
+            good += [row.wall_seconds] if enough else []
         assert (advice.row is not None) == bool(good), advice.sentence
         if advice.row is not None:
             assert advice.row.wall_seconds <= 1.1 * min(good)
@@ -324,6 +333,17 @@ def test_without_bodies_a_study_is_over_time_alone(capsys: pytest.CaptureFixture
     assert all("model" not in s and s["time_error"] is None for s in told["settings"])
     assert max(s["error"] for s in told["settings"]) < 0.05
     assert told["references"][0] == "rkf45, set-valued, rtol 1e-6"
+
+
+def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
+    rows = [hand_made(60, 0.1, 1e-2, 1e-3), hand_made(150, 1.0, 5e-3, 0.05)]
+    rows.append(hand_made(600, 9.0, 1e-4, 5e-3))
+    metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
+    study = Study(load(Path(BELT)), metrics, None, rows, *DONE)
+    found = [
+        a.row and a.row.setting.mesh and a.row.setting.mesh.bodies for a in recommendations(study)
+    ]
+    assert found == [600, None, None, 60, 600, 600, None]
 
 
 def test_a_line_of_a_model_has_the_longest_step_of_each_mesh() -> None:
