@@ -138,3 +138,22 @@ def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:
     spans = (measured["tension of the active span"], measured["tension of the passive span"])
     for cell, *both in zip(shown["active, passive span, N"], *spans, strict=True):
         assert cell == ", ".join(f"{float(value):.0f}" for value in both)
+
+
+def test_the_page_has_the_meshes_of_the_cost_table() -> None:
+    with (RESULTS / "belt_drive_cost.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    measured: dict[tuple[str, str], dict[str, str]] = {}
+    for row in rows:
+        if row["backend"] == "moreau" and row["status"] == "done":
+            measured.setdefault((row["model"], f"{float(row['bodies [1]']):.0f}"), row)
+    text = (RESULTS.parent / "docs/accuracy.md").read_text(encoding="utf-8")
+    table = text.split("| model | bodies | slip |")[1].split("\n\n")[0].splitlines()[2:]
+    shown = [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
+    assert {(row[0], row[1]) for row in shown} == set(measured)
+    names = ("slip", "tension_tight", "tension_slack", "driven_speed")
+    for model, bodies, *cells in shown:
+        found = measured[model, bodies]
+        errors = [100.0 * float(found[f"{name}_relative [1]"]) for name in names]
+        assert list(map(float, cells[:4])) == [float(f"{error:.2g}") for error in errors]
+        assert cells[5] == f"{float(found['wall_seconds [s]']):.2g}"
