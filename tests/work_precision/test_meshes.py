@@ -246,7 +246,7 @@ def test_a_scenario_without_contact_compares_strings() -> None:
     chosen = {name: value for name, value in CHOSEN.items() if name != "models"}
     found = fs.cost(BELT, overrides, bodies=[24, 36], **chosen).data
     assert {row.setting.mesh and row.setting.mesh.model for row in found.rows} == {"string"}
-    with pytest.raises(ArgumentError, match=r"'polygon' needs \[effects.contact\]"):
+    with pytest.raises(ArgumentError, match=r"'corrected' needs \[effects.contact\]"):
         fs.cost(BELT, overrides, bodies=[24], **CHOSEN)
 
 
