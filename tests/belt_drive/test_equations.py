@@ -187,6 +187,27 @@ def test_all_effects_together(wrap: str, seed: int) -> None:
     assert_same(both, CLOSE_STUCK)
 
 
+# The roller's contact is its own in all, the driven pulley's in its linear stiffness.
+OWN = {
+    "roller": {"c1": 4e7, "c2": 5e5, "damping": 60.0, "p_max": 3e-4},
+    "driven": {"c2": 3e5},
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_contact_that_differs_by_pulley(seed: int) -> None:
+    both = Both(trio(effects__contact__pulleys=OWN), seed)
+    assert len(set(both.expected.pulley)) == 4
+    assert_same(both, CLOSE_STUCK)
+
+
+def test_damping_at_one_pulley_alone() -> None:
+    own = {"driven": {"damping": 30.0}}
+    both = Both(pair(effects__contact__damping=0.0, effects__contact__pulleys=own), 1)
+    assert both.expected.powers.contact > 0.0
+    assert_same(both, CLOSE_STUCK)
+
+
 def test_a_prescribed_speed_is_its_channel() -> None:
     both = Both(trio(), 1)
     signal = signal_from(both.scenario.drive["driver"].speed)

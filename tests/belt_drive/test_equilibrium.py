@@ -33,7 +33,7 @@ class Drive(NamedTuple):
 
     def rest(self, **changes: Any) -> Equilibrium:
         p = {"gravity": None, "pretension": None, "length": None} | self.parameters | changes
-        path = belt_path(self.pulleys)
+        path, each = belt_path(self.pulleys), np.ones(len(self.pulleys))
 
         def chain_of(length: float) -> Chain:
             mass = p["mass_per_length"] * length
@@ -42,7 +42,7 @@ class Drive(NamedTuple):
         def parameters_of(chain: Chain) -> Any:
             none = EffectParameters(*([None] * len(EffectParameters._fields)))
             return none._replace(
-                contact=ContactParameters(p["c1"], p["c2"]),
+                contact=ContactParameters(p["c1"] * each, p["c2"] * each),
                 bending=BendingParameters(p["bending_rigidity"] / chain.length, 0.0),
                 gravity=GravityParameters(*p["gravity"]) if p["gravity"] else None,
             )

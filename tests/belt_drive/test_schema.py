@@ -137,6 +137,16 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
         "solver.backend",
         "'moreau' does not integrate the friction law 'regularised'; use one of rkf45,",
     ),
+    "contact with a pulley that there is not": (
+        pair(effects__contact__pulleys={"drivn": {"c2": 1e6}}),
+        "effects.contact.pulleys.drivn",
+        "unknown pulley 'drivn' (did you mean 'driven'?)",
+    ),
+    "contact with a pulley without stiffness": (
+        pair(effects__contact__pulleys={"driven": {"c2": 0.0}}),
+        "effects.contact.pulleys.driven.c2",
+        "expected a number above 0 N/m, got 0.0",
+    ),
     "a backend for one coordinate": (
         pair(solver__backend="events"),
         "solver.backend",

@@ -157,6 +157,12 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
     contact, axial, bending = effects.contact, effects.axial_damping, effects.bending
     share = (contact.reference_bodies or belt.bodies) / belt.bodies
     law = effects.belt_friction
+
+    def per_pulley(key: str) -> Array:
+        """Return a number of the contact with each pulley, its own where it has one."""
+        own = [getattr(contact.pulleys.get(p.name), key, None) for p in pulleys]
+        return np.array([getattr(contact, key) if one is None else one for one in own])
+
     return Belt(
         n=belt.bodies,
         l=body_length,
@@ -165,10 +171,10 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
         centres=np.array([p.center for p in pulleys]),
         radii=np.array([p.radius for p in pulleys]),
         inertias=np.array([p.inertia for p in pulleys]),
-        c1=contact.c1 * share,
-        c2=contact.c2 * share,
-        b_c=contact.damping * share,
-        p_max=contact.p_max,
+        c1=per_pulley("c1") * share,
+        c2=per_pulley("c2") * share,
+        b_c=per_pulley("damping") * share,
+        p_max=per_pulley("p_max"),
         b_joint=axial.coefficient if axial and axial.basis == "joint" else None,
         b_section=axial.coefficient if axial else 0.0,
         EI=bending.rigidity if bending else 0.0,

@@ -279,11 +279,10 @@ class BeltDriveScenario(Scenario):
     @model_validator(mode="after")
     def _names_are_of_pulleys(self) -> Self:
         names = list(self.mechanism.names)
-        friction = self.effects.belt_friction
         named: list[tuple[tuple[str, ...], str]] = [(("drive", name), name) for name in self.drive]
-        if friction is not None:
-            path = ("effects", "belt_friction", "pulleys")
-            named += [((*path, name), name) for name in friction.pulleys]
+        for key in ("contact", "belt_friction"):
+            own = getattr(getattr(self.effects, key), "pulleys", {})
+            named += [(("effects", key, "pulleys", name), name) for name in own]
         for where, name in named:
             if name not in names:
                 raise inconsistent(where, unknown("pulley", name, names))

@@ -13,6 +13,7 @@ References
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
@@ -49,8 +50,19 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
+class PulleyContactTable(Params):
+    """Contact with one pulley; what is left out is as on the others."""
+
+    c1: float | None = unit_field("N/m^2", "Quadratic stiffness there.", None, ge=0)
+    c2: float | None = unit_field("N/m", "Linear stiffness there.", None, gt=0)
+    damping: float | None = unit_field("N s/m", "Damping there.", None, ge=0)
+    p_max: float | None = unit_field(
+        "m", "Penetration from which on the damping acts in full there.", None, gt=0
+    )
+
+
 class ContactTable(Params):
-    """`[effects.contact]`: eqs 9-11 of Kubas 2014, for one body.
+    """`[effects.contact]`: eqs 9-11 of Kubas 2014, for one body; `pulleys.NAME` where they differ.
 
     With `reference_bodies` the numbers are for a body of a belt of so many; each body of another
     mesh has its part by length, so that the mesh can be refined.
@@ -65,20 +77,30 @@ class ContactTable(Params):
     reference_bodies: int | None = unit_field(
         "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
     )
+    pulleys: dict[str, PulleyContactTable] = Field(
+        default_factory=dict,
+        description="Contact with a pulley that differs; what is left out is as on the others.",
+    )
+
+    def at(self, pulley: str, key: str) -> float:
+        """Return a number of the contact with a pulley: its own, or the common one."""
+        own = getattr(self.pulleys.get(pulley), key, None)
+        found: float = getattr(self, key) if own is None else own
+        return found
 
 
 class ContactDamping(NamedTuple):
-    """Damping of a body's contact, N s/m, in full from a depth, m, on."""
+    """Damping of a body's contact with each pulley, N s/m, in full from a depth, m, on."""
 
-    coefficient: float
-    full_depth: float
+    coefficient: Array
+    full_depth: Array
 
 
 class ContactParameters(NamedTuple):
-    """Penalty contact of a body: c1 in N/m^2, c2 in N/m, and its damping or None."""
+    """Penalty contact of a body with each pulley: c1 in N/m^2, c2 in N/m; its damping or None."""
 
-    c1: float
-    c2: float
+    c1: Array
+    c2: Array
     damping: ContactDamping | None = None
 
 
@@ -97,12 +119,13 @@ def contact_forces(kinematics: Array, contacts: "Contacts", contact: ContactPara
         i = body[s]
         nx[s], ny[s] = x[i] - centre_x[s], y[i] - centre_y[s]
         body_vx[s], body_vy[s] = vx[i], vy[i]
-    c1, c2 = contact.c1, contact.c2
     for s in range(count):
         inv_distance[s] = 1.0 / np.sqrt(nx[s] * nx[s] + ny[s] * ny[s])
-    for s in range(count):
-        p = max(radius[s] - 1.0 / inv_distance[s], 0.0)
-        normal[s] = p * (c1 * p + c2)
+    for j in range(len(contact.c1)):
+        c1, c2 = contact.c1[j], contact.c2[j]
+        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+            p = max(radius[s] - 1.0 / inv_distance[s], 0.0)
+            normal[s] = p * (c1 * p + c2)
     for s in range(count):
         nx[s] *= inv_distance[s]
     for s in range(count):
@@ -117,14 +140,15 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
         table = contacts.table
         normal, nx, ny, vx, vy = table[NORMAL], table[NX], table[NY], table[BODY_VX], table[BODY_VY]
         radius, inv_distance = table[RADIUS], table[INV_DISTANCE]
-        inv_full_depth = 1.0 / damping.full_depth
-        for s in range(contacts.offsets[-1]):
-            depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
-            coefficient = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
-            rate = -(vx[s] * nx[s] + vy[s] * ny[s])
-            damped = max(normal[s] + coefficient * rate, 0.0)
-            power += (damped - normal[s]) * rate
-            normal[s] = damped
+        for j in range(len(damping.coefficient)):
+            full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
+            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+                depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
+                coefficient = full * depth * depth * (3.0 - 2.0 * depth)
+                rate = -(vx[s] * nx[s] + vy[s] * ny[s])
+                damped = max(normal[s] + coefficient * rate, 0.0)
+                power += (damped - normal[s]) * rate
+                normal[s] = damped
     return power
 
 
@@ -149,15 +173,17 @@ def add_midpoint_contact_damping(
         normal, nx, ny, more = table[NORMAL], table[NX], table[NY], table[STICK_BIAS]
         vx, vy, radius = table[BODY_VX], table[BODY_VY], table[RADIUS]
         inv_distance, count = table[INV_DISTANCE], contacts.offsets[-1]
-        inv_mass, inv_full_depth = 1.0 / mass, 1.0 / damping.full_depth
+        inv_mass = 1.0 / mass
         for s in range(count):
             more[s] = vx[s] * nx[s] + vy[s] * ny[s]
-        for s in range(count):
-            depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
-            b = damping.coefficient * depth * depth * (3.0 - 2.0 * depth)
-            rate = -more[s] / (1.0 + 0.5 * h * b * inv_mass)
-            more[s] = max(b * rate, -normal[s])
-            power += more[s] * rate
+        for j in range(len(damping.coefficient)):
+            full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
+            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
+                depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
+                b = full * depth * depth * (3.0 - 2.0 * depth)
+                rate = -more[s] / (1.0 + 0.5 * h * b * inv_mass)
+                more[s] = max(b * rate, -normal[s])
+                power += more[s] * rate
         for s in range(count):
             i = contacts.body[s]
             normal[s] += more[s]
@@ -216,15 +242,20 @@ class ContactEffect(BeltEffect):
         if table is None:
             return None
         scale = mesh_scale(scenario)
-        damping = ContactDamping(table.damping * scale, table.p_max) if table.damping else None
-        return ContactParameters(table.c1 * scale, table.c2 * scale, damping)
+
+        def of_pulleys(key: str) -> Array:
+            return np.array([table.at(name, key) for name in scenario.mechanism.names])
+
+        coefficient = scale * of_pulleys("damping")
+        damping = ContactDamping(coefficient, of_pulleys("p_max")) if coefficient.any() else None
+        return ContactParameters(scale * of_pulleys("c1"), scale * of_pulleys("c2"), damping)
 
     def dissipates(self, parameters: ContactParameters) -> bool:
         return parameters.damping is not None
 
     def energies(self, parameters: ContactParameters, shape: Shape) -> Array:
-        depth = shape.rim.depth
-        energies: Array = (parameters.c1 * depth / 3.0 + 0.5 * parameters.c2) * depth**2
+        depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
+        energies: Array = (c1 * depth / 3.0 + 0.5 * c2) * depth**2
         return energies
 
     def add_gradient(self, parameters: ContactParameters, shape: Shape, gradient: Array) -> None:
@@ -245,29 +276,35 @@ class ContactEffect(BeltEffect):
 
     def decay(self, parameters: ContactParameters, chain: Chain) -> Decay:
         damping = parameters.damping
-        return Decay(moving=damping.coefficient / chain.mass if damping is not None else 0.0)
+        fastest = float(np.max(damping.coefficient)) if damping is not None else 0.0
+        return Decay(moving=fastest / chain.mass)
+
+
+def coefficients(parameters: ContactParameters, shape: Shape) -> tuple[Array, Array]:
+    """Return c1, N/m^2, and c2, N/m, of the pulley that is nearest to each body, (n,) both."""
+    return parameters.c1[shape.rim.pulley], parameters.c2[shape.rim.pulley]
 
 
 def normal_forces(parameters: ContactParameters, shape: Shape) -> Array:
     """Return the forces of the contacts' springs, (n,), N."""
-    depth = shape.rim.depth
-    return (parameters.c1 * depth + parameters.c2) * depth
+    depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
+    return (c1 * depth + c2) * depth
 
 
 def radial_stiffness(parameters: ContactParameters, shape: Shape) -> Array:
     """Return dN/dp of each body, (n,), N/m."""
-    depth = shape.rim.depth
-    return np.where(depth > 0.0, 2.0 * parameters.c1 * depth + parameters.c2, 0.0)
+    depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
+    return np.where(depth > 0.0, 2.0 * c1 * depth + c2, 0.0)
 
 
 def stiffness_under(parameters: ContactParameters, force: float) -> float:
-    """Return dN/dp of a contact that is pressed by a force, N/m."""
+    """Return dN/dp of the stiffest contact when it is pressed by a force, N/m."""
     c1, c2, _ = parameters
-    return float(np.sqrt(c2 * c2 + 4.0 * c1 * force))
+    return float(np.max(np.sqrt(c2**2 + 4.0 * c1 * force)))
 
 
 def depth_under(parameters: ContactParameters, force: Array) -> Array:
-    """Return how deep contacts are that are pressed by forces, m."""
+    """Return how deep the contact with each pulley is under a force there, (pulleys,), m."""
     c1, c2, _ = parameters
     depth: Array = 2.0 * force / (c2 + np.sqrt(c2**2 + 4.0 * c1 * force))
     return depth

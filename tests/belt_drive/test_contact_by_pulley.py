@@ -1,0 +1,97 @@
+"""Contact that differs by pulley: at rest, in motion, and where it is stated twice."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.effects.contact import ContactEffect
+from tests.support.belt_reference import accelerations, potential
+from tests.support.belt_scenarios import (
+    distance,
+    kick,
+    kinematics,
+    pair,
+    reference,
+    scenario_of,
+    stepped,
+    trio,
+)
+from tests.support.scenarios import Scenario, changed, simulate
+
+# One pulley as the common table has it, two of their own.
+UNLIKE = {
+    "roller": {"c1": 4e7, "c2": 6e5, "damping": 60.0, "p_max": 5e-4},
+    "driven": {"c1": 0.0, "c2": 1e5},
+}
+STIFF_DRIVEN = {"driven": {"c1": 3e7, "c2": 8e5, "damping": 100.0, "p_max": 2e-4}}
+
+
+def test_at_rest_each_contact_has_its_own_law() -> None:
+    scenario = scenario_of(trio(effects__contact__pulleys=UNLIKE))
+    model = assemble(scenario)
+    belt = reference(scenario, model.system.chain.length)
+    x, y, phi, *_, theta, omega = kinematics(model.state, model)
+    still = np.zeros(belt.n)
+    at = accelerations(belt, 0.0, x, y, phi, still, still, still, theta, 0.0 * omega, mu=0.0)
+    tension = float(np.mean(at.tension))
+    assert tension == pytest.approx(200.0, rel=1e-7)
+    assert np.hypot(at.ax, at.ay).max() * belt.m < 1e-7 * tension
+    assert np.array_equal(at.pulley, model.equilibrium.pulley)
+    np.testing.assert_allclose(at.N, model.equilibrium.normal_force, rtol=1e-9)
+    depths = [np.max(at.p[at.pulley == j]) for j in range(3)]
+    assert depths[1] < 0.7 * depths[0] < 0.7 * depths[2]
+
+
+def test_the_energy_has_the_depth_of_each_contact() -> None:
+    done = simulate(trio(effects__contact__pulleys=UNLIKE, solver__duration=0.01))
+    assert done.checks["energy_balance"].ok
+    belt = reference(done.scenario, assemble(done.scenario).system.chain.length)
+    c = done.channels
+    found = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
+    stored = c["energy_potential"]
+    assert stored[-1] - stored[0] == pytest.approx(found[1] - found[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["moreau", "rkf45"])
+def test_tables_that_repeat_the_common_one_change_no_bit(backend: str) -> None:
+    data = trio(solver__backend=backend, solver__duration=5e-3)
+    common = data["effects"]["contact"]
+    names = [pulley["name"] for pulley in data["mechanism"]["pulleys"]]
+    own = {key: value for key, value in common.items() if key != "reference_bodies"}
+    repeated = changed(data, effects__contact__pulleys=dict.fromkeys(names, own))
+    empty = changed(data, effects__contact__pulleys={name: {} for name in names})
+    expected = stepped(data).state
+    assert np.array_equal(stepped(repeated).state, expected)
+    assert np.array_equal(stepped(empty).state, expected)
+
+
+def test_both_methods_agree_on_unlike_contacts() -> None:
+    """Fixed steps solve for the dampers of the contacts, adaptive ones evaluate them."""
+    data = pair(
+        effects__contact__pulleys=STIFF_DRIVEN, effects__belt_friction=None, solver__duration=2e-3
+    )
+
+    def end(backend: str, of: Scenario, **settings: Any) -> Any:
+        own = {**of["solver"], "backend": backend, **settings}
+        return stepped(changed(of, solver=own), kick(2e-2))
+
+    exact = end("rkf45", data, rtol=1e-9)
+    assert distance(end("moreau", data, step=1e-6), exact) < 1e-5
+    # What would be missed if a number of either pulley stood for both.
+    for key, value in STIFF_DRIVEN["driven"].items():
+        own = {"driven": {**STIFF_DRIVEN["driven"], key: data["effects"]["contact"][key]}}
+        assert value != own["driven"][key]
+        other = end("moreau", changed(data, effects__contact__pulleys=own), step=1e-6)
+        assert distance(other, exact) > 5e-3, key
+
+
+def test_the_stiffest_contact_bounds_the_steps() -> None:
+    """A contact under the force F has the stiffness sqrt(c2^2 + 4 c1 F)."""
+    model = assemble(scenario_of(pair(effects__contact__pulleys=STIFF_DRIVEN)))
+    force = 2.0 * float(np.max(model.equilibrium.normal_force))
+    expected = (8e5**2 + 4.0 * 3e7 * force) ** 0.5
+    assert model.contact_stiffness == pytest.approx(expected, rel=1e-12)
+    contact, chain = model.system.effects.contact, model.system.chain
+    assert ContactEffect().decay(contact, chain).moving == pytest.approx(100.0 / chain.mass)
