@@ -1,7 +1,7 @@
 """Makes all tables and pictures of `results/` anew, but hard.json.
 
 Run it as `python -m tests.benchmarks.results`, or with the names of some of its parts behind;
-it takes about a quarter of an hour, one process at a time.
+it takes about half an hour, one process at a time.
 """
 
 import sys
@@ -14,6 +14,8 @@ from tests.benchmarks.results_laws import laws
 from tests.benchmarks.results_mesh import mesh
 from tests.benchmarks.results_paper import paper
 from tests.benchmarks.results_pulley import pulley
+from tests.benchmarks.results_seat import seat
+from tests.benchmarks.results_wrap import wrap
 
 PICTURES = ("pulley_return", "marble_machine", "epicyclic")
 FEW = ("--max-wall", "10", "--repeats", "2")
@@ -70,6 +72,8 @@ PARTS: dict[str, Callable[[], None]] = {
     "laws": laws,
     "mesh": mesh,
     "paper": paper,
+    "wrap": wrap,
+    "seat": seat,
 }
 
 
