@@ -100,9 +100,9 @@ def numbers(name: str) -> list[list[str]]:
         return list(csv.reader(line for line in file if not line.startswith("#")))[1:]
 
 
-def page_rows(heading: str) -> list[list[str]]:
-    """Return the cells of the table of the belt's page that begins like this."""
-    text = (RESULTS.parent / "docs/mechanisms/belt-drive.md").read_text(encoding="utf-8")
+def page_rows(heading: str, page: str = "belt-drive") -> list[list[str]]:
+    """Return the cells of the table of a page on belts that begins like this."""
+    text = (RESULTS.parent / f"docs/mechanisms/{page}.md").read_text(encoding="utf-8")
     table = text.split(heading)[1].split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
 
@@ -121,6 +121,28 @@ def test_the_page_has_the_meshes_of_the_table() -> None:
         for cell, value in zip(cells, figures, strict=True):
             digits = len(cell.partition(".")[2])
             assert cell == f"{value:.{digits}f}"
+
+
+def assert_same_figures(shown: list[list[str]], measured: list[list[str]]) -> None:
+    """Check that cells are those of a table, rounded to the digits that are shown."""
+    assert len(shown) == len(measured)
+    for row, figures in zip(shown, measured, strict=True):
+        for cell, figure in zip(row, figures, strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == figure or cell == f"{float(figure):.{digits}f}"
+
+
+def test_the_page_has_the_wrap_factors_of_the_table() -> None:
+    kept = [row for row in numbers("belt_wrap") if row[0] == "corrected"]
+    measured = [row[1:10] for row in kept]
+    shown = page_rows("| bending | bodies | T1, N |")
+    assert_same_figures(shown, measured)
+
+
+def test_the_page_has_the_depths_of_the_table() -> None:
+    measured = [[row[0], row[1], *row[3:10]] for row in numbers("belt_seat") if row[2] == "without"]
+    shown = page_rows("| stiffness over the paper's | bodies", "belt-contact")
+    assert_same_figures(shown, measured)
 
 
 def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:

@@ -32,8 +32,8 @@ HEADING = (
     *("unloaded: slip [%]", "warning"),
 )
 RECORDED = "output.channels=['pulley_speed', 'pulley_index', 'sticking', 'tension']"
-# Long enough for as many bodies to pass: a fine mesh has more of them in a second.
-DURATION, OF_FINE, FINE, UNLOADED = 2.0, 1.2, 600, 0.8  # s
+# Loaded and without load, s: enough of a fine mesh passes in less time.
+DURATIONS, FINE, OF_FINE = (2.0, 2.0), 1200, (1.2, 0.8)
 # The resistance goes on with the speed: so coarse meshes have one, too.
 LOAD = (
     "drive.driven.torque={speed = [-251.327412, 251.327412], value = [150.0, -150.0]}",
@@ -102,8 +102,9 @@ def tabulate(rows: list[Row]) -> None:
 def measure(model: str, bending: str, count: int) -> Row:
     """Run one mesh, loaded and without load."""
     say(f"  {model}, {count} bodies, {bending} bending")
-    loaded = _run(model, bending, count, OF_FINE if count >= FINE else DURATION, LOAD)
-    idle = _run(model, bending, count, UNLOADED, IDLE)
+    durations = OF_FINE if count >= FINE else DURATIONS
+    loaded = _run(model, bending, count, durations[0], LOAD)
+    idle = _run(model, bending, count, durations[1], IDLE)
     tight, slack = quantity_of(loaded, "tension_tight"), quantity_of(loaded, "tension_slack")
     found = Row(
         *(model, bending, count, tight, slack),
@@ -172,11 +173,15 @@ def _limit(rows: list[Row], model: str, bending: str) -> float:
 
 
 def _order(rows: list[Row], model: str, bending: str, limit: float) -> str:
-    """Return in words how fast the slip comes to its limit, from mesh to mesh."""
+    """Return in words how fast the slip comes to its limit, from mesh to mesh.
+
+    Where the limit follows from the two finest meshes, these say nothing about an order.
+    """
     family = _family(rows, model, bending)
+    known = family[:-1] if model == "corrected" else family
     orders = [
         log2(abs((coarse.ratio - limit) / (fine.ratio - limit))) / log2(fine.bodies / coarse.bodies)
-        for coarse, fine in pairwise(family)
+        for coarse, fine in pairwise(known)
     ]
     listed = ", ".join(f"{order:.1f}" for order in orders)
     own = _limit(rows, model, bending)
