@@ -8,21 +8,17 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import (
     NO_FRICTION,
-    Array,
     kick,
     pair,
     scenario_of,
     shipped,
     stepped,
 )
+from tests.support.belt_waves import waves
 from tests.support.scenarios import Scenario, changed, simulate
 
 # --- capstan -------------------------------------------------------------------------------------
@@ -74,28 +70,6 @@ def test_the_limit_of_the_torque_is_that_of_the_capstan() -> None:
 # --- waves ---------------------------------------------------------------------------------------
 
 
-def eigenfrequencies(model: BeltModel) -> Array:
-    """Return the angular frequencies of the belt about its rest position, from its rates."""
-    a = model
-    n, width = a.system.chain.bodies, a.system.layout.width
-    places = [row * width + i for row in range(3) for i in range(n)]
-    # Frequencies of a motion in m and in rad: levers of a body's length make them alike.
-    lever = np.repeat([1.0, 1.0, 1.0 / a.system.chain.length], n)
-    change = 1e-8
-    matrix = np.zeros((3 * n, 3 * n))
-    for column, place in enumerate(places):
-        for sign in (1.0, -1.0):
-            state, rate = a.state.copy(), np.zeros_like(a.state)
-            state[place] += sign * change * lever[column]
-            motion = kinematics_of(state, a.system.layout)
-            find_contact_candidates(a.system, motion)
-            rhs(0.0, 0.0, state, rate, a.system)
-            moved = rate[[3 * width + p for p in places]] / lever
-            matrix[:, column] += sign * moved / (2.0 * change)
-    found: Array = np.sqrt(np.maximum(-np.linalg.eigvals(matrix).real, 0.0))
-    return found
-
-
 STILL = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
 BELTS = {
     "pair": pair(**STILL),
@@ -111,7 +85,7 @@ BELTS = {
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
     model = assemble(scenario_of(BELTS[name]))
     found, _ = max_frequency_and_decay(model.system, model.equilibrium)
-    highest = np.max(eigenfrequencies(model))
+    highest = np.max(waves(model)[0])
     # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
     assert highest * 0.999 <= found <= highest * (1.12 if name == "tight" else 1.03)
 
@@ -130,7 +104,7 @@ def energy_at(step: float) -> float:
 
 def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPatch) -> None:
     model = assemble(scenario_of(BELTS["pair"]))
-    highest = float(np.max(eigenfrequencies(model)))
+    highest = float(np.max(waves(model)[0]))
     limit = 2.0 / max_frequency_and_decay(model.system, model.equilibrium)[0]
     assert limit <= 2.0 / highest
     assert energy_at(0.99 * limit) < 10.0

@@ -69,7 +69,7 @@ def solve(
     """Run a shipped scenario with keys set and effects left out, within a budget of wall time."""
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
-        del data["effects"][effect]
+        data["effects"].pop(effect, None)
     for override in overrides:
         apply_override(data, override)
     scenario = validate(data, SCENARIOS)

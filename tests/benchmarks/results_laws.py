@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from frictionsim.plots.style import BLACK, add_legend, line
+from frictionsim.plots.style import BLACK, add_legend, line_style
 from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
@@ -222,7 +222,7 @@ def _over_tolerance(panel: Any, rows: list[Row], quantity: str) -> list[Any]:
 
 
 def _style(number: int) -> dict[str, Any]:
-    return line(number) if number else {"color": BLACK, "linewidth": 1.5}
+    return line_style(number) if number else {"color": BLACK, "linewidth": 1.5}
 
 
 def _over_speed(panel: Any, rows: list[Row], quantity: str) -> list[Any]:
@@ -233,6 +233,6 @@ def _over_speed(panel: Any, rows: list[Row], quantity: str) -> list[Any]:
     for number, rtol in zip((4, 6, 7), TOLERANCES, strict=True):
         found = [r for r in rows if r.case.law == SMOOTHED and r.case.rtol == rtol]
         x, y = [r.case.speed for r in found], [getattr(r, quantity) for r in found]
-        style = line(number) | {"marker": "x"}
+        style = line_style(number) | {"marker": "x"}
         handles += panel.plot(x, y, **style, label=f"smoothed, rtol {rtol:g}")
     return handles

@@ -1,4 +1,4 @@
-"""How fine a belt has to be divided: spans, slip and speeds over the number of bodies."""
+"""How fine a belt without wrap factors has to be divided: spans, slip, speeds over its bodies."""
 
 from math import isnan, pi
 from typing import Any, NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from frictionsim.plots.style import add_legend, line
+from frictionsim.plots.style import add_legend, line_style
 from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
@@ -86,7 +86,8 @@ def mesh(scale: float = 1.0) -> None:
 
 def _measure(scenario: BeltDriveScenario, bends: bool, count: int, scale: float) -> tuple[Any, ...]:
     say(f"  {scenario.base}, {count} bodies, {'with' if bends else 'without'} bending")
-    settings = ("solver.backend=moreau", f"mechanism.belt.bodies={count}", CHANNELS)
+    mesh_of = (f"mechanism.belt.bodies={count}", "mechanism.belt.wrap=polygon")
+    settings = ("solver.backend=moreau", *mesh_of, CHANNELS)
     without = () if bends else ("bending",)
     solve(scenario.base, *settings, *WARM_UP_FRACTION, without=without)
     duration = f"solver.duration={scenario.duration * scale}"
@@ -218,5 +219,5 @@ def _draw_family(panel: Any, rows: list[tuple[Any, ...]], column: int, number: i
     values = np.array([row[column] for row in rows], dtype=float)
     if column in COMPARED:
         bodies, values = bodies[:-1], 100.0 * np.abs(values[:-1] / values[-1] - 1.0)
-    style = line(number) | {"marker": MARKERS[number]}
+    style = line_style(number) | {"marker": MARKERS[number]}
     return panel.plot(bodies, values, **style, label=_name(rows[0]))[0]

@@ -4,7 +4,16 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, add_legend, grid, line
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    add_legend,
+    grid,
+    line_style,
+)
 from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import WIDTH, quantity_of, save_picture, say, solve
 from tests.support.problems import RAMP
@@ -103,7 +112,7 @@ def _figure(done: RunResult) -> Figure:
 def _draw(axes: Any, done: RunResult) -> list[Any]:
     handles = []
     for number, (name, (factor, words, colour)) in enumerate(CURVES.items()):
-        style = line(number) | {"color": colour}
+        style = line_style(number) | {"color": colour}
         handles += axes.plot(done.time, factor * done.channels[name], **style, label=words)
     dots: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 3.5, "linestyle": "none"}
     for time, *exact in RAMP:
