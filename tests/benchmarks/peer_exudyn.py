@@ -61,17 +61,17 @@ CASES = (
     Case(),
     Case(bristle=2.5e8),
     Case(segments=4),
-    Case(elements=240),
-    Case(contact=4.0 * CONTACT),
-    Case(damping=0.0),
-    Case(reference="as given"),
-    Case(bristle=2.5e10, step=2.5e-5),
     Case(elements=60),
+    Case(damping=0.0),
     Case(reference="unstretched"),
+    Case(reference="as given"),
+    Case(contact=4.0 * CONTACT),
     Case(bristle=2.5e7),
     Case(segments=1),
+    Case(bristle=2.5e10, step=2.5e-5),
     Case(step=2.5e-5),
     Case(contact=16.0 * CONTACT),
+    Case(elements=240),
 )
 
 
