@@ -7,7 +7,7 @@ import numpy as np
 
 from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import quantity_of, warning_on
-from tests.benchmarks.validation_models import CORRECTED, MODELS, POLYGON, Model, run
+from tests.benchmarks.validation_models import CORRECTED, MODELS, POLYGON, STRING, Model, run
 from tests.support.belt_closed_forms import SECTION_4, capstan, capstan_with_bending, creep
 
 BODIES = (60, 150, 300, 600)
@@ -101,9 +101,11 @@ def _arc_over_span(found: RunResult, late: Any) -> float:
 
 def full_slip() -> list[tuple[Any, ...]]:
     """Measure the ratio of the tensions where the belt slips on the driver as a whole."""
-    rows = [_slip_row(model, False, bodies, SLOW) for model in MODELS for bodies in BODIES]
-    rows += [_slip_row(model, False, 300, speed) for model in MODELS for speed in SPEEDS]
-    rows += [_slip_row(m, True, bodies, SLOW) for m in (POLYGON, CORRECTED) for bodies in BODIES]
+    rows = [_slip_row(model, False, bodies, SLOW) for model in MODELS for bodies in BODIES[:3]]
+    rows += [_slip_row(m, False, 300, speed) for m in (CORRECTED, STRING) for speed in SPEEDS]
+    rows += [
+        _slip_row(m, True, bodies, SLOW) for m in (POLYGON, CORRECTED) for bodies in (150, 300)
+    ]
     return [row for row in rows if row is not None]
 
 
@@ -117,7 +119,7 @@ def _slip_row(model: Model, bends: bool, bodies: int, speed: float) -> tuple[Any
         f"drive.driver={{speed = {{time = [0.0, 0.1], value = [0.0, {-1.5 * turning - 100.0}]}}}}",
         f"drive.driven={{speed = {{time = [0.0, 0.1], value = [0.0, {-turning}]}}}}",
         "output.channels=['pulley_speed']",
-        "solver.duration=0.4",
+        "solver.duration=0.3",
         without=() if bends else ("bending",),
     )
     if done is None:

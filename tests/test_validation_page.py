@@ -1,0 +1,106 @@
+"""The page on validation has the numbers of its file, and these are what belts promise."""
+
+from math import exp, log, pi
+from typing import Any
+
+import pytest
+
+from tests.benchmarks.validation import MEASURED, PAGE, PARTS, load, rendered
+from tests.support.belt_closed_forms import (
+    SECTION_4,
+    capstan_with_bending,
+    creep,
+    sag,
+    transverse_mode,
+    two_pulley_mode,
+)
+
+NUMBERS = load()
+
+
+def rows(part: str) -> list[dict[str, Any]]:
+    """Return the rows of a part, by the headings of its columns."""
+    found = NUMBERS[part]
+    return [dict(zip(found["heading"], row, strict=True)) for row in found["rows"]]
+
+
+def test_the_page_shows_each_part_that_is_measured() -> None:
+    shown = [name for _, name, _ in MEASURED.findall(PAGE.read_text(encoding="utf-8"))]
+    assert shown == list(PARTS)
+    assert set(NUMBERS) == set(PARTS)
+
+
+def test_the_page_has_the_numbers_of_the_file() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    assert rendered(page, NUMBERS) == page, "python -m tests.benchmarks.validation --page writes it"
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_numbers_have_the_columns_of_the_command(part: str) -> None:
+    assert tuple(NUMBERS[part]["heading"]) == PARTS[part].heading
+
+
+def test_torques_balance_from_150_bodies_on() -> None:
+    found = {
+        (row["model"], row["bodies"]): row["T1 - T2, N"]
+        for row in rows("drive")
+        if row["model"] != "closed form"
+    }
+    for (model, bodies), force in found.items():
+        if model == "corrected" and bodies >= 150:
+            assert force == pytest.approx(15.0 / 0.027, rel=1e-3)
+        if model == "string":
+            assert force == pytest.approx(15.0 / 0.027, rel=1e-4)
+    assert abs(found["polygon", 150] - 15.0 / 0.027) > 4.0
+
+
+def test_full_slip_is_within_half_a_percent_at_300_bodies() -> None:
+    fine = [row["off, %"] for row in rows("slip") if row["bodies"] >= 300]
+    assert len(fine) >= 4
+    assert max(map(abs, fine)) < 0.5
+
+
+def test_weight_is_exact() -> None:
+    found = [row["off, %"] for row in rows("waves") if "span, mm" in row["what"]]
+    assert found
+    assert max(map(abs, found)) < 0.02
+
+
+def test_creep_meets_the_capstan_where_all_of_an_arc_slides() -> None:
+    mu = 0.3
+    steady = creep(SECTION_4, 13.0, mu, 0.5)
+    assert steady.tight - steady.slack == pytest.approx(13.0 / 0.027, rel=1e-12)
+    momentum = 0.096 * 0.5**2
+    ratio = (steady.tight - momentum) / (steady.slack - momentum)
+    assert steady.sliding == pytest.approx(log(ratio) / mu, rel=1e-12)
+    assert 0.9 * pi < steady.sliding < pi
+
+
+def test_creep_without_load_has_the_pretension() -> None:
+    steady = creep(SECTION_4, 1e-6, 1.0, 0.0)
+    assert [steady.tight, steady.slack] == pytest.approx([555.0, 555.0], rel=1e-6)
+    assert steady.slip == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_belt_that_hardly_bends_obeys_the_plain_capstan() -> None:
+    ratios = [capstan_with_bending(0.3, pi, rigidity, 0.027, 770.0) for rigidity in (1e-8, 0.026)]
+    assert ratios[0] == pytest.approx(exp(0.3 * pi), rel=1e-3)
+    assert ratios[1] == pytest.approx(2.49, abs=5e-3)
+
+
+def test_a_massless_belt_is_a_spring_between_the_pulleys() -> None:
+    light = SECTION_4._replace(mass=1e-9)
+    stiffness = 4.0 * light.axial * (1.0 + 555.0 / light.axial) / light.distance
+    assert two_pulley_mode(light) == pytest.approx(
+        (stiffness * light.radius**2 / light.inertia) ** 0.5, rel=1e-6
+    )
+
+
+def test_overtones_across_a_span_are_multiples() -> None:
+    assert transverse_mode(SECTION_4, 3) == pytest.approx(3.0 * transverse_mode(SECTION_4, 1))
+
+
+def test_the_sag_of_a_taut_span_is_that_of_a_parabola() -> None:
+    parabola = SECTION_4.mass * 9.81 * SECTION_4.distance**2 / (8.0 * 555.0)
+    stretched = 1.0 + 555.0 / SECTION_4.axial
+    assert sag(SECTION_4, 555.0, 9.81) == pytest.approx(parabola / stretched, rel=1e-6)
