@@ -39,11 +39,15 @@ def run(
     try:
         solve(base, *settings, *kept, *WARM_UP_FRACTION, without=left)
         done = solve(base, *settings, *kept, without=left)
-    except (InputError, ValidationFailure) as error:
-        return _left_out(model, bodies, str(error))
-    return done if done.status == "done" else _left_out(model, bodies, done.reason)
+    except ValidationFailure as error:
+        return _left_out(model.name, "; ".join(error.lines()))
+    except InputError as error:
+        return _left_out(f"{model.name}, {bodies} bodies", str(error))
+    if done.status != "done":
+        return _left_out(f"{model.name}, {bodies} bodies", done.reason)
+    return done
 
 
-def _left_out(model: Model, bodies: int, reason: str) -> None:
+def _left_out(what: str, reason: str) -> None:
     say(f"  left out: {reason}")
-    REFUSED.append(f"{model.name}, {bodies} bodies, is left out: {' '.join(reason.split())}")
+    REFUSED.append(f"Left out: {what} ({' '.join(reason.split())}).")
