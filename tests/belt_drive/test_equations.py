@@ -105,7 +105,8 @@ class Both:
         self.held = (np.arange(n) + seed) % 3 == 0
         count = a.system.contacts.offsets[-1]
         body = a.system.contacts.body[:count].astype(int)
-        a.system.contacts.table[STICKING, :count] = self.held[body]
+        # What fills a block of candidates up may stand behind the last body.
+        a.system.contacts.table[STICKING, :count] = self.held[np.minimum(body, n - 1)]
         if a.system.friction is not None:
             update_contact_modes(a.system.contacts)
 

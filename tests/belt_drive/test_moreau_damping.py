@@ -87,13 +87,14 @@ def strike(share_stuck: float, seed: int, wrap: str = "corrected") -> Strike:
     after = before.copy()
     after[3:, :n] += 0.1 * before[3:, ::-1][:, -n:]
     effects, contacts = a.system.effects, a.system.contacts
-    joint_forces(a.system.chain, effects.axial_damping.stiffness, before, a.system.workspace)
+    joint_forces(a.system.chain, effects.axial_damping, before, a.system.workspace)
     find_contact_candidates(a.system, before)
     contact_forces(before, contacts, effects.contact)
     speeds = np.array([3.0, -2.0])
     a.system.pulleys.table[ALPHA] = speeds
     table, count = a.system.contacts.table, a.system.contacts.offsets[-1]
     body = a.system.contacts.body[:count].astype(int)
+    body = np.minimum(body, n - 1)  # what fills a block up may stand behind the last body
     belt = reference(scenario, a.system.chain.length)
     kappa = np.array([corners(belt, i, before[2, :n], before[5, :n])[0] for i in range(n)])
     for row, motion, sign in ((SLIP, before, 1.0), (STICK_BIAS, after, -1.0)):

@@ -157,13 +157,13 @@ def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
 
 def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
     """Return room for as many candidates as there could ever be: all bodies."""
-    size = (layout.bodies + SIMD_WIDTH) * pulleys // SIMD_WIDTH * SIMD_WIDTH
+    size = layout.width * pulleys + SIMD_WIDTH
     return Contacts(
         np.zeros(pulleys + 1, dtype=np.int64),
         np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
         aligned_zeros(CONTACT_ROWS, size),
-        np.zeros((2, layout.bodies)),
-        wrap_factors(layout.width, size) if corrected else None,
+        np.zeros((2, layout.width)),
+        wrap_factors(size) if corrected else None,
     )
 
 

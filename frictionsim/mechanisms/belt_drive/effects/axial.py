@@ -33,25 +33,22 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stiffness,
     Waves,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
+    BEND,
     COS,
-    DAMPER,
     DAMPER_X,
     DAMPER_Y,
     FORCE_X,
     FORCE_Y,
-    RIGHT_VX,
-    RIGHT_VY,
-    RIGHT_X,
-    RIGHT_Y,
     SIN,
     SPIN,
     VX,
     VY,
     X,
     Y,
+    full_vectors,
 )
 from frictionsim.scenario.schema import Params, unit_field
 
@@ -92,110 +89,135 @@ class AxialParameters(NamedTuple):
 
 
 @inline_kernel
-def cos_sin(n: int, angle: Array, cos: Array, sin: Array) -> None:
-    """Write the cosine and sine of n angles, to a rounding of the angle itself.
+def cos_sin_of(angle: float) -> tuple[float, float]:
+    """Return the cosine and sine of an angle, to a rounding of the angle itself.
 
     A quarter of the angle, less the full turns, goes into two short series; doubling it twice
     gives the angle back. In contrast to a library's functions this needs no branch.
     """
+    z = 0.25 * (angle - FULL_TURN * np.floor(angle / FULL_TURN + 0.5))
+    u = z * z
+    series = S3 + u * (S5 + u * (S7 + u * (S9 + u * (S11 + u * (S13 + u * S15)))))
+    s = z + z * u * series
+    c = 1.0 - u * (
+        C2 + u * (C4 + u * (C6 + u * (C8 + u * (C10 + u * (C12 + u * (C14 + u * C16))))))
+    )
+    s2 = 2.0 * s * c
+    return 1.0 - 2.0 * s2 * s2, 2.0 * s2 * (1.0 - 2.0 * s * s)
+
+
+@loop_kernel
+def cos_sin(n: int, angle: Array, cos: Array, sin: Array) -> None:
+    """Write the cosine and sine of n angles."""
     for i in range(n):
-        z = 0.25 * (angle[i] - FULL_TURN * np.floor(angle[i] / FULL_TURN + 0.5))
-        u = z * z
-        series = S3 + u * (S5 + u * (S7 + u * (S9 + u * (S11 + u * (S13 + u * S15)))))
-        s = z + z * u * series
-        c = 1.0 - u * (
-            C2 + u * (C4 + u * (C6 + u * (C8 + u * (C10 + u * (C12 + u * (C14 + u * C16))))))
-        )
-        s2 = 2.0 * s * c
-        sin[i] = 2.0 * s2 * (1.0 - 2.0 * s * s)
-        cos[i] = 1.0 - 2.0 * s2 * s2
+        cos[i], sin[i] = cos_sin_of(angle[i])
+
+
+@loop_kernel
+def turn_bodies(chain: Chain, angle: Array, cos: Array, sin: Array, bend: Array) -> None:
+    """Write the directions of the bodies, and how much the joint behind each is bent."""
+    for k in range(full_vectors(chain.bodies)):
+        cos[k], sin[k] = cos_sin_of(angle[k])
+        bend[k] = angle[k + 1] - angle[k]
 
 
 @inline_kernel
-def joint_forces(chain: Chain, stiffness: float, kinematics: Array, workspace: Array) -> None:
-    """Write directions, right ends and the force of every joint's spring on the body before it.
-
-    Reads X, Y, ANGLE; writes COS, SIN, RIGHT_X, RIGHT_Y, FORCE_X, FORCE_Y.
-    """
-    n, half = chain.bodies, 0.5 * chain.length
-    cos, sin, x, y = workspace[COS], workspace[SIN], kinematics[X], kinematics[Y]
-    right_x, right_y = workspace[RIGHT_X], workspace[RIGHT_Y]
-    force_x, force_y = workspace[FORCE_X], workspace[FORCE_Y]
-    cos_sin(n, kinematics[ANGLE], cos, sin)
-    for k in range(n):
-        right_x[k + 1] = x[k] + half * cos[k]
-    for k in range(n):
-        right_y[k + 1] = y[k] + half * sin[k]
-    right_x[0], right_y[0] = right_x[n], right_y[n]
-    c = stiffness
-    for k in range(n):
-        force_x[k] = c * (x[k] - half * cos[k] - right_x[k])
-    for k in range(n):
-        force_y[k] = c * (y[k] - half * sin[k] - right_y[k])
-
-
-@inline_kernel
-def add_joint_damping(
-    chain: Chain, damping: float | None, kinematics: Array, workspace: Array
-) -> float:
-    """Add the dampers along the joints to their forces; return the power they take, W.
+def joint_force(
+    chain: Chain,
+    axial: AxialParameters,
+    kinematics: Array,
+    directions: tuple[Array, Array],
+    a: int,
+    b: int,
+) -> tuple[float, float, float, float, float]:
+    """Return the force of the joint between bodies a and b, its damper's part, and power, W.
 
     With the spring's force F = c d the damper's is b (d' . F) F / F^2: no root, and no direction
-    to be kept for a joint without length. Reads all kinematics, COS, SIN; writes the rows of RIGHT
-    velocities and dampers; adds to FORCE_X, FORCE_Y.
+    to be kept for a joint without length.
     """
-    power = 0.0
+    cos, sin = directions
+    half, c = 0.5 * chain.length, axial.stiffness
+    x = c * (kinematics[X, b] - kinematics[X, a] - half * (cos[a] + cos[b]))
+    y = c * (kinematics[Y, b] - kinematics[Y, a] - half * (sin[a] + sin[b]))
+    return damped_force(half, axial.damping, kinematics, directions, (a, b), (x, y))
+
+
+@inline_kernel
+def damped_force(
+    half: float,
+    damping: float | None,
+    kinematics: Array,
+    directions: tuple[Array, Array],
+    pair: tuple[int, int],
+    spring: tuple[float, float],
+) -> tuple[float, float, float, float, float]:
+    """Return the force of a joint with the damper that it has, as `joint_force` does."""
+    (cos, sin), (a, b), (x, y) = directions, pair, spring
     if damping is not None:
-        n, half = chain.bodies, 0.5 * chain.length
-        cos, sin = workspace[COS], workspace[SIN]
-        vx, vy, spin = kinematics[VX], kinematics[VY], kinematics[SPIN]
-        right_vx, right_vy = workspace[RIGHT_VX], workspace[RIGHT_VY]
-        force_x, force_y = workspace[FORCE_X], workspace[FORCE_Y]
-        for k in range(n):
-            right_vx[k + 1] = vx[k] - half * sin[k] * spin[k]
-        for k in range(n):
-            right_vy[k + 1] = vy[k] + half * cos[k] * spin[k]
-        right_vx[0], right_vy[0] = right_vx[n], right_vy[n]
-        b, damper = damping, workspace[DAMPER]
-        damper_x, damper_y = workspace[DAMPER_X], workspace[DAMPER_Y]
-        for k in range(n):
-            rate = force_x[k] * (vx[k] + half * sin[k] * spin[k] - right_vx[k]) + force_y[k] * (
-                vy[k] - half * cos[k] * spin[k] - right_vy[k]
-            )
-            damper[k] = b * rate / (force_x[k] * force_x[k] + force_y[k] * force_y[k] + TINY)
-            power += damper[k] * rate
-        for k in range(n):
-            damper_x[k] = damper[k] * force_x[k]
-        for k in range(n):
-            damper_y[k] = damper[k] * force_y[k]
-        for k in range(n):
-            force_x[k] += damper_x[k]
-        for k in range(n):
-            force_y[k] += damper_y[k]
+        turning_a, turning_b = half * kinematics[SPIN, a], half * kinematics[SPIN, b]
+        vx = kinematics[VX, b] - kinematics[VX, a] + (sin[a] * turning_a + sin[b] * turning_b)
+        vy = kinematics[VY, b] - kinematics[VY, a] - (cos[a] * turning_a + cos[b] * turning_b)
+        rate = x * vx + y * vy
+        damper = damping * rate / (x * x + y * y + TINY)
+        part_x, part_y = damper * x, damper * y
+        return x + part_x, y + part_y, part_x, part_y, damper * rate
+    return x, y, 0.0, 0.0, 0.0
+
+
+@loop_kernel
+def force_rows(
+    chain: Chain,
+    axial: AxialParameters,
+    kinematics: Array,
+    directions: tuple[Array, Array],
+    force: tuple[Array, Array],
+    part: tuple[Array, Array],
+) -> float:
+    """Write the forces of the joints from the second one on, behind each body; return the power."""
+    power = 0.0
+    for k in range(full_vectors(chain.bodies)):
+        x, y, part_x, part_y, taken = joint_force(chain, axial, kinematics, directions, k, k + 1)
+        force[0][k], force[1][k] = x, y
+        if axial.damping is not None:
+            part[0][k], part[1][k] = part_x, part_y
+            power += taken if k < chain.bodies - 1 else 0.0
     return power
 
 
 @inline_kernel
-def body_accelerations(chain: Chain, workspace: Array, ax: Array, ay: Array, aphi: Array) -> None:
+def joint_forces(
+    chain: Chain, axial: AxialParameters, kinematics: Array, workspace: Array
+) -> float:
+    """Write what the joints do, springs and dampers; return the power of the dampers, W.
+
+    Reads all kinematics; writes COS, SIN, BEND, the forces and the dampers.
+    """
+    n, cos, sin, bend = chain.bodies, workspace[COS], workspace[SIN], workspace[BEND]
+    angle, force_x, force_y = kinematics[ANGLE], workspace[FORCE_X], workspace[FORCE_Y]
+    part_x, part_y = workspace[DAMPER_X], workspace[DAMPER_Y]
+    turn_bodies(chain, angle, cos, sin, bend[1:])
+    force, part = (force_x[1:], force_y[1:]), (part_x[1:], part_y[1:])
+    power = force_rows(chain, axial, kinematics, (cos, sin), force, part)
+    x, y, by_x, by_y, taken = joint_force(chain, axial, kinematics, (cos, sin), n - 1, 0)
+    force_x[0], force_y[0], part_x[0], part_y[0] = x, y, by_x, by_y
+    force_x[n], force_y[n], part_x[n], part_y[n] = x, y, by_x, by_y
+    bend[0] = bend[n] = angle[0] - angle[n - 1] + chain.total_turning
+    return power + taken
+
+
+@loop_kernel
+def body_accelerations(
+    chain: Chain, joints: tuple[Array, Array, Array, Array], ax: Array, ay: Array, aphi: Array
+) -> None:
     """Write the accelerations of the bodies under the forces of their joints."""
-    n = chain.bodies
-    cos, sin, force_x, force_y = (
-        workspace[COS],
-        workspace[SIN],
-        workspace[FORCE_X],
-        workspace[FORCE_Y],
-    )
-    force_x[n], force_y[n] = force_x[0], force_y[0]
+    cos, sin, force_x, force_y = joints
     inv_mass = 1.0 / chain.mass
     lever = 0.5 * chain.length / chain.inertia
-    for k in range(n):
-        ax[k] = inv_mass * (force_x[k + 1] - force_x[k])
-    for k in range(n):
-        ay[k] = inv_mass * (force_y[k + 1] - force_y[k])
-    for k in range(n):
-        aphi[k] = lever * cos[k] * (force_y[k] + force_y[k + 1])
-    for k in range(n):
-        aphi[k] -= lever * sin[k] * (force_x[k] + force_x[k + 1])
+    for k in range(full_vectors(chain.bodies)):
+        x0, x1, y0, y1 = force_x[k], force_x[k + 1], force_y[k], force_y[k + 1]
+        ax[k] = inv_mass * (x1 - x0)
+        ay[k] = inv_mass * (y1 - y0)
+        aphi[k] = lever * (cos[k] * (y0 + y1) - sin[k] * (x0 + x1))
 
 
 @inline_kernel
@@ -209,42 +231,27 @@ def add_axial_forces(
 ) -> float:
     """Write the accelerations under the joints' springs and dampers: the first of all forces."""
     chain, workspace = system.chain, system.workspace
-    joint_forces(chain, axial.stiffness, kinematics, workspace)
-    power = add_joint_damping(chain, axial.damping, kinematics, workspace)
-    body_accelerations(chain, workspace, ax, ay, aphi)
+    power = joint_forces(chain, axial, kinematics, workspace)
+    joints = (workspace[COS], workspace[SIN], workspace[FORCE_X], workspace[FORCE_Y])
+    body_accelerations(chain, joints, ax, ay, aphi)
     return power
 
 
 @inline_kernel
-def joint_damping_correction(
-    chain: Chain, old: Array, middle: Array, new: Array, workspace: Array, spare: Array
+def damper_power(
+    half: float,
+    dampers: tuple[Array, Array, Array, Array],
+    k: int,
+    v: tuple[float, float, float],
 ) -> float:
-    """Return what dampers along the belt take beyond their heat at the velocities `middle`, W.
+    """Return what the dampers of its two joints take of body k at velocities v, W.
 
-    Their force is that of `middle`, which is extrapolated; what it takes goes by the mean of the
-    velocities before and after. `old`, `middle` and `new` are kinematics; the workspace has what
-    the dampers were called with; `spare`, (6, width), is written over.
+    D_k is the force of a damper; its power is summed up by bodies:
+    (D_k - D_(k+1)) . v_k - (l/2) (e_k x (D_k + D_(k+1))) phi_k'.
     """
-    heat = 0.0
-    n, half = chain.bodies, 0.5 * chain.length
-    for row in range(VX, SPIN + 1):
-        off, v0, v1, expected = spare[row], old[row], new[row], middle[row]
-        for k in range(n):
-            off[k] = 0.5 * (v0[k] + v1[k]) - expected[k]
-    cos, sin = workspace[COS], workspace[SIN]
-    damper_x, damper_y = workspace[DAMPER_X], workspace[DAMPER_Y]
-    off_x, off_y, off_spin = spare[VX], spare[VY], spare[SPIN]
-    off_right_x, off_right_y = spare[X], spare[Y]
-    for k in range(n):
-        off_right_x[k + 1] = off_x[k] - half * sin[k] * off_spin[k]
-    for k in range(n):
-        off_right_y[k + 1] = off_y[k] + half * cos[k] * off_spin[k]
-    off_right_x[0], off_right_y[0] = off_right_x[n], off_right_y[n]
-    for k in range(n):
-        stretch_x = off_x[k] + half * sin[k] * off_spin[k] - off_right_x[k]
-        stretch_y = off_y[k] - half * cos[k] * off_spin[k] - off_right_y[k]
-        heat += damper_x[k] * stretch_x + damper_y[k] * stretch_y
-    return heat
+    cos, sin, x, y = dampers
+    lever = sin[k] * (x[k] + x[k + 1]) - cos[k] * (y[k] + y[k + 1])
+    return (x[k] - x[k + 1]) * v[0] + (y[k] - y[k + 1]) * v[1] + half * lever * v[2]
 
 
 @inline_kernel

@@ -35,12 +35,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Stage
+from frictionsim.mechanisms.belt_drive.effects.friction_rows import (
+    add_friction_rows,
+    project_rows,
+    sticking_rows,
+)
 from frictionsim.mechanisms.belt_drive.effects.friction_tables import BeltFrictionTable
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD,
     BACKWARD_LIMIT,
+    BEND,
+    BEND_RATE,
     BODY_VX,
     BODY_VY,
     FORWARD,
@@ -68,9 +75,11 @@ from frictionsim.mechanisms.belt_drive.kernels.wrap import (
 from frictionsim.solvers import friction_curve as curve
 
 if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
+    from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
 
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
 PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
@@ -156,25 +165,16 @@ def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
 @inline_kernel
 def solve_sticking(
     set_valued: SetValuedFriction | None,
-    contacts: "Contacts",
-    pulleys: "Pulleys",
-    mass: float,
+    system: "System",
     ax: Array,
     ay: Array,
 ) -> None:
     """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
     if set_valued is not None:
-        table, body, count = contacts.table, contacts.body, contacts.offsets[-1]
-        nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        bias, slip, inv_distance = table[STICK_BIAS], table[SLIP], table[INV_DISTANCE]
-        inv_relaxation_time = 1.0 / set_valued.relaxation_time
-        for s in range(count):
-            i = body[s]
-            along = vy[s] * nx[s] - vx[s] * ny[s]
-            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
-            bias[s] = slip[s] * inv_relaxation_time - (ay[i] * nx[s] - ax[i] * ny[s]) + turning
-        correct_stick_bias(contacts.wrap, inv_relaxation_time, contacts)
-        friction_limits(contacts, 1.0)
+        contacts, pulleys, mass = system.contacts, system.pulleys, system.chain.mass
+        rate = 1.0 / set_valued.relaxation_time
+        plane_sticking(system.effects.contact, rate, system, ax, ay)
+        line_sticking(system.line, rate, contacts, ax)
         alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
         for j in pulleys.free:
             alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
@@ -182,18 +182,35 @@ def solve_sticking(
 
 
 @inline_kernel
-def correct_stick_bias(
-    wrap: "WrapFactors | None", inv_relaxation_time: float, contacts: "Contacts"
+def plane_sticking(
+    contact: "ContactParameters | None", rate: float, system: "System", ax: Array, ay: Array
 ) -> None:
-    """Make the rate of kappa v . t of the rate of v . t in STICK_BIAS."""
-    if wrap is not None:
-        table, factor, rate = contacts.table, wrap.factor, wrap.rate
-        nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        bias, slip = table[STICK_BIAS], table[SLIP]
+    """Write STICK_BIAS and the limits of the friction of bodies in the plane, N; reads BEND_RATE.
+
+    Slip relaxes at a rate, 1/s.
+    """
+    if contact is not None:
+        contacts, table, workspace = system.contacts, system.contacts.table, system.workspace
+        bodies = (contacts.body, ax, ay, workspace[BEND], workspace[BEND_RATE])
+        moving = (
+            *(table[NX], table[NY], table[BODY_VX], table[BODY_VY]),
+            *(table[INV_DISTANCE], table[SLIP]),
+        )
+        normal = (table[NORMAL], table[FORWARD], table[BACKWARD])
+        written = (table[STICK_BIAS], table[FORWARD_LIMIT], table[BACKWARD_LIMIT])
+        sticking_rows(rate, bodies, moving, contacts.wrap, normal, written, contacts.offsets[-1])
+
+
+@inline_kernel
+def line_sticking(
+    line: "PitchLine | None", rate: float, contacts: "Contacts", acceleration: Array
+) -> None:
+    """Write STICK_BIAS and the limits of the friction of a guided string, N."""
+    if line is not None:
+        ny, slip, bias = contacts.table[NY], contacts.table[SLIP], contacts.table[STICK_BIAS]
         for s in range(contacts.offsets[-1]):
-            relaxing = slip[s] * inv_relaxation_time
-            along = vy[s] * nx[s] - vx[s] * ny[s]
-            bias[s] = relaxing + factor[s] * (bias[s] - relaxing) - rate[s] * along
+            bias[s] = slip[s] * rate + acceleration[contacts.body[s]] * ny[s]
+        friction_limits(contacts, 1.0)
 
 
 @inline_kernel
@@ -249,27 +266,19 @@ def solve_pulley_motion(
 def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: Array) -> None:
     """Write FRICTION and STICKING: what sticking needs with the x of each pulley, within limits."""
     table = contacts.table
-    bias, friction, sticking = table[STICK_BIAS], table[FRICTION], table[STICKING]
-    forward, backward = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+    read = (table[STICK_BIAS], table[FORWARD_LIMIT], table[BACKWARD_LIMIT])
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
-        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            needed = mass * mass_ratio(contacts.wrap, s) * (rim + bias[s])
-            friction[s] = min(max(needed, -backward[s]), forward[s])
-        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            needed = mass * mass_ratio(contacts.wrap, s) * (rim + bias[s])
-            sticking[s] = 1.0 if friction[s] == needed else 0.0
+        part = (contacts.offsets[j], contacts.offsets[j + 1])
+        project_rows(part, rim, mass, contacts.wrap, read, table[FRICTION], table[STICKING])
 
 
 @inline_kernel
 def add_friction_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the friction accelerates, or its impulses to velocities."""
-    friction, nx, ny = contacts.table[FRICTION], contacts.table[NX], contacts.table[NY]
-    for s in range(contacts.offsets[-1]):
-        i = contacts.body[s]
-        force = times_factor(contacts.wrap, s, friction[s])
-        ax[i] -= inv_mass * force * ny[s]
-        ay[i] += inv_mass * force * nx[s]
+    table, count = contacts.table, contacts.offsets[-1]
+    read = (table[FRICTION], table[NX], table[NY])
+    add_friction_rows(contacts.body, count, inv_mass, contacts.wrap, read, ax, ay)
 
 
 # --- friction as a function of the slip -----------------------------------------------------------
@@ -324,7 +333,7 @@ def solve_friction(
     """
     contacts, pulleys = system.contacts, system.pulleys
     if law is not None:
-        solve_sticking(law.set_valued, contacts, pulleys, system.chain.mass, ax, ay)
+        solve_sticking(law.set_valued, system, ax, ay)
         regularised_friction(law.regularised, law.creep, contacts, pulleys, elementary_time)
     else:
         pulley_accelerations(contacts, pulleys)

@@ -22,8 +22,9 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stiffness,
     Waves,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import ANGLE, MOMENT, SPIN
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import BEND, BEND_RATE, full_vectors
+from frictionsim.mechanisms.belt_drive.kernels.wrap import bend_rates
 from frictionsim.scenario.schema import Params, unit_field
 
 if TYPE_CHECKING:
@@ -60,28 +61,27 @@ def add_bending(
 ) -> float:
     """Add the moments of the joints; return the power that their dampers take, W.
 
-    Reads ANGLE and SPIN; writes MOMENT; adds to aphi.
+    Reads BEND and SPIN; adds to aphi.
     """
     power = 0.0
     if bending is not None:
-        chain = system.chain
-        n = chain.bodies
-        angle, spin, moment = kinematics[ANGLE], kinematics[SPIN], system.workspace[MOMENT]
-        stiffness, damping = bending.stiffness, bending.damping
-        turned = angle[0] - angle[n - 1] + chain.total_turning
-        turning = spin[0] - spin[n - 1]
-        moment[0] = stiffness * turned + damping * turning
-        power += damping * turning * turning
-        for k in range(1, n):
-            moment[k] = stiffness * (angle[k] - angle[k - 1]) + damping * (spin[k] - spin[k - 1])
-        for k in range(1, n):
-            turning = spin[k] - spin[k - 1]
-            power += damping * turning * turning
-        moment[n] = moment[0]
-        inv_inertia = 1.0 / chain.inertia
-        for k in range(n):
-            aphi[k] += inv_inertia * (moment[k + 1] - moment[k])
+        chain, workspace = system.chain, system.workspace
+        inv_inertia, bend = 1.0 / chain.inertia, workspace[BEND]
+        add_differences(chain.bodies, inv_inertia * bending.stiffness, bend, aphi)
+        if bending.damping > 0.0:
+            bend_rate = workspace[BEND_RATE]
+            bend_rates(chain, kinematics, workspace)
+            add_differences(chain.bodies, inv_inertia * bending.damping, bend_rate, aphi)
+            for k in range(chain.bodies):
+                power += bending.damping * bend_rate[k] * bend_rate[k]
     return power
+
+
+@loop_kernel
+def add_differences(bodies: int, coefficient: float, of_joints: Array, aphi: Array) -> None:
+    """Add to each body the difference of its two joints."""
+    for k in range(full_vectors(bodies)):
+        aphi[k] += coefficient * (of_joints[k + 1] - of_joints[k])
 
 
 class BendingEffect(BeltEffect):

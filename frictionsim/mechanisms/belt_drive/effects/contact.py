@@ -25,7 +25,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stiffness,
     Waves,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BODY_VX,
     BODY_VY,
@@ -36,18 +36,26 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     NX,
     NY,
     RADIUS,
-    STICK_BIAS,
     VX,
     VY,
     X,
     Y,
 )
+from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    Bodies = npt.NDArray[np.uint64]
+    Offsets = npt.NDArray[np.int64]
+
+
+TINY = 1e-300  # what fills a block up may stand in the centre of a pulley
 
 
 class PulleyContactTable(Params):
@@ -104,32 +112,53 @@ class ContactParameters(NamedTuple):
     damping: ContactDamping | None = None
 
 
+@loop_kernel
+def press_bodies(
+    kinematics: Array,
+    body: "Bodies",
+    offsets: "Offsets",
+    rim: tuple[Array, Array, Array],
+    contact: ContactParameters,
+    place: tuple[Array, Array, Array],
+    moving: tuple[Array, Array],
+    normal: Array,
+) -> None:
+    """Write the rows of `contact_forces`."""
+    (centre_x, centre_y, radius), (nx, ny, inv_distance), (vx, vy) = rim, place, moving
+    for j in range(len(contact.c1)):
+        c1, c2, start, count = contact.c1[j], contact.c2[j], offsets[j], offsets[j + 1]
+        while start < count:
+            end = run_end(body, start, count)
+            for s in range(np.uint64(start), np.uint64(end)):
+                i = s + (body[start] - np.uint64(start))
+                dx, dy = kinematics[X, i] - centre_x[s], kinematics[Y, i] - centre_y[s]
+                vx[s], vy[s] = kinematics[VX, i], kinematics[VY, i]
+                square = dx * dx + dy * dy + TINY
+                inverse = 1.0 / np.sqrt(square)
+                p = max(radius[s] - square * inverse, 0.0)
+                normal[s] = p * (c1 * p + c2)
+                nx[s], ny[s], inv_distance[s] = dx * inverse, dy * inverse, inverse
+            start = end
+
+
 @inline_kernel
 def contact_forces(kinematics: Array, contacts: "Contacts", contact: ContactParameters) -> None:
     """Write where the bodies are on their pulleys, how they move, and the spring's part of N.
 
     Reads X, Y, VX, VY; writes NX, NY, INV_DISTANCE, BODY_VX, BODY_VY, NORMAL.
     """
-    x, y, vx, vy = kinematics[X], kinematics[Y], kinematics[VX], kinematics[VY]
-    body, table, count = contacts.body, contacts.table, contacts.offsets[-1]
-    nx, ny, normal, inv_distance = table[NX], table[NY], table[NORMAL], table[INV_DISTANCE]
-    centre_x, centre_y, radius = table[CENTRE_X], table[CENTRE_Y], table[RADIUS]
-    body_vx, body_vy = table[BODY_VX], table[BODY_VY]
-    for s in range(count):
-        i = body[s]
-        nx[s], ny[s] = x[i] - centre_x[s], y[i] - centre_y[s]
-        body_vx[s], body_vy[s] = vx[i], vy[i]
-    for s in range(count):
-        inv_distance[s] = 1.0 / np.sqrt(nx[s] * nx[s] + ny[s] * ny[s])
-    for j in range(len(contact.c1)):
-        c1, c2 = contact.c1[j], contact.c2[j]
-        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            p = max(radius[s] - 1.0 / inv_distance[s], 0.0)
-            normal[s] = p * (c1 * p + c2)
-    for s in range(count):
-        nx[s] *= inv_distance[s]
-    for s in range(count):
-        ny[s] *= inv_distance[s]
+    table, offsets = contacts.table, contacts.offsets
+    rim = (table[CENTRE_X], table[CENTRE_Y], table[RADIUS])
+    place = (table[NX], table[NY], table[INV_DISTANCE])
+    moving = (table[BODY_VX], table[BODY_VY])
+    press_bodies(kinematics, contacts.body, offsets, rim, contact, place, moving, table[NORMAL])
+
+
+@inline_kernel
+def damper_share(share: float) -> float:
+    """Return how much of the damper of a contact acts at such a share of the full depth."""
+    bounded = min(max(share, 0.0), 1.0)
+    return bounded * bounded * (3.0 - 2.0 * bounded)
 
 
 @inline_kernel
@@ -143,8 +172,8 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
         for j in range(len(damping.coefficient)):
             full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
             for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-                depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
-                coefficient = full * depth * depth * (3.0 - 2.0 * depth)
+                depth = radius[s] - 1.0 / inv_distance[s]
+                coefficient = full * damper_share(depth * inv_full_depth)
                 rate = -(vx[s] * nx[s] + vy[s] * ny[s])
                 damped = max(normal[s] + coefficient * rate, 0.0)
                 power += (damped - normal[s]) * rate
@@ -153,58 +182,36 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
 
 
 @inline_kernel
-def add_midpoint_contact_damping(
-    h: float,
-    mass: float,
-    contacts: "Contacts",
-    damping: ContactDamping | None,
-    ax: Array,
-    ay: Array,
-) -> float:
-    """Add the dampers of the contacts, at the mean of the old and the new velocity along n.
-
-    With the acceleration A along n without it and the coefficient b that mean is
-    (v + h A/2)/(1 + h b/(2 m)): stable at any b. Reads the velocities BODY_VX and BODY_VY expected
-    in the middle of the step; adds to NORMAL, ax and ay. Return the power damped, W.
-    """
-    power = 0.0
-    if damping is not None:
-        table = contacts.table
-        normal, nx, ny, more = table[NORMAL], table[NX], table[NY], table[STICK_BIAS]
-        vx, vy, radius = table[BODY_VX], table[BODY_VY], table[RADIUS]
-        inv_distance, count = table[INV_DISTANCE], contacts.offsets[-1]
-        inv_mass = 1.0 / mass
-        for s in range(count):
-            more[s] = vx[s] * nx[s] + vy[s] * ny[s]
-        for j in range(len(damping.coefficient)):
-            full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
-            for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-                depth = min(max((radius[s] - 1.0 / inv_distance[s]) * inv_full_depth, 0.0), 1.0)
-                b = full * depth * depth * (3.0 - 2.0 * depth)
-                rate = -more[s] / (1.0 + 0.5 * h * b * inv_mass)
-                more[s] = max(b * rate, -normal[s])
-                power += more[s] * rate
-        for s in range(count):
-            i = contacts.body[s]
-            normal[s] += more[s]
-            ax[i] += inv_mass * more[s] * nx[s]
-            ay[i] += inv_mass * more[s] * ny[s]
-    return power
-
-
-@inline_kernel
 def add_normal_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the normal forces accelerate."""
-    normal, nx, ny = contacts.table[NORMAL], contacts.table[NX], contacts.table[NY]
-    for s in range(contacts.offsets[-1]):
-        i = contacts.body[s]
-        ax[i] += inv_mass * normal[s] * nx[s]
-        ay[i] += inv_mass * normal[s] * ny[s]
+    table, count = contacts.table, contacts.offsets[-1]
+    add_normal_rows(contacts.body, count, inv_mass, (table[NORMAL], table[NX], table[NY]), ax, ay)
+
+
+@loop_kernel
+def add_normal_rows(
+    body: "Bodies",
+    count: int,
+    inv_mass: float,
+    contact: tuple[Array, Array, Array],
+    ax: Array,
+    ay: Array,
+) -> None:
+    """Add what the normal forces of so many candidates accelerate."""
+    normal, nx, ny = contact
+    start = 0
+    while start < count:
+        end = run_end(body, start, count)
+        for s in range(np.uint64(start), np.uint64(end)):
+            i = s + (body[start] - np.uint64(start))
+            ax[i] += inv_mass * normal[s] * nx[s]
+            ay[i] += inv_mass * normal[s] * ny[s]
+        start = end
 
 
 @inline_kernel
 def add_contacts(
-    contact: ContactParameters,
+    contact: ContactParameters | None,
     system: "System",
     kinematics: Array,
     ax: Array,
@@ -212,13 +219,14 @@ def add_contacts(
     aphi: Array,
 ) -> float:
     """Add the normal forces; return the power that their dampers take, W."""
-    contacts = system.contacts
-    contact_forces(kinematics, contacts, contact)
-    count = contacts.offsets[-1]
-    update_wrap_factors(contacts.wrap, contacts.body, count, system.chain, kinematics)
-    power = add_contact_damping(contacts, contact.damping)
-    add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
-    return power
+    if contact is not None:
+        contacts = system.contacts
+        contact_forces(kinematics, contacts, contact)
+        update_wrap_factors(contacts.wrap, contacts, system.workspace)
+        power = add_contact_damping(contacts, contact.damping)
+        add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
+        return power
+    return 0.0
 
 
 def mesh_scale(scenario: "BeltDriveScenario") -> float:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
-    add_friction_forces,
     slip_velocities,
     solve_friction,
 )
@@ -21,8 +20,10 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ARC_LENGTH,
     ARC_START,
     BODY_VX,
+    FRICTION,
     MIDDLE,
     NORMAL,
+    NY,
     RADIUS,
     TENSION,
 )
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.effects.axial import AxialParameters
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, System
 
     Array = npt.NDArray[np.float64]
 
@@ -62,8 +63,16 @@ def string_rates(
         across = system.workspace[ACROSS]
         slip_velocities(system.contacts, system.pulleys)
         solve_friction(system.effects.belt_friction, system, acceleration, across, h)
-        add_friction_forces(system.contacts, inv_mass, acceleration, across)
+        add_friction(inv_mass, system.contacts, acceleration)
     return damped
+
+
+@inline_kernel
+def add_friction(inv_mass: float, contacts: "Contacts", acceleration: "Array") -> None:
+    """Add what the friction accelerates along the line."""
+    friction, ny, body = contacts.table[FRICTION], contacts.table[NY], contacts.body
+    for s in range(contacts.offsets[-1]):
+        acceleration[body[s]] -= inv_mass * friction[s] * ny[s]
 
 
 @inline_kernel

@@ -36,13 +36,15 @@ def save_modes(contacts: "Contacts") -> None:
 
 @inline_kernel
 def add_candidate(contacts: "Contacts", s: int, body: int, radius: float) -> None:
-    """Write the candidate number s, with the mode that the body had."""
+    """Write the candidate number s, with the mode that the body had.
+
+    One of no radius touches nothing, and has no mode.
+    """
     table = contacts.table
     contacts.body[s], table[RADIUS, s] = body, radius
-    table[MODE, s], table[STICKING, s] = (
-        contacts.saved_modes[0, body],
-        contacts.saved_modes[1, body],
-    )
+    saved = contacts.saved_modes
+    table[MODE, s] = saved[0, body] if radius > 0.0 else 0.0
+    table[STICKING, s] = saved[1, body] if radius > 0.0 else 0.0
     table[FRICTION, s] = 0.0
 
 

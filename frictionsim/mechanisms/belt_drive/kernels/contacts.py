@@ -12,29 +12,23 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.guided_string.line import line_candidates
 from frictionsim.mechanisms.belt_drive.kernels.candidate_list import (
     add_candidate,
-    fill_up,
     save_modes,
     set_initial_mode,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BACKWARD,
-    BODY_VX,
-    BODY_VY,
     CENTRE_X,
     CENTRE_Y,
     FORWARD,
     FRICTION,
-    INV_DISTANCE,
     KINETIC,
     MODE,
     NORMAL,
-    NX,
-    NY,
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
-    RIM_TURN,
+    SIMD_WIDTH,
     SLIP,
     SPEED,
     STATIC,
@@ -45,7 +39,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     Y,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
-    factor_rate,
+    bend_joints,
     times_factor,
     update_wrap_factors,
 )
@@ -80,8 +74,8 @@ def plane_candidates(
     if contact is not None:
         contacts, pulleys, chain = system.contacts, system.pulleys, system.chain
         search(contacts, pulleys, chain.bodies, chain.length, kinematics)
-        count = contacts.offsets[-1]
-        update_wrap_factors(contacts.wrap, contacts.body, count, chain, kinematics)
+        bend_joints(chain, kinematics, system.workspace)
+        update_wrap_factors(contacts.wrap, contacts, system.workspace)
         initial_contact_modes(kinematics, contacts, pulleys)
 
 
@@ -94,14 +88,21 @@ def search(
     save_modes(contacts)
     s = 0
     for j in range(count):
-        contacts.offsets[j] = first = s
+        contacts.offsets[j] = s
         reach = (table[PULLEY_RADIUS, j] + skin) ** 2
-        for i in range(bodies):
-            if (x[i] - table[PULLEY_X, j]) ** 2 + (y[i] - table[PULLEY_Y, j]) ** 2 < reach:
-                add_candidate(contacts, s, i, table[PULLEY_RADIUS, j])
-                s += 1
-        s = fill_up(contacts, first, s)
-        for k in range(first, s):
+        for first in range(0, bodies, SIMD_WIDTH):
+            nearest = np.inf
+            for i in range(first, min(first + SIMD_WIDTH, bodies)):
+                dx, dy = x[i] - table[PULLEY_X, j], y[i] - table[PULLEY_Y, j]
+                nearest = min(nearest, dx * dx + dy * dy)
+            if nearest >= reach:
+                continue
+            for i in range(first, first + SIMD_WIDTH):
+                dx, dy = x[i] - table[PULLEY_X, j], y[i] - table[PULLEY_Y, j]
+                near = i < bodies and dx * dx + dy * dy < reach
+                add_candidate(contacts, s + i - first, i, table[PULLEY_RADIUS, j] if near else 0.0)
+            s += SIMD_WIDTH
+        for k in range(contacts.offsets[j], s):
             contacts.table[CENTRE_X, k] = table[PULLEY_X, j]
             contacts.table[CENTRE_Y, k] = table[PULLEY_Y, j]
     contacts.offsets[count] = s
@@ -128,8 +129,9 @@ def assign_friction_coefficients(
     if friction is not None:
         for j in range(pulleys):
             for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-                contacts.table[STATIC, s] = friction.static[j, contacts.body[s]]
-                contacts.table[KINETIC, s] = friction.kinetic[j, contacts.body[s]]
+                i = min(contacts.body[s], np.uint64(friction.static.shape[1] - 1))
+                contacts.table[STATIC, s] = friction.static[j, i]
+                contacts.table[KINETIC, s] = friction.kinetic[j, i]
         select_friction_coefficients(contacts)
 
 
@@ -166,25 +168,3 @@ def update_contact_modes(contacts: "Contacts") -> bool:
             mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
         table[MODE, s] = mode
     return select_friction_coefficients(contacts)
-
-
-@inline_kernel
-def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
-    """Write the velocities along t of the candidates, with their wrap factors."""
-    nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
-    for s in range(contacts.offsets[-1]):
-        i = body[s]
-        along[s] = times_factor(contacts.wrap, s, vy[i] * nx[s] - vx[i] * ny[s])
-
-
-@inline_kernel
-def predict_rim_turn(h: float, contacts: "Contacts") -> None:
-    """Write RIM_TURN from the velocities that were expected in the middle of the step."""
-    table, wrap = contacts.table, contacts.wrap
-    nx, ny, vx, vy = table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-    inv_distance, turn = table[INV_DISTANCE], table[RIM_TURN]
-    for s in range(contacts.offsets[-1]):
-        along = vy[s] * nx[s] - vx[s] * ny[s]
-        away = vx[s] * nx[s] + vy[s] * ny[s]
-        turn[s] = -0.5 * h * times_factor(wrap, s, along * away * inv_distance[s])
-        turn[s] += 0.5 * h * along * factor_rate(wrap, s)

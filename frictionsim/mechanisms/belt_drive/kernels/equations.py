@@ -1,8 +1,9 @@
 """The equations of motion of a belt drive, composed of the effects that its scenario names."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects.base import Stage
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     add_friction_forces,
     friction_power,
@@ -21,6 +22,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     PULLEY_RADIUS,
     SPEED,
     TORQUE,
+    clear_padding,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
     PrescribedSpeeds,
@@ -31,26 +33,37 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
     derivative,
     value,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_rates
+from frictionsim.mechanisms.belt_drive.kernels.wrap import update_bend_rates
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import numpy as np
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
     from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
 
+
+def sum_of_forces(effects: "Iterable[BeltEffect]") -> Any:
+    """Return a kernel that writes the accelerations under forces, and returns the power damped."""
+    return sum_of(
+        {
+            f"system.effects.{effect.key}, system, kinematics, ax, ay, aphi": effect.add_forces
+            for effect in effects
+            if effect.add_forces is not None
+        },
+        "system, kinematics, ax, ay, aphi",
+    )
+
+
 # Write the accelerations of the bodies without friction; return the power damped, W.
-smooth_accelerations = sum_of(
-    {
-        f"system.effects.{effect.key}, system, kinematics, ax, ay, aphi": effect.add_forces
-        for effect in in_order()
-        if effect.add_forces is not None
-    },
-    "system, kinematics, ax, ay, aphi",
-)
+smooth_accelerations = sum_of_forces(in_order())
+# The same where nothing touches a pulley.
+contactless_accelerations = sum_of_forces(e for e in in_order() if e.stage is not Stage.CONTACT)
 
 
 @inline_kernel
@@ -119,7 +132,8 @@ def plane_rates(
         aphi = rate[half + 2 * width : half + 3 * width]
         kinematics = state[: layout.angles].reshape((KINEMATIC_ROWS, width))
         damped = smooth_accelerations(system, kinematics, ax, ay, aphi)
-        update_wrap_rates(contacts.wrap, contacts.body, contacts.offsets[-1], chain, kinematics)
+        clear_padding(chain.bodies, ax, ay, aphi)
+        update_bend_rates(contacts.wrap, chain, kinematics, system.workspace)
         slip_velocities(contacts, system.pulleys)
         solve_friction(system.effects.belt_friction, system, ax, ay, h)
         add_friction_forces(contacts, 1.0 / chain.mass, ax, ay)

@@ -25,8 +25,8 @@ FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
 SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
 
 # Of a kernel that is a part of others: what Python calls it by would take as long to compile.
-PART = {"no_cpython_wrapper": True}
-COPIED = {"forceinline": True, **PART}
+PART: dict[str, Any] = {"no_cpython_wrapper": True}
+COPIED: dict[str, Any] = {"forceinline": True, **PART}
 
 _modules_with_kernels: set[str] = set()
 
@@ -41,9 +41,11 @@ class Kernel:
     arrays of a `System` wherever a part of it is taken would cost more than the forces (`_nrt`).
     """
 
-    def __init__(self, function: Callable[..., Any], **as_part: Any) -> None:
+    def __init__(
+        self, function: Callable[..., Any], compiler: str = "PartCompiler", **as_part: Any
+    ) -> None:
         self.py_func = function
-        self._as_part = as_part
+        self._compiler, self._as_part = compiler, as_part
         update_wrapper(self, function)
         _modules_with_kernels.add(function.__module__)
 
@@ -60,7 +62,7 @@ class Kernel:
         """The function as other kernels call it."""
         if not self._as_part:
             return self.compiled
-        return _compiled(self.py_func, pipeline_class=_part_compiler(), **self._as_part)
+        return _compiled(self.py_func, pipeline_class=_compiler(self._compiler), **self._as_part)
 
     @property
     def _numba_type_(self) -> Any:
@@ -79,21 +81,31 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     )
 
 
-def _part_compiler() -> Any:
-    """Return the compiler of parts; numba's own one where its insides are not those we know."""
+def _compiler(name: str) -> Any:
+    """Return a compiler of parts; numba's own one where its insides are not those we know."""
     _numba()
     try:
-        from frictionsim.mechanisms.belt_drive.kernels.parts import PartCompiler
+        from frictionsim.mechanisms.belt_drive.kernels import parts
     except (ImportError, AttributeError):
         from numba.core.compiler import Compiler
 
         return Compiler
-    return PartCompiler
+    return getattr(parts, name)
 
 
 def inline_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as a part of each kernel that calls it: the call costs nothing."""
     return Kernel(function, **COPIED)
+
+
+def loop_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a part whose array arguments have no element in common, but for those it only reads.
+
+    A loop that writes several arrays is so made of vector instructions with no look at overlaps
+    first, for which a compiler would make a second version of it, or give up. Arrays may come in
+    tuples.
+    """
+    return Kernel(function, compiler="LoopCompiler", **COPIED)
 
 
 def shared_kernel(function: Callable[..., Any]) -> Any:

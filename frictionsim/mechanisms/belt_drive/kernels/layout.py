@@ -25,12 +25,11 @@ KINEMATIC_ROWS = 6
 POSITION, VELOCITY = range(2)
 STRING_ROWS = 2
 
-# Rows of the workspace, (12, width), over bodies or joints: the directions of the bodies, their
-# right ends and the velocities of these; the force of joint k on body k - 1, N, and its moment,
-# N m; the force of a damper over that of its spring, and the damper's components, N.
-COS, SIN, RIGHT_X, RIGHT_Y, RIGHT_VX, RIGHT_VY, FORCE_X, FORCE_Y, MOMENT = range(9)
-DAMPER, DAMPER_X, DAMPER_Y = range(9, 12)
-WORKSPACE_ROWS = 12
+# Rows of the workspace, (8, width), over bodies or joints: the directions of the bodies; the force
+# of joint k on body k - 1, N, and the part of its damper; the angle that a joint is bent by, rad,
+# and its rate, rad/s.
+COS, SIN, FORCE_X, FORCE_Y, DAMPER_X, DAMPER_Y, BEND, BEND_RATE = range(8)
+WORKSPACE_ROWS = 8
 # Of a guided string, (3, width): tension of joint k, N, and the middle between its bodies, m; and
 # accelerations across the belt, which are zero.
 TENSION, MIDDLE, ACROSS = range(3)
@@ -107,8 +106,11 @@ def state_layout(
 
 
 def padded_width(bodies: int) -> int:
-    """Return the length of a row over the joints, with the copy of the first, in full vectors."""
-    return -(-(bodies + 1) // SIMD_WIDTH) * SIMD_WIDTH
+    """Return the length of a row over the joints, in full vectors.
+
+    One vector more than the bodies fill: a loop over them in full vectors finds the joint behind.
+    """
+    return (-(-bodies // SIMD_WIDTH) + 1) * SIMD_WIDTH
 
 
 def aligned_zeros(rows: int, width: int) -> "Array":
@@ -127,6 +129,23 @@ def zero_state(layout: StateLayout) -> "Array":
 def kinematics_of(state: "Array", layout: StateLayout) -> "Array":
     """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
     return state[: layout.angles].reshape(-1, layout.width)
+
+
+@inline_kernel
+def full_vectors(size: int) -> int:
+    """Return a length up to full vectors: a loop so long has no numbers left over at its end.
+
+    Rows of bodies have room for it. What it writes behind the last body means nothing; the
+    accelerations there are cleared by `clear_padding`.
+    """
+    return (size + SIMD_WIDTH - 1) // SIMD_WIDTH * SIMD_WIDTH
+
+
+@inline_kernel
+def clear_padding(bodies: int, ax: "Array", ay: "Array", aphi: "Array") -> None:
+    """Clear the accelerations behind the last body, so that nothing there ever moves."""
+    for k in range(bodies, full_vectors(bodies)):
+        ax[k] = ay[k] = aphi[k] = 0.0
 
 
 @inline_kernel

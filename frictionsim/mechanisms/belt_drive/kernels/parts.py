@@ -71,3 +71,12 @@ class PartCompiler(_Compiler):  # type: ignore[misc]
         )  # the last one before the lowering
         passes.finalize()
         return [passes]
+
+
+class LoopCompiler(PartCompiler):
+    """The same for a part whose arrays do not overlap."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes; numba marks the arguments, but has no option that asks for it."""
+        self.state.flags.noalias = True
+        return PartCompiler.define_pipelines(self)

@@ -41,11 +41,12 @@ class Pulleys(NamedTuple):
 class Contacts(NamedTuple):
     """The candidates for a contact, bodies near pulleys.
 
-    Those of pulley j are offsets[j] to offsets[j + 1] - 1; some of no radius, which belong to body
-    0 and touch nothing, fill them up to full vectors, so that loops over contacts have no branch.
+    Those of pulley j are offsets[j] to offsets[j + 1] - 1, in blocks of neighbours: each block is a
+    vector of the rows over bodies. Those of no radius, which touch nothing, fill the blocks up, so
+    that loops over contacts have no branch.
 
     `offsets` is (pulleys + 1,), `body` (contacts,), `table` (21, contacts) with the rows of
-    `layout`; `saved_modes`, (2, bodies), has mode and sticking of the bodies during a new search;
+    `layout`; `saved_modes`, (2, width), has mode and sticking of the bodies during a new search;
     `wrap` has the wrap factors, None where the slip is that of the bodies' centres.
     """
 
@@ -68,7 +69,7 @@ class System(NamedTuple):
     friction : FrictionCoefficients or None
     time_torques, speed_torques, prescribed : TimeTorques, SpeedTorques, PrescribedSpeeds or None
         What drives the pulleys.
-    workspace : (12, width)
+    workspace : (8, width)
     contacts : Contacts
     pulleys : Pulleys
     line : PitchLine or None

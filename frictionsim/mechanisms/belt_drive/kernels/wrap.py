@@ -40,81 +40,109 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import ANGLE, SPIN, aligned_zeros
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
+from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    ANGLE,
+    BEND,
+    BEND_RATE,
+    SPIN,
+    aligned_zeros,
+    full_vectors,
+)
+from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
 
     Array = npt.NDArray[np.float64]
     Bodies = npt.NDArray[np.uint64]
 
 
 class WrapFactors(NamedTuple):
-    """The wrap factors of a state, with workspace.
+    """The wrap factors of a state.
 
     Attributes
     ----------
-    angle, product : (width,)
-        Of each joint: the angle that it is bent by, rad, and its square, or its rate times it.
     factor : (contacts,)
         kappa of the body of each candidate.
     mass_ratio : (contacts,)
         1/kappa^2, of the mass that yields to friction over that of the body.
-    rate : (contacts,)
-        The time derivative of kappa, 1/s; where it is needed.
     """
 
-    angle: "Array"
-    product: "Array"
     factor: "Array"
     mass_ratio: "Array"
-    rate: "Array"
 
 
-def wrap_factors(width: int, contacts: int) -> WrapFactors:
-    """Return workspace for rows of joints and for so many candidates."""
-    angle, product = aligned_zeros(2, width)
-    factor, mass_ratio, rate = aligned_zeros(3, contacts)
-    return WrapFactors(angle, product, factor, mass_ratio, rate)
+def wrap_factors(contacts: int) -> WrapFactors:
+    """Return room for the factors of so many candidates."""
+    factor, mass_ratio = aligned_zeros(2, contacts)
+    return WrapFactors(factor, mass_ratio)
 
 
-@inline_kernel
-def update_wrap_factors(
-    wrap: WrapFactors | None, body: "Bodies", count: int, chain: "Chain", kinematics: "Array"
-) -> None:
-    """Write the factors of so many candidates."""
-    if wrap is not None:
-        n, phi = chain.bodies, kinematics[ANGLE]
-        angle, product, factor, ratio = wrap.angle, wrap.product, wrap.factor, wrap.mass_ratio
-        for k in range(1, n):
-            angle[k] = phi[k] - phi[k - 1]
-        angle[0] = phi[0] - phi[n - 1] + chain.total_turning
-        angle[n] = angle[0]
-        for k in range(n + 1):
-            product[k] = angle[k] * angle[k]
-        for s in range(count):
-            factor[s] = 1.0 + (product[body[s]] + product[body[s] + 1]) * (1.0 / 24.0)
-        for s in range(count):
-            ratio[s] = 1.0 / (factor[s] * factor[s])
+@loop_kernel
+def differences(bodies: int, of_bodies: "Array", of_joints: "Array") -> None:
+    """Write the difference of the bodies before and behind each joint but the first."""
+    for k in range(full_vectors(bodies)):
+        of_joints[k] = of_bodies[k + 1] - of_bodies[k]
 
 
 @inline_kernel
-def update_wrap_rates(
-    wrap: WrapFactors | None, body: "Bodies", count: int, chain: "Chain", kinematics: "Array"
-) -> None:
-    """Write the rates of the factors that `update_wrap_factors` has written."""
+def bend_joints(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+    """Write BEND, by how much each joint is bent."""
+    n, bend, angle = chain.bodies, workspace[BEND], kinematics[ANGLE]
+    differences(n, angle, bend[1:])
+    bend[0] = bend[n] = angle[0] - angle[n - 1] + chain.total_turning
+
+
+@inline_kernel
+def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+    """Write BEND_RATE: how fast each joint is bent."""
+    n, bend_rate, spin = chain.bodies, workspace[BEND_RATE], kinematics[SPIN]
+    differences(n, spin, bend_rate[1:])
+    bend_rate[0] = bend_rate[n] = spin[0] - spin[n - 1]
+
+
+@loop_kernel
+def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", ratio: "Array") -> None:
+    """Write the factors, and the ratios of masses, of so many candidates."""
+    start = 0
+    while start < count:
+        end = run_end(body, start, count)
+        for s in range(np.uint64(start), np.uint64(end)):
+            i = s + (body[start] - np.uint64(start))
+            before, after = bend[i], bend[i + np.uint64(1)]
+            kappa = 1.0 + (before * before + after * after) * (1.0 / 24.0)
+            factor[s], ratio[s] = kappa, 1.0 / (kappa * kappa)
+        start = end
+
+
+@inline_kernel
+def update_wrap_factors(wrap: WrapFactors | None, contacts: "Contacts", workspace: "Array") -> None:
+    """Write the factors of all candidates; reads BEND."""
     if wrap is not None:
-        n, spin = chain.bodies, kinematics[SPIN]
-        angle, product, rate = wrap.angle, wrap.product, wrap.rate
-        for k in range(1, n):
-            product[k] = angle[k] * (spin[k] - spin[k - 1])
-        product[0] = angle[0] * (spin[0] - spin[n - 1])
-        product[n] = product[0]
-        for s in range(count):
-            rate[s] = (product[body[s]] + product[body[s] + 1]) * (1.0 / 12.0)
+        count, bend = contacts.offsets[-1], workspace[BEND]
+        factor_rows(contacts.body, count, bend, wrap.factor, wrap.mass_ratio)
+
+
+@inline_kernel
+def update_bend_rates(
+    wrap: WrapFactors | None, chain: "Chain", kinematics: "Array", workspace: "Array"
+) -> None:
+    """Write BEND_RATE where the rates of factors depend on it."""
+    if wrap is not None:
+        bend_rates(chain, kinematics, workspace)
+
+
+@inline_kernel
+def wrap_rate(wrap: WrapFactors | None, i: int, bend: "Array", bend_rate: "Array") -> float:
+    """Return the rate of kappa of body i, 1/s."""
+    if wrap is not None:
+        after = i + np.uint64(1)
+        return (bend[i] * bend_rate[i] + bend[after] * bend_rate[after]) * (1.0 / 12.0)
+    return 0.0
 
 
 @inline_kernel
@@ -123,14 +151,6 @@ def times_factor(wrap: WrapFactors | None, s: int, value: float) -> float:
     if wrap is not None:
         return value * wrap.factor[s]
     return value
-
-
-@inline_kernel
-def factor_rate(wrap: WrapFactors | None, s: int) -> float:
-    """Return the rate of kappa that `update_wrap_rates` has written, 1/s."""
-    if wrap is not None:
-        return wrap.rate[s]
-    return 0.0
 
 
 @inline_kernel

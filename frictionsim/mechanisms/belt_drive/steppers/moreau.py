@@ -84,10 +84,10 @@ class BeltStepper(FixedSteps):
         super().__init__(model, h, max_step)
         self._choose_damping_treatment(max_step)
         layout = model.system.layout
-        y_old, y, middle, rate = (zero_state(layout) for _ in range(4))
-        old, new, between, spare = (kinematics_of(v, layout) for v in (y_old, y, middle, rate))
+        y_old, y, rate = (zero_state(layout) for _ in range(3))
+        old, new = (kinematics_of(v, layout) for v in (y_old, y))
         counts = np.zeros(4, dtype=np.int64)
-        self._state = MoreauState(y_old, y, middle, rate, old, new, between, spare, counts)
+        self._state = MoreauState(y_old, y, rate, old, new, counts)
         counts[IMPLICIT_NOW] = self._treatment.max_obliquity < 0.0  # they are solved for always
         self._ready: set[bool] = set()  # the forms of a step that are compiled
         y_old[:] = y[:] = model.state
@@ -95,10 +95,9 @@ class BeltStepper(FixedSteps):
     def _choose_damping_treatment(self, max_step: float) -> None:
         """Find out when dampers along the belt are too stiff to extrapolate their velocities."""
         system, effects = self._model.system, self._model.system.effects
-        contact, axial, mass = effects.contact, effects.axial_damping, system.chain.mass
-        effects = effects._replace(contact=contact._replace(damping=None))
+        axial, mass = effects.axial_damping, system.chain.mass
         undamped = effects._replace(axial_damping=axial._replace(damping=None))
-        self._system = system._replace(effects=effects)
+        self._system = system
         self._stiff: StiffDamping | None = None
         obliquity = MAX_OBLIQUITY
         if axial.damping is not None:
@@ -111,9 +110,7 @@ class BeltStepper(FixedSteps):
             spare = (MAX_OMEGA_H / self._h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
             obliquity = -1.0 if self._h * along > STIFF else max(spare, 0.0) / turning
         self._undamped = self._system._replace(effects=undamped)
-        self._treatment = StepTreatment(
-            contact.damping, obliquity, self._model.distinct_static_friction
-        )
+        self._treatment = StepTreatment(obliquity, self._model.distinct_static_friction)
 
     @property
     def compile_seconds(self) -> float:

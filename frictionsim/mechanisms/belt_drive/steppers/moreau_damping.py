@@ -26,8 +26,6 @@ from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
-    BODY_VX,
-    BODY_VY,
     COS,
     FORCE_X,
     FORCE_Y,
@@ -116,13 +114,11 @@ def solve_damping_and_friction(
 
 
 @inline_kernel
-def add_predicted_damping(contacts: "Contacts", damping: StiffDamping | None) -> None:
-    """Add to the velocities in the middle of the step what the dampers may be expected to do."""
+def expected_damping(damping: StiffDamping | None, i: int) -> tuple[float, float]:
+    """Return what the dampers may be expected to do to the velocity of body i in a step, m/s."""
     if damping is not None:
-        table, contact = damping.table, contacts.table
-        for s in range(contacts.offsets[-1]):
-            contact[BODY_VX, s] += 0.5 * table[DAMPING_DVX, contacts.body[s]]
-            contact[BODY_VY, s] += 0.5 * table[DAMPING_DVY, contacts.body[s]]
+        return damping.table[DAMPING_DVX, i], damping.table[DAMPING_DVY, i]
+    return 0.0, 0.0
 
 
 @inline_kernel

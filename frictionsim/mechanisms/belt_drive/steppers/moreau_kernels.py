@@ -30,62 +30,62 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import (
+    damper_power,
     has_oblique_joints,
-    joint_damping_correction,
 )
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
-    add_friction_forces,
-    friction_limits,
-    project_friction,
-    solve_pulley_motion,
-    total_friction,
-)
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
 from frictionsim.mechanisms.belt_drive.effects.contact import (
-    ContactDamping,
-    add_midpoint_contact_damping,
+    add_normal_forces,
+    contact_forces,
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     find_contact_candidates,
-    predict_rim_turn,
-    tangential_velocities,
     update_contact_modes,
 )
 from frictionsim.mechanisms.belt_drive.kernels.equations import (
+    contactless_accelerations,
     prescribed_speeds,
     pulley_torques,
-    smooth_accelerations,
 )
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
-    BODY_VX,
-    BODY_VY,
+    ANGLE,
+    COS,
+    DAMPER_X,
+    DAMPER_Y,
     DAMPING_HEAT,
-    FRICTION,
     FRICTION_HEAT,
     INERTIA,
     PULLEY_RADIUS,
-    RIM_TURN,
-    SLIP,
+    SIN,
     SPEED,
     SPEED_OLD,
-    STICK_BIAS,
+    SPIN,
     TORQUE,
     VX,
     VY,
-    copy,
+    X,
+    Y,
+    clear_padding,
+    full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_rates
+from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
+from frictionsim.mechanisms.belt_drive.steppers.moreau_contacts import (
+    free_pulley_speeds,
+    midpoint_contacts,
+    solve_impulses,
+    solve_with_stiff_damping,
+)
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
-    add_predicted_damping,
     reset_damping_prediction,
-    solve_damping_and_friction,
 )
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.effects.base import Chain
     from frictionsim.mechanisms.belt_drive.kernels.signals import PrescribedSpeeds
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
@@ -107,25 +107,20 @@ class MoreauState(NamedTuple):
     Attributes
     ----------
     y_old, y : (size,)
-        The states at the start and the end of the last step.
-    middle, rate : (size,)
+        The states at the start and the end of the last step. Within one y_old has its middle.
+    rate : (size,)
         Workspace.
-    old, new, between : (6, width)
-        The kinematics that y_old, y and middle begin with: views of them.
-    spare : (6, width)
-        The same of rate.
+    old, new : (6, width)
+        The kinematics that y_old and y begin with: views of them.
     counts : (4,)
         STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS.
     """
 
     y_old: "Array"
     y: "Array"
-    middle: "Array"
     rate: "Array"
     old: "Array"
     new: "Array"
-    between: "Array"
-    spare: "Array"
     counts: "Indices"
 
 
@@ -134,15 +129,12 @@ class StepTreatment(NamedTuple):
 
     Attributes
     ----------
-    contact : ContactDamping or None
-        Solved for in each contact.
     max_obliquity : float
         Dampers along the belt are solved for where a body is more oblique to its joints.
     distinct_static_friction : bool
         Static and kinetic friction differ: who sticks has to be remembered.
     """
 
-    contact: ContactDamping | None
     max_obliquity: float
     distinct_static_friction: bool
 
@@ -162,38 +154,30 @@ def integrate(
     belt are solved for, and `system` has none; else `system` has them. Where a search for
     candidates finds that the other form is due, this one stops before the step.
     """
-    counts = state.counts
-    for _ in range(steps):
+    counts, end = state.counts, ENDED
+    last = counts[STEPS] + steps
+    before = counts[STEPS]
+    while counts[STEPS] < last:
         if counts[SINCE_SEARCH] == 0:
             find_contact_candidates(system, state.new)
             implicit = has_oblique_joints(system.workspace, system.chain, treatment.max_obliquity)
             if implicit != counts[IMPLICIT_NOW]:
                 counts[IMPLICIT_NOW] = implicit
                 reset_damping_prediction(stiff)
-                return OTHER_FORM
-        step(counts[STEPS] * h, h, state, treatment.contact, stiff, system)
-        correct_joint_damping(h, state, system.effects.axial_damping.damping, system)
+                end = OTHER_FORM
+                break
+        step(counts[STEPS] * h, h, state, stiff, system)
         counts[IMPLICIT_STEPS] += counts[IMPLICIT_NOW]
         if treatment.distinct_static_friction:
             update_contact_modes(system.contacts)
         counts[STEPS] += 1
         counts[SINCE_SEARCH] = (counts[SINCE_SEARCH] + 1) % CANDIDATE_UPDATE_INTERVAL
+    if counts[STEPS] > before:
+        positions_before(h, state, system.layout.velocities)
     total = 0.0
     for i in range(len(state.y)):
         total += abs(state.y[i])
-    return ENDED if total < np.inf else NOT_FINITE
-
-
-@inline_kernel
-def correct_joint_damping(
-    h: float, state: MoreauState, damping: float | None, system: "System"
-) -> None:
-    """Add to the energies what dampers along the belt take beyond what was expected of them."""
-    if damping is not None:
-        heat = joint_damping_correction(
-            system.chain, state.old, state.between, state.new, system.workspace, state.spare
-        )
-        state.y[system.layout.energies + DAMPING_HEAT] += h * heat
+    return end if total < np.inf else NOT_FINITE
 
 
 @inline_kernel
@@ -201,33 +185,30 @@ def step(
     t: float,
     h: float,
     state: MoreauState,
-    contact_damping: ContactDamping | None,
     stiff: StiffDamping | None,
     system: "System",
 ) -> None:
     """Take one step from time t."""
     layout, contacts, pulleys = system.layout, system.contacts, system.pulleys
-    y_old, y, middle, rate = state.y_old, state.y, state.middle, state.rate
+    y_old, y, rate, middle = state.y_old, state.y, state.rate, state.old
     pulley, free, half, width = pulleys.table, pulleys.free, layout.velocities, layout.width
-    predict_midpoint(h, y_old, y, middle, half)
+    predict_midpoint(h, y, y_old, half)
     for k in range(layout.speeds, layout.energies):
-        middle[k] = y[k] + 0.5 * (y[k] - y_old[k])
-    copy(y, y_old)
+        rate[k] = y[k] + 0.5 * (y[k] - y_old[k])
+    for k in range(layout.angles, layout.end):
+        y_old[k] = y[k]
     store_pulley_speeds(t, y[layout.speeds : layout.energies], pulleys, system.prescribed)
     for k in range(len(free)):
-        pulley[SPEED, free[k]] = middle[layout.speeds + k]
+        pulley[SPEED, free[k]] = rate[layout.speeds + k]
     prescribed_speeds(t + 0.5 * h, pulleys, system.prescribed)
     pulley_torques(t + 0.5 * h, system)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     aphi = rate[half + 2 * width : half + 3 * width]
-    damped = smooth_accelerations(system, state.between, ax, ay, aphi)
-    predict_contact_velocities(h, state.old, contacts, ax, ay)
-    add_predicted_damping(contacts, stiff)
-    damped += add_midpoint_contact_damping(h, system.chain.mass, contacts, contact_damping, ax, ay)
+    damped = contactless_accelerations(system, middle, ax, ay, aphi)
+    clear_padding(system.chain.bodies, ax, ay, aphi)
+    damped += midpoint_contacts(h, middle, state.new, (ax, ay), stiff, system)
     prescribed_speeds(t + h, pulleys, system.prescribed)
-    update_velocities(h, y[half : 2 * half], rate[half : 2 * half])
-    rubbed, braked = solve_contact_impulses(h, state, stiff, system)
-    update_positions(h, y, middle, half)
+    rubbed, braked = move(h, state, (ax, ay, aphi), stiff, system)
     for k in range(len(free)):
         y[layout.speeds + k] = pulley[ALPHA, free[k]]
     mean_reaction_torques(h, contacts, pulleys, system.prescribed)
@@ -238,6 +219,31 @@ def step(
         pulley[SPEED, j] = pulley[ALPHA, j]
     y[layout.energies + FRICTION_HEAT] += rubbed
     y[layout.energies + DAMPING_HEAT] += h * damped + braked
+
+
+@inline_kernel
+def move(
+    h: float,
+    state: MoreauState,
+    a: "tuple[Array, Array, Array]",
+    stiff: StiffDamping | None,
+    system: "System",
+) -> tuple[float, float]:
+    """Solve for the impulses and move on by them; return the heat of friction and of dampers.
+
+    Of the dampers along the belt it is what they take beyond what was expected of them, or all of
+    it where they are solved for.
+    """
+    chain, damping = system.chain, system.effects.axial_damping.damping
+    free_pulley_speeds(h, system.pulleys)
+    if stiff is None:
+        rubbed = solve_impulses(h, (a[0], a[1]), system)
+        return rubbed, end_step(h, state, a, damping, system)
+    add_normal_forces(system.contacts, 1.0 / chain.mass, a[0], a[1])
+    end_step(h, state, a, None, system)
+    heat = solve_with_stiff_damping(h, state.old, state.new, stiff, system)
+    finish_positions(h, state, system.layout.velocities)
+    return heat
 
 
 @inline_kernel
@@ -252,18 +258,6 @@ def store_pulley_speeds(
         pulleys.table[SPEED_OLD, j] = pulleys.table[SPEED, j]
 
 
-@inline_kernel
-def predict_contact_velocities(
-    h: float, old: "Array", contacts: "Contacts", ax: "Array", ay: "Array"
-) -> None:
-    """Write BODY_VX and BODY_VY as they are in the middle of the step, without friction."""
-    body_vx, body_vy = contacts.table[BODY_VX], contacts.table[BODY_VY]
-    for s in range(contacts.offsets[-1]):
-        i = contacts.body[s]
-        body_vx[s] = old[VX, i] + 0.5 * h * ax[i]
-        body_vy[s] = old[VY, i] + 0.5 * h * ay[i]
-
-
 @kernel
 def evaluate_forces(state: MoreauState, system: "System") -> None:
     """Evaluate the forces without friction at the start."""
@@ -271,99 +265,93 @@ def evaluate_forces(state: MoreauState, system: "System") -> None:
     prescribed_speeds(0.0, system.pulleys, system.prescribed)
     find_contact_candidates(system, state.new)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
-    smooth_accelerations(system, state.new, ax, ay, rate[half + 2 * width : half + 3 * width])
+    contactless_accelerations(system, state.new, ax, ay, rate[half + 2 * width : half + 3 * width])
+    contact_forces(state.new, system.contacts, system.effects.contact)
+    update_wrap_factors(system.contacts.wrap, system.contacts, system.workspace)
 
 
-@inline_kernel
-def predict_midpoint(h: float, y_old: "Array", y: "Array", middle: "Array", size: int) -> None:
-    """Write the positions half a step on, and the velocities there by extrapolation."""
-    velocities = y[size : 2 * size]
-    for i in range(size):
-        middle[i] = y[i] + 0.5 * h * velocities[i]
-    before, between = y_old[size : 2 * size], middle[size : 2 * size]
-    for i in range(size):
-        between[i] = velocities[i] + 0.5 * (velocities[i] - before[i])
+@loop_kernel
+def predict_midpoint(h: float, y: "Array", middle: "Array", size: int) -> None:
+    """Make of the state before, which `middle` has, the one in the middle of the step.
 
-
-@inline_kernel
-def update_velocities(h: float, velocities: "Array", accelerations: "Array") -> None:
-    """Add what the forces do to the velocities in a step."""
-    for i in range(len(velocities)):
-        velocities[i] += h * accelerations[i]
-
-
-@inline_kernel
-def update_positions(h: float, y: "Array", middle: "Array", size: int) -> None:
-    """Write the positions at the end of a step."""
-    velocities = y[size : 2 * size]
-    for i in range(size):
-        y[i] = middle[i] + 0.5 * h * velocities[i]
-
-
-@inline_kernel
-def solve_contact_impulses(
-    h: float, state: MoreauState, stiff: StiffDamping | None, system: "System"
-) -> tuple[float, float]:
-    """Solve for the impulses and add them to the new velocities; write the new speeds into ALPHA.
-
-    Return the heat of friction and of stiff dampers. Where a speed is prescribed SPEED is the new
-    one already. SLIP is v . t before, and slip afterwards.
+    That is, the positions half a step on, and the velocities there by extrapolation.
     """
-    contacts, pulleys, inv_mass = system.contacts, system.pulleys, 1.0 / system.chain.mass
-    pulley, table, old, new = pulleys.table, contacts.table, state.old, state.new
-    for j in range(pulley.shape[1]):
-        pulley[ALPHA, j] = pulley[SPEED, j]
-    for j in pulleys.free:
-        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
-    if system.friction is None:
-        return 0.0, 0.0
-    bias, slip, turn = table[STICK_BIAS], table[SLIP], table[RIM_TURN]
-    update_wrap_rates(
-        contacts.wrap, contacts.body, contacts.offsets[-1], system.chain, state.between
-    )
-    predict_rim_turn(h, contacts)
-    tangential_velocities(old[VX], old[VY], contacts, slip)
-    tangential_velocities(new[VX], new[VY], contacts, bias)
-    for s in range(contacts.offsets[-1]):
-        bias[s] = -bias[s] - turn[s]
-    friction_limits(contacts, h)
-    solve_friction_impulses(system.chain.mass, contacts, pulleys, stiff)
-    damped = solve_stiff_damping(h, old, new, stiff, system)
-    add_friction_forces(contacts, inv_mass, new[VX], new[VY])
-    tangential_velocities(new[VX], new[VY], contacts, bias)
-    rubbed = 0.0
-    for j in range(pulley.shape[1]):
-        mean = 0.5 * pulley[PULLEY_RADIUS, j] * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
-        rim = pulley[PULLEY_RADIUS, j] * pulley[ALPHA, j]
-        for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
-            rubbed += table[FRICTION, s] * (mean - 0.5 * (slip[s] + bias[s]))
-            slip[s] = rim - bias[s] - turn[s]
-    return rubbed, damped
+    for i in range(full_vectors(size)):
+        middle[i] = y[i] + 0.5 * h * y[size + i]
+        middle[size + i] = y[size + i] + 0.5 * (y[size + i] - middle[size + i])
 
 
 @inline_kernel
-def solve_friction_impulses(
-    mass: float, contacts: "Contacts", pulleys: "Pulleys", stiff: StiffDamping | None
-) -> None:
-    """Solve for friction and the speeds of free pulleys, where no stiff damping couples them."""
-    if stiff is None:
-        pulley = pulleys.table
-        for j in pulleys.free:
-            external = pulley[INERTIA, j] * pulley[ALPHA, j]
-            pulley[ALPHA, j] = solve_pulley_motion(
-                j, pulley[SPEED_OLD, j], external, contacts, pulleys, mass
-            )
-        project_friction(contacts, pulleys, mass, pulley[ALPHA])
-
-
-@inline_kernel
-def solve_stiff_damping(
-    h: float, old: "Array", new: "Array", stiff: StiffDamping | None, system: "System"
+def end_step(
+    h: float,
+    state: MoreauState,
+    a: "tuple[Array, Array, Array]",
+    damping: float | None,
+    system: "System",
 ) -> float:
-    """Solve for friction, speeds and stiff dampers together; return the heat of the dampers."""
-    if stiff is not None:
-        return solve_damping_and_friction(h, old, new, stiff, system)
-    return 0.0
+    """Move on by the accelerations a; return the heat that dampers were not expected to take.
+
+    `old` had the middle of the step. Its velocities become those at the start.
+    """
+    old, new, workspace = state.old, state.new, system.workspace
+    positions = (old[X], old[Y], old[ANGLE])
+    dampers = (workspace[COS], workspace[SIN], workspace[DAMPER_X], workspace[DAMPER_Y])
+    return h * move_bodies(
+        h,
+        system.chain,
+        positions,
+        a,
+        dampers if damping is not None else None,
+        (old[VX], old[VY], old[SPIN]),
+        (new[X], new[Y], new[ANGLE]),
+        (new[VX], new[VY], new[SPIN]),
+    )
+
+
+@loop_kernel
+def move_bodies(
+    h: float,
+    chain: "Chain",
+    middle: "tuple[Array, Array, Array]",
+    a: "tuple[Array, Array, Array]",
+    dampers: "tuple[Array, Array, Array, Array] | None",
+    before: "tuple[Array, Array, Array]",
+    positions: "tuple[Array, Array, Array]",
+    velocities: "tuple[Array, Array, Array]",
+) -> float:
+    """Write the rows of `end_step`; return the power, W."""
+    power, half = 0.0, 0.5 * chain.length
+    for k in range(full_vectors(chain.bodies)):
+        vx, vy, spin = velocities[0][k], velocities[1][k], velocities[2][k]
+        new_vx, new_vy, new_spin = vx + h * a[0][k], vy + h * a[1][k], spin + h * a[2][k]
+        if dampers is not None:
+            missed = (
+                0.5 * (vx + new_vx) - before[0][k],
+                0.5 * (vy + new_vy) - before[1][k],
+                0.5 * (spin + new_spin) - before[2][k],
+            )
+            taken = damper_power(half, dampers, k, missed)
+            power += taken if k < chain.bodies else 0.0
+        before[0][k], before[1][k], before[2][k] = vx, vy, spin
+        velocities[0][k], velocities[1][k], velocities[2][k] = new_vx, new_vy, new_spin
+        positions[0][k] = middle[0][k] + 0.5 * h * new_vx
+        positions[1][k] = middle[1][k] + 0.5 * h * new_vy
+        positions[2][k] = middle[2][k] + 0.5 * h * new_spin
+    return power
+
+
+@inline_kernel
+def finish_positions(h: float, state: MoreauState, size: int) -> None:
+    """Write the positions at the end of a step, from those in the middle."""
+    for i in range(size):
+        state.y[i] = state.y_old[i] + 0.5 * h * state.y[size + i]
+
+
+@inline_kernel
+def positions_before(h: float, state: MoreauState, size: int) -> None:
+    """Write the positions at the start of the last step, from those in its middle."""
+    for i in range(size):
+        state.y_old[i] -= 0.5 * h * state.y_old[size + i]
 
 
 @inline_kernel
