@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from tests.benchmarks.results_common import RESULTS, command, provenance, say
+from tests.benchmarks.results_drawn import drawn_belts
 from tests.benchmarks.results_laws import laws
 from tests.benchmarks.results_mesh import mesh
 from tests.benchmarks.results_paper import paper
@@ -74,6 +75,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "paper": paper,
     "wrap": wrap,
     "seat": seat,
+    "drawn": drawn_belts,
 }
 
 
