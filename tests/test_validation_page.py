@@ -46,6 +46,7 @@ def test_torques_balance_from_150_bodies_on() -> None:
         for row in rows("drive")
         if row["model"] != "closed form"
     }
+    assert ("string", 60) in found
     for (model, bodies), force in found.items():
         if model == "corrected" and bodies >= 150:
             assert force == pytest.approx(15.0 / 0.027, rel=1e-3)

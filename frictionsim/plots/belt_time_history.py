@@ -31,7 +31,7 @@ from frictionsim.plots.style import (
     set_up,
 )
 from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stacked_axes
-from frictionsim.simulation.averages import last_part, smooth_mean
+from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -121,7 +121,7 @@ def mean_spans(result: "Record") -> Any:
     tension, touched = result.channels["tension"], result.channels["pulley_index"]
     count = len(pulleys_of(result))
     spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])
-    return smooth_mean(result.channels["time"][last], spans)
+    return time_mean(result.channels["time"][last], spans)
 
 
 def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:

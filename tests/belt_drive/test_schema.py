@@ -93,7 +93,12 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
         "drive.driver",
         "expected either torque or speed; found neither",
     ),
-    "no contact": (pair(effects__contact=None), "effects.contact", "missing"),
+    "no contact": (
+        pair(effects__contact=None),
+        "effects.bending",
+        "it moves the belt across itself, and a belt without effects.contact is guided on its pitch"
+        " line; add [effects.contact], or leave this effect out",
+    ),
     "a patch without friction": (
         pair(effects__belt_friction=None, effects__patch=PATCH),
         "effects.patch",

@@ -53,6 +53,8 @@ def cost() -> None:
     for name, (scenario, *options) in COSTS.items():
         arguments = ("cost", f"scenarios/{scenario}.toml", *options)
         path = f"results/{name}_cost"
+        # With its head of machine and versions it is no table that `cost` would write over.
+        (RESULTS / f"{name}_cost.csv").unlink(missing_ok=True)
         text = command(*arguments, "--csv", f"{path}.csv", "--plot", f"{path}.png")
         head = [*provenance(), f"command: frictionsim {' '.join(arguments)}", ""]
         (RESULTS / f"{name}_cost.txt").write_text("\n".join(head) + text, encoding="utf-8")

@@ -19,6 +19,7 @@ from frictionsim.scenario.loading import load, scenario_from_result
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
 from frictionsim.simulation.single_dof import SingleDofSimulation
+from tests.support.belt_scenarios import trio
 from tests.support.problems import cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -106,6 +107,24 @@ def test_resumed_runs_give_identical_bytes(name: str, backend: str, tmp_path: Pa
     calls = calls_of(data)
     rng = random.Random(name)
     for count in (1, 1, 4, 9):
+        places = [rng.randrange(calls // count) for _ in range(count)]
+        assert_same_when_interrupted(data, tmp_path, places)
+
+
+NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
+BELTS = {
+    "chain": trio(),
+    "string": trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80),
+}
+
+
+@pytest.mark.parametrize("backend", ["moreau", "rkf45"])
+@pytest.mark.parametrize("name", BELTS)
+def test_resumed_belts_give_identical_bytes(name: str, backend: str, tmp_path: Path) -> None:
+    data = changed(BELTS[name], solver__backend=backend, solver__duration=0.01)
+    calls = calls_of(data)
+    rng = random.Random(name)
+    for count in (1, 2):
         places = [rng.randrange(calls // count) for _ in range(count)]
         assert_same_when_interrupted(data, tmp_path, places)
 

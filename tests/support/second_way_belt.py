@@ -54,6 +54,13 @@ def mean(time: Array, values: Array) -> Array:
     return np.sum(0.5 * h * (values[1:] + values[:-1]), axis=0) / (time[-1] - time[0])
 
 
+def smoothly_averaged(time: Array, values: Array) -> Seen:
+    """Return a mean with the weights of Hann's window; which sample is the first is left open."""
+    weight = 0.5 * (1.0 - np.cos(2.0 * np.pi * (time - time[0]) / np.ptp(time)))
+    value = float(mean(time, weight * values) / mean(time, weight))
+    return Seen(value, 2.0 * float(np.ptp(values)) / len(values) + 1e-12)
+
+
 def averaged(time: Array, values: Array) -> Seen:
     """Return a mean over samples; whether their ends count in half is left open."""
     return Seen(float(mean(time, values)), 2.0 * float(np.ptp(values)) / len(values) + 1e-12)
@@ -292,7 +299,7 @@ def _motion(part: Record, drive: Drive) -> dict[str, Seen]:
     time, speeds = part.time, part.channels["pulley_speed"]
     power = mean(time, part.channels["pulley_torque"] * speeds)
     first, other = int(np.argmax(power)), int(np.argmin(power))
-    driving, driven = averaged(time, speeds[:, first]), averaged(time, speeds[:, other])
+    driving, driven = (smoothly_averaged(time, speeds[:, j]) for j in (first, other))
     assert driving.value
     assert driven.value is not None
     rims = [drive.radius[j] * s.value for j, s in ((first, driving), (other, driven))]

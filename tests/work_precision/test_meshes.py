@@ -223,13 +223,6 @@ def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
     study.plot()
 
 
-needs_strings = pytest.mark.skipif(
-    load(Path(BELT)).effects.__class__.model_fields["contact"].is_required(),  # type: ignore[attr-defined]
-    reason="belts without contact are not simulated yet",
-)
-
-
-@needs_strings
 def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
     chosen = CHOSEN | {"models": ["string", "corrected"]}
     found = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen).data
@@ -239,13 +232,18 @@ def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
     assert all("string" not in name for name in found.reference.names)
 
 
-@needs_strings
 def test_a_scenario_without_contact_compares_strings() -> None:
     overrides = WIDE | {"mechanism.belt.bodies": 30, "effects.contact": None}
     overrides |= {"effects.bending": None}
     chosen = {name: value for name, value in CHOSEN.items() if name != "models"}
     found = fs.cost(BELT, overrides, bodies=[24, 36], **chosen).data
     assert {row.setting.mesh and row.setting.mesh.model for row in found.rows} == {"string"}
+    # Its own mesh too, over time: the steps are those of strings.
+    overrides["mechanism.belt.bodies"] = 36
+    own = fs.cost(BELT, overrides, bodies=[24, 36], backends="moreau", laws="set-valued").data
+    steps = [row for row in own.rows if row.setting.label.startswith("step")]
+    assert [row.status for row in steps] == ["done"] * len(steps)
+    assert len(steps) >= 3
     with pytest.raises(ArgumentError, match=r"'corrected' needs \[effects.contact\]"):
         fs.cost(BELT, overrides, bodies=[24], **CHOSEN)
 

@@ -47,7 +47,7 @@ def quantities_of(
     last = last_part(time)
 
     def mean(name: str) -> Any:
-        return smooth_mean(time[last], seen[name][last])
+        return time_mean(time[last], seen[name][last])
 
     names = scenario.mechanism.names
     found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
@@ -58,7 +58,8 @@ def quantities_of(
         after = names[(i + 1) % len(names)]
         found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
     power = time_mean(time[last], (seen["_torque"] * seen["_speed"])[last])
-    speed = mean("_speed")
+    # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
+    speed = smooth_mean(time[last], seen["_speed"][last])
     drive, driven = int(np.argmax(power)), int(np.argmin(power))
     if drive == driven:
         drive, driven = 0, len(names) - 1

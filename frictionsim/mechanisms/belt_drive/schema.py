@@ -1,6 +1,6 @@
 """The scenario of a belt drive: what its tables hold, and what does not go together in them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import ceil, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -155,16 +155,6 @@ class Geometry(Params):
         except PathError as error:
             raise inconsistent(("pulleys", error.pulley), str(error)) from None
         self._check_length(path)
-        smallest = min(self.pulleys, key=lambda pulley: pulley.radius)
-        needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
-        if self.belt.bodies < needed:
-            raise inconsistent(
-                ("belt", "bodies"),
-                f"{self.belt.bodies} bodies of {path.length / self.belt.bodies:.3g} m cannot follow"
-                f" the curve of '{smallest.name}', radius {smallest.radius} m; it takes at least"
-                f" {needed}, and about {needed * 4} for quantities that depend little on their"
-                " number",
-            )
         return self
 
     def _check_length(self, path: Path) -> None:
@@ -313,12 +303,14 @@ class BeltDriveScenario(Scenario):
         return self
 
     @model_validator(mode="after")
-    def _points_of_a_guided_belt_are_near_enough(self) -> Self:
+    def _there_are_bodies_enough(self) -> Self:
+        path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
         if self.guided:
-            names, bodies = self.mechanism.names, self.mechanism.belt.bodies
-            found = missing_points(self.mechanism.path(), names, self.drive, bodies)
-            if found is not None:
-                raise inconsistent(("mechanism", "belt", "bodies"), found)
+            found = missing_points(path, self.mechanism.names, self.drive, bodies)
+        else:
+            found = _missing_bodies(path, self.mechanism.pulleys, bodies)
+        if found is not None:
+            raise inconsistent(("mechanism", "belt", "bodies"), found)
         return self
 
     @model_validator(mode="after")
@@ -353,6 +345,19 @@ class BeltDriveScenario(Scenario):
                 " depends on the steps of the solver"
             )
         return found
+
+
+def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
+    """Return why so many bodies cannot follow the curve of a pulley; None if they can."""
+    smallest = min(pulleys, key=lambda pulley: pulley.radius)
+    needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
+    if bodies >= needed:
+        return None
+    return (
+        f"{bodies} bodies of {path.length / bodies:.3g} m cannot follow the curve of"
+        f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed}, and about"
+        f" {needed * 4} for quantities that depend little on their number"
+    )
 
 
 def channels_of(scenario: BeltDriveScenario) -> dict[str, Channel]:
