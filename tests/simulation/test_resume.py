@@ -160,6 +160,23 @@ def test_resume_grants_the_step_limit_again(tmp_path: Path) -> None:
         np.testing.assert_array_equal(channel, whole.channels[name], err_msg=name)
 
 
+@pytest.mark.parametrize("backend", ["moreau", "rkf45"])
+@pytest.mark.parametrize("name", BELTS)
+def test_a_belt_is_granted_the_step_limit_again(name: str, backend: str, tmp_path: Path) -> None:
+    data = changed(BELTS[name], solver__backend=backend, solver__duration=0.02)
+    whole, path, parts = simulate(data), tmp_path / "part.h5", 1
+    limit = whole.statistics.steps // 3
+    result = simulate(changed(data, solver__max_steps=limit))
+    while result.status != "done":
+        assert result.failure == "budget_exceeded"
+        assert parts < 5
+        hdf5_writer.write(result, path)
+        result, parts = resumed(path), parts + 1
+    assert parts > 1
+    for channel, values in whole.channels.items():
+        np.testing.assert_array_equal(result.channels[channel], values, err_msg=channel)
+
+
 def test_run_time_is_summed_over_all_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The times of solving and of compiling are summed separately."""
     ticks = itertools.count()

@@ -45,6 +45,7 @@ class BeltDrive:
         self._stepper = module.BeltStepper(self._model, scenario.solver)
         self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False
+        self._tried_before = 0  # steps, in the parts of the run before this one
         self.effects = scenario.effect_names
         self.channel_info: Mapping[str, Channel] = channels_of(scenario)
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
@@ -92,13 +93,17 @@ class BeltDrive:
 
     def _check_budget(self, t: float) -> None:
         """Stop where the steps are spent."""
-        steps, rejected, _ = self._stepper.statistics
         most = self._scenario.solver.max_steps
-        if steps + rejected >= most:
+        if self._steps_tried - self._tried_before >= most:
             raise BudgetExceeded(
                 f"{most} steps are spent at t = {t:.9g} s; give a larger solver.max_steps, fewer"
                 " bodies, or a law of friction that is less stiff"
             )
+
+    @property
+    def _steps_tried(self) -> int:
+        steps, rejected, _ = self._stepper.statistics
+        return int(steps + rejected)
 
     def _check_energy(self, t: float) -> None:
         """Stop where there is more energy than was stored or put in."""
@@ -138,7 +143,7 @@ class BeltDrive:
             array[...] = values
         load_part(self._times, "times", state)
         self._observer.samples.restore(state)
-        self._started = True
+        self._started, self._tried_before = True, self._steps_tried
 
     @property
     def samples(self) -> SampleStore | None:
