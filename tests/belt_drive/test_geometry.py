@@ -176,7 +176,8 @@ def test_a_crossed_belt_is_refused() -> None:
     assert culprit == 1
     assert message == (
         "the belt would cross itself: with pulley driven outside it turns by 0 degrees in all, "
-        "not by 360"
+        "not by 360, as if one outside does not touch it; move that towards the belt, leave it out,"
+        " or change its side"
     )
 
 

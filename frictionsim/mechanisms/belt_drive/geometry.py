@@ -233,11 +233,13 @@ def _check_turning(pulleys: Sequence[Pulley], arcs: Sequence[Arc], loop: int) ->
         i = max(range(len(arcs)), key=lambda k: abs(arcs[k].wrap_angle))
         raise _untouched(pulleys[i].name, abs(arcs[i].wrap_angle), i)
     if total_turning < 0.5 * tau:
-        i = next(k for k, pulley in enumerate(pulleys) if pulley.side == "outside")
+        outside = [k for k, pulley in enumerate(pulleys) if pulley.side == "outside"]
+        names = " and ".join(pulleys[k].name for k in outside)
         raise PathError(
-            f"the belt would cross itself: with pulley {pulleys[i].name} outside it turns by "
-            f"{degrees(total_turning):.4g} degrees in all, not by 360",
-            i,
+            f"the belt would cross itself: with pulley {names} outside it turns by"
+            f" {degrees(total_turning):.4g} degrees in all, not by 360, as if one outside does not"
+            " touch it; move that towards the belt, leave it out, or change its side",
+            outside[0],
         )
 
 
