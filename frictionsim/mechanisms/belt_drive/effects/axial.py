@@ -89,7 +89,7 @@ class AxialParameters(NamedTuple):
 
 
 @inline_kernel
-def cos_sin_of(angle: float) -> tuple[float, float]:
+def cos_sin(angle: float) -> tuple[float, float]:
     """Return the cosine and sine of an angle, to a rounding of the angle itself.
 
     A quarter of the angle, less the full turns, goes into two short series; doubling it twice
@@ -107,17 +107,10 @@ def cos_sin_of(angle: float) -> tuple[float, float]:
 
 
 @loop_kernel
-def cos_sin(n: int, angle: Array, cos: Array, sin: Array) -> None:
-    """Write the cosine and sine of n angles."""
-    for i in range(n):
-        cos[i], sin[i] = cos_sin_of(angle[i])
-
-
-@loop_kernel
 def turn_bodies(chain: Chain, angle: Array, cos: Array, sin: Array, bend: Array) -> None:
     """Write the directions of the bodies, and how much the joint behind each is bent."""
     for k in range(full_vectors(chain.bodies)):
-        cos[k], sin[k] = cos_sin_of(angle[k])
+        cos[k], sin[k] = cos_sin(angle[k])
         bend[k] = angle[k + 1] - angle[k]
 
 
