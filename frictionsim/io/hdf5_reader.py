@@ -67,6 +67,17 @@ def may_be_done(path: Path) -> bool:
         return True
 
 
+def is_ours(path: Path) -> bool:
+    """Return whether a file is a result or a table of costs of this program."""
+    try:
+        if checksum_mismatch(path):
+            return False
+        with h5py.File(path, "r") as file:
+            return "frictionsim_version" in file.attrs
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError):
+        return False
+
+
 class Checkpoint(NamedTuple):
     """The data to resume a run: the attributes of its file and the state of its solver."""
 

@@ -1,0 +1,5 @@
+"""Attacks on the command line: damaged, foreign and extreme input, signals, streams, environments.
+
+Each module has a function `attack(rng, folder)` that tries one case in an empty folder and returns
+what came of it in a word or two; it raises `BrokenPromise` if a promise of the program was broken.
+"""

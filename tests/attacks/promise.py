@@ -1,0 +1,46 @@
+"""What every case of an attack is held to."""
+
+import contextlib
+import io
+
+from frictionsim.cli.commands import run_command_line
+
+LEGAL = {
+    "check": {0, 2},
+    "static": {0, 2},
+    "solve": {0, 1, 2, 3, 4, 5},
+    "compare": {0, 1, 2},
+    "plot": {0, 2, 4},
+    "resume": {0, 1, 2, 3, 4, 5},
+    "show": {0, 2},
+    "cost": {0, 1, 2, 4, 5},
+}
+
+
+class BrokenPromise(Exception):
+    """A traceback, an undocumented exit code, a file lost; the message has all to see it again."""
+
+
+def outcome(arguments: list[str], description: str) -> str:
+    """Run the command line in this process; return its exit code as text.
+
+    Parameters
+    ----------
+    arguments : list of str
+    description : str
+        What the case is, for the message.
+
+    Raises
+    ------
+    BrokenPromise
+        If the exit code is not a documented one, or an error has no message.
+    """
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = run_command_line(arguments)
+    captured = err.getvalue()
+    legal = code in LEGAL[arguments[0]] and "Traceback" not in captured
+    said = code == 0 or captured.startswith("frictionsim: ") or arguments[0] == "compare"
+    if legal and said:
+        return f"exit {code}"
+    raise BrokenPromise(f"{arguments}: exit {code}, {captured!r:.2000}\n{description}")
