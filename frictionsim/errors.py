@@ -1,5 +1,7 @@
 """Exceptions and exit codes of the command line."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from signal import Signals
 from typing import Any
@@ -114,6 +116,26 @@ class Interrupted(SolverError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._arguments, self.__dict__
+
+
+OUT_OF_RANGE = (
+    "a number exceeds the range of double precision; check the scenario for forces, lengths or"
+    " inertias that are far too large or too small"
+)
+
+
+@contextmanager
+def overflow_refused() -> Iterator[None]:
+    """Return the context in which overflow is a fault of the scenario; other errors are ours.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        yield
+    except OverflowError as error:
+        raise InputError(OUT_OF_RANGE) from error
 
 
 class AuditError(FrictionsimError):

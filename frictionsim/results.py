@@ -299,3 +299,11 @@ class Record(NamedTuple):
         channel, _, side = name.rpartition("_")
         words = f"{self.long_names[channel]}, immediately {side} the event"
         return Channel(self.units[channel], words, flags=self.flags.get(channel, ()))
+
+
+def defined(quantities: Quantities) -> Quantities:
+    """Return the quantities; those that are not finite are None, as in a file."""
+    return {
+        name: q if q.value is None or isfinite(q.value) else q._replace(value=None)
+        for name, q in quantities.items()
+    }

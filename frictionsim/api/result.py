@@ -120,7 +120,7 @@ class Result:
         """The quantities of the summary by name, each with `value` and `unit`."""
         if self._run is None:
             return self.record.quantities
-        from frictionsim.simulation.record import defined
+        from frictionsim.results import defined
 
         return defined(self._run.quantities)
 

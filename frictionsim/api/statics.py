@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from frictionsim.results import Quantities
+from frictionsim.errors import overflow_refused
+from frictionsim.results import Quantities, defined
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, load
 from frictionsim.scenario.settings import Scenario
@@ -29,8 +30,9 @@ def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = 
     InputError, ScenarioError
     """
     loaded = with_overrides(scenario, overrides)
-    found: Quantities = mechanism_module(loaded.kind).statics(loaded)
-    return found
+    with overflow_refused():
+        found: Quantities = mechanism_module(loaded.kind).statics(loaded)
+    return defined(found)
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:

@@ -39,15 +39,15 @@ def load_scenario(
 
 
 def _standard_input() -> str:
-    from frictionsim.scenario.loading import MAX_FILE_SIZE
+    from frictionsim.scenario.toml_limits import MAX_BYTES
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")
-    content = sys.stdin.buffer.read(MAX_FILE_SIZE + 1)
-    if len(content) > MAX_FILE_SIZE:
+    content = sys.stdin.buffer.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
         raise ScenarioError(
             [
-                f"-: the standard input is larger than {MAX_FILE_SIZE >> 20} MiB; expected a"
+                f"-: the standard input is larger than {MAX_BYTES >> 20} MiB; expected a"
                 " scenario in TOML; use CSV files for signals"
             ]
         )

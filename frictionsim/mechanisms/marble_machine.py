@@ -25,7 +25,8 @@ References
 """
 
 from collections.abc import Mapping
-from math import pi
+from math import cos as cosine
+from math import pi, radians
 from math import sin as sine
 from typing import Any, ClassVar, Literal, Self
 
@@ -171,6 +172,20 @@ class MarbleMachineScenario(SingleDofScenario):
     mechanism: MarbleMachineParameters
     drive: MarbleMachineDrive
     effects: MarbleMachineEffects = MarbleMachineEffects()
+
+    @model_validator(mode="after")
+    def _the_shaft_is_thinner_than_the_gear(self) -> Self:
+        geometry, journal = self.mechanism, self.effects.shaft_friction
+        base = geometry.gear_ratio * geometry.pinion_radius
+        base *= cosine(radians(geometry.pressure_angle_deg))
+        if journal is not None and journal.shaft_radius >= base:
+            raise inconsistent(
+                ("effects", "shaft_friction", "shaft_radius"),
+                f"expected less than the base radius of the gear, {base:.6g} m = gear_ratio"
+                f" pinion_radius cos(pressure_angle_deg), got {journal.shaft_radius} m: the shaft"
+                " of a gear is thinner than the gear",
+            )
+        return self
 
     @property
     def largest_torque(self) -> float:

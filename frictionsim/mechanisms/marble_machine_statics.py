@@ -73,13 +73,16 @@ def limit_torques(
     Limits
         If `hold` is negative, friction alone holds the load.
     """
-    c_2 = mesh.c_z**2 + mesh.c_y**2
-    a = k * k - radius**2 * c_2
+    # Products, not powers: those of extreme numbers are infinite, where powers raise an error.
+    c_2 = mesh.c_z * mesh.c_z + mesh.c_y * mesh.c_y
+    a = k * k - radius * radius * c_2
     if a <= 0.0:
         return Limits(None, 0.0)
-    b = k * applied_torque + radius**2 * weight * mesh.c_y
-    inner = c_2 * applied_torque**2 + 2.0 * k * applied_torque * weight * mesh.c_y
-    inner += (k * weight) ** 2 - (radius * weight * mesh.c_z) ** 2
+    b = k * applied_torque + radius * radius * weight * mesh.c_y
+    inner = c_2 * applied_torque * applied_torque
+    inner += 2.0 * k * applied_torque * weight * mesh.c_y
+    lifted, sideways = k * weight, radius * weight * mesh.c_z
+    inner += lifted * lifted - sideways * sideways
     root = radius * sqrt(max(inner, 0.0))
     return Limits((b + root) / a, (b - root) / a)
 

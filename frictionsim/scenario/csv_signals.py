@@ -16,6 +16,8 @@ from pydantic_core import PydanticCustomError
 from frictionsim.errors import unknown
 from frictionsim.scenario.schema import Params, inconsistent
 
+MAX_BYTES = 16 * 1024 * 1024  # more than a million points of a log
+MAX_LINES = 1_000_000
 MAX_TEXT = 60  # characters of a line or cell in a message
 NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
 DELIMITERS = (";", "\t", ",")  # searched for in this order where none is given
@@ -176,7 +178,9 @@ def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:  # which need not have an end: a device, a pipe
+            content = file.read(MAX_BYTES + 1)
+        text = content[:MAX_BYTES].decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or (
             "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
@@ -184,6 +188,13 @@ def _text(path: Path) -> str:
         raise inconsistent(
             ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
         ) from None
+    if len(content) > MAX_BYTES or text.count("\n") > MAX_LINES:
+        raise inconsistent(
+            ("csv",),
+            f"'{path}' has more than {MAX_BYTES >> 20} MiB or {MAX_LINES} lines; expected the"
+            " points of a signal, give fewer of them",
+        )
+    return text
 
 
 def _plain(text: str) -> Iterator[_Row]:

@@ -16,10 +16,9 @@ from frictionsim.scenario.model_validation import (
 )
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
 from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.toml_limits import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
 
-# Scenarios are written by hand; long signals belong in a CSV file.
-MAX_FILE_SIZE = 16 * 1024 * 1024
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
@@ -180,7 +179,7 @@ def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            content = file.read(MAX_FILE_SIZE + 1)
+            content = file.read(MAX_BYTES + 1)
     except FileNotFoundError as error:
         near = near_files(path, (".toml",))
         raise ScenarioError(
@@ -200,9 +199,9 @@ def _read(path: Path) -> str:
                 f" 'frictionsim show --scenario {path}' prints the scenario in it"
             ]
         )
-    if len(content) > MAX_FILE_SIZE:
+    if len(content) > MAX_BYTES:
         raise ScenarioError(
-            [f"{path}: file is larger than {MAX_FILE_SIZE >> 20} MiB; use CSV files for signals"]
+            [f"{path}: file is larger than {MAX_BYTES >> 20} MiB; use CSV files for signals"]
         )
     try:
         return content.decode("utf-8-sig")
@@ -211,14 +210,20 @@ def _read(path: Path) -> str:
 
 
 def _parse(name: str, text: str) -> dict[str, Any]:
+    text = text.replace("\r\n", "\n")
+    excess = excess_of_text(text)
     try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
+        data = {} if excess else tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError([f"{name}{_syntax_fault(text, str(error))}"]) from None
     except RecursionError:
         raise ScenarioError([f"{name}: tables or lists are nested too deeply"]) from None
     except ValueError as error:  # an integer of thousands of digits, an impossible date
         raise ScenarioError([f"{name}: not a usable TOML value: {error}"]) from None
+    excess = excess or excess_of_data(data)
+    if excess:
+        raise ScenarioError([f"{name}: this is no scenario: {excess}"])
+    return data
 
 
 def _with_positions(

@@ -2,9 +2,13 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from sys import float_info
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pydantic import ValidationError
+from annotated_types import Gt
+from pydantic import BaseModel, ValidationError
+
+from frictionsim.errors import OUT_OF_RANGE
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -13,8 +17,9 @@ Model = TypeVar("Model", bound="Scenario")
 
 KeyPath = tuple[str | int, ...]
 
-# Products of several such numbers do not overflow.
+# Products and quotients of several such numbers do not overflow.
 MAX_NUMBER = 1e50
+MIN_NUMBER = 1e-50
 MAX_KEY_LENGTH = 60  # characters of a key in a message
 
 
@@ -50,20 +55,47 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path) -> 
     ValidationFailure
         If the data is invalid.
     """
+    _refuse(_too_large(data))  # before the validators, which compute with them
     try:
         scenario = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         from frictionsim.scenario.messages import error_message
 
         raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
-    beyond = [
-        (path, f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}")
-        for path, value in _numbers(scenario.model_dump(by_alias=True))
-        if abs(value) > MAX_NUMBER
-    ]
-    if beyond:
-        raise ValidationFailure(beyond)
+    except OverflowError:
+        raise ValidationFailure([((), OUT_OF_RANGE)]) from None
+    # Of points, those in CSV files were read by now.
+    _refuse([*_too_large(scenario.model_dump(by_alias=True)), *_too_small(scenario)])
     return scenario
+
+
+def _refuse(faults: list[tuple[KeyPath, str]]) -> None:
+    if faults:
+        raise ValidationFailure(faults)
+
+
+def _too_large(tables: dict[str, Any]) -> list[tuple[KeyPath, str]]:
+    """Return the faults of numbers whose products may overflow."""
+    return [
+        (path, f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}")
+        for path, value in _numbers(tables)
+        if MAX_NUMBER < abs(value) <= float_info.max  # the model refuses larger ones
+    ]
+
+
+def _too_small(table: BaseModel, above: KeyPath = ()) -> Iterator[tuple[KeyPath, str]]:
+    """Yield the faults of numbers that must not be zero and are next to it: divisors may be."""
+    for name, field in type(table).model_fields.items():
+        value, path = getattr(table, name), (*above, field.alias or name)
+        if isinstance(value, BaseModel):
+            yield from _too_small(value, path)
+        elif isinstance(value, dict | tuple):
+            items = value.items() if isinstance(value, dict) else enumerate(value)
+            for key, item in items:
+                if isinstance(item, BaseModel):
+                    yield from _too_small(item, (*path, key))
+        elif isinstance(value, float) and 0.0 < value < MIN_NUMBER and Gt(0) in field.metadata:
+            yield path, f"expected at least {MIN_NUMBER:g}, got {value:.3g}"
 
 
 def key_text(key: KeyPath) -> str:
@@ -97,9 +129,13 @@ def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
         path, value = left.pop()
         if isinstance(value, dict):
             left.extend(((*path, key), inner) for key, inner in value.items())
-        elif isinstance(value, tuple) and value and isinstance(value[0], int | float):
-            yield path, max(value, key=abs)
-        elif isinstance(value, tuple):
+        elif isinstance(value, list | tuple) and all(map(_is_number, value)):
+            yield path, max(value, key=abs, default=0.0)
+        elif isinstance(value, list | tuple):
             left.extend(((*path, i), inner) for i, inner in enumerate(value))
-        elif isinstance(value, int | float):
+        elif _is_number(value):
             yield path, value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float)

@@ -6,6 +6,7 @@ from os import PathLike, fsdecode
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
+from frictionsim.scenario.toml_limits import excess_of_text
 
 KeyPath = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str]
@@ -155,6 +156,9 @@ def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
 
 
 def _parsed(where: str, text: str) -> Any:
+    excess = excess_of_text(text)
+    if excess:
+        raise ScenarioError([f"{where}: this is no value: {excess}"])
     try:
         parsed = tomllib.loads(f"value = {text}")
         if len(parsed) == 1:  # the text has no further lines with keys

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 # More samples of all channels do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
+MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
 STDIN = "<stdin>"  # the source of a scenario from the standard input
 
@@ -219,6 +220,16 @@ class Scenario(Params):
         """The sampling interval, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
 
+    def members_of(self, axis: str) -> int:
+        """Return how many members an axis has; scenarios of one coordinate have none."""
+        return 1
+
+    @property
+    def values_of_a_sample(self) -> int:
+        """How many values of the recorded channels there are of each sample."""
+        recorded = self.output.channels or self.CHANNELS
+        return sum(self.members_of(self.CHANNELS[name].axis) for name in recorded)
+
     @property
     def effect_names(self) -> tuple[str, ...]:
         """The effects that are simulated."""
@@ -340,5 +351,13 @@ class Scenario(Params):
                 f"{self.interval} s over {self.solver.duration} s gives {samples:.3g} samples; the"
                 f" limit is {MAX_SAMPLES}, so use an interval of at least"
                 f" {self.solver.duration / MAX_SAMPLES:.3g} s",
+            )
+        values = samples * self.values_of_a_sample
+        if values > MAX_VALUES:
+            raise inconsistent(
+                ("output", "interval"),
+                f"{self.interval} s over {self.solver.duration} s gives {samples:.3g} samples with"
+                f" {self.values_of_a_sample} values each; the limit of values is {MAX_VALUES:g}, so"
+                " use a longer interval, or name fewer output.channels",
             )
         return self

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import pi, radians
+from math import fmod, pi, radians
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -90,7 +90,8 @@ class SineTable(Params):
         s = self.sine
         if s.amplitude == 0.0:
             return Constant(s.mean)
-        return Sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, radians(s.phase_deg))
+        phase = radians(fmod(s.phase_deg, 360.0))  # a large one would leave time no digits
+        return Sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, phase)
 
 
 class SmoothStepParameters(Params):

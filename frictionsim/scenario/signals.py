@@ -133,13 +133,14 @@ class Sine:
 
     def next_extremum(self, t: float) -> float:
         half_periods = (self._angular_frequency * t + self._phase - pi / 2) / pi
-        k = ceil(half_periods)
+        k, further = ceil(half_periods), 1
         while True:
             extremum = (pi / 2 + k * pi - self._phase) / self._angular_frequency
-            # Rounding may return t itself.
+            # Rounding may return t itself; many times, where periods are below its resolution.
             if extremum > t:
                 return extremum
-            k += 1
+            k += further
+            further *= 2
 
     def pieces(self) -> list[CubicPiece]:
         return [CubicPiece(0.0, self._mean)]

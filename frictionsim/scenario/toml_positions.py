@@ -8,6 +8,8 @@ KeyPath = tuple[str | int, ...]
 # A longer statement is a signal of many points. Parsing it again with each added line would be
 # slow, so it is parsed only after lines that may end it.
 LONG_STATEMENT = 100
+# Text that is parsed in all; keys further down have the line of a table around them.
+MAX_PARSED = 4_000_000
 CLOSINGS = ("]", "}", '"', "'")
 
 
@@ -29,12 +31,17 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     arrays: dict[KeyPath, int] = {}
     header: KeyPath = ()
     statement: list[str] = []
+    parsed_so_far = 0
     for number, line in enumerate(text.split("\n"), start=1):
         statement.append(line)
         if len(statement) > LONG_STATEMENT and not line.rstrip().endswith(CLOSINGS):
             continue
+        source = "\n".join(statement)
+        parsed_so_far += len(source)
+        if parsed_so_far > MAX_PARSED:
+            break
         try:
-            parsed = tomllib.loads("\n".join(statement))
+            parsed = tomllib.loads(source)
         except tomllib.TOMLDecodeError:
             continue
         first = number - len(statement) + 1

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim import __version__
-from frictionsim.results import Quantities, Record
+from frictionsim.results import Record, defined
 from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
@@ -107,11 +107,3 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
         if channel is not None:
             events[name] = _typed(channel, values)
     return {"events": events, "contacts": contacts}
-
-
-def defined(quantities: Quantities) -> Quantities:
-    """Return the quantities; those that are not a number are None, as in a file."""
-    return {
-        name: q if q.value is None or q.value == q.value else q._replace(value=None)
-        for name, q in quantities.items()
-    }

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
+    OUT_OF_RANGE,
     BudgetExceeded,
     Interrupted,
     NonFinite,
     SolverError,
+    overflow_refused,
 )
 from frictionsim.results import (
     MODES,
@@ -36,11 +38,6 @@ if TYPE_CHECKING:
     from frictionsim.simulation.sample_store import Segments, StoredSamples
 
 LOG = logging.getLogger(__name__)
-
-OUT_OF_RANGE = (
-    "a number exceeds the range of double precision; check the scenario for forces or inertias"
-    " that are far too large or too small"
-)
 
 NO_SUMMARY = (
     "this is a checkpoint of a long run: quantities, events, audit and other warnings are left out;"
@@ -168,7 +165,8 @@ def run(
         If the disk does not suffice, or a segment cannot be written.
     """
     _log_scenario(scenario)
-    simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
+    with overflow_refused():
+        simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     clock, samples = _Clock(), getattr(simulation, "samples", None)
     check_space(scenario, simulation, segments)
     if samples is not None:

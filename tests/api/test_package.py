@@ -137,7 +137,7 @@ LEAVES = {
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
-    "frictionsim.scenario.loading": {"MAX_FILE_SIZE"},
+    "frictionsim.scenario.toml_limits": {"MAX_BYTES"},
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},

@@ -188,7 +188,7 @@ def test_the_standard_input_may_be_one_of_several(
         ),
         (
             b"#" * (16 * 2**20 + 1),
-            "-: the standard input is larger than 16 MiB; expected a scenario in TOML; use CSV"
+            "-: the standard input is larger than 1 MiB; expected a scenario in TOML; use CSV"
             " files for signals",
         ),
         (

@@ -25,7 +25,12 @@ UNSTABLE = pulley(
 )
 FAILURES: dict[str, tuple[Scenario, str, str]] = {
     "non_finite": (
-        pulley(mechanism__load=1e50, mechanism__inertia=1e-300),
+        pulley(
+            mechanism__load=1e50,
+            mechanism__inertia=1e-50,
+            mechanism__cord_radius=1e50,
+            effects__viscous_damping__coefficient=1e50,
+        ),
         "after t = 0 s",
         "check the scenario for forces or coefficients that are too large",
     ),

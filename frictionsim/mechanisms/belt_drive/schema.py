@@ -278,6 +278,11 @@ class BeltDriveScenario(Scenario):
                 raise inconsistent(where, unknown("pulley", name, names))
         return self
 
+    def members_of(self, axis: str) -> int:
+        """Return how many members an axis has."""
+        bodies = self.mechanism.belt.bodies
+        return {"": 1, "pulley": len(self.mechanism.pulleys)}.get(axis, bodies)
+
     @property
     def guided(self) -> bool:
         """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
@@ -355,8 +360,8 @@ def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -
         return None
     return (
         f"{bodies} bodies of {path.length / bodies:.3g} m cannot follow the curve of"
-        f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed}, and about"
-        f" {needed * 4} for quantities that depend little on their number"
+        f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed:.10g}, and"
+        f" about {needed * 4:.10g} for quantities that depend little on their number"
     )
 
 

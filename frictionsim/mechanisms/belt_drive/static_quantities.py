@@ -1,6 +1,7 @@
 """The quantities of a belt at rest."""
 
-from math import exp, sin
+from math import exp, log, sin, tanh
+from sys import float_info
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,13 +13,15 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
+MAX_EXPONENT = log(float_info.max)
+
 
 def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
     """Return tension, lengths, wrap angles and loads at rest, and what friction could hold.
 
     capstan_ratio is exp(mu_s wrap_angle), the largest ratio of the tensions on the two sides of a
-    pulley; torque_limit what it would transmit at the belt's pretension if its sides
-    could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
+    pulley, undefined beyond the largest number; torque_limit what it would transmit at the belt's
+    pretension if its sides could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
     """
     equilibrium, path = solve_equilibrium(scenario), scenario.mechanism.path()
     bodies = scenario.mechanism.belt.bodies
@@ -40,9 +43,10 @@ def equilibrium_quantities(scenario: "BeltDriveScenario") -> Quantities:
         found[f"shaft_load_{name}"] = Quantity(loads[j], "N")
         if friction is not None:
             mu = friction.pulleys.get(name, friction).mu_s
-            ratio = exp(mu * abs(arc.wrap_angle))
+            exponent = mu * abs(arc.wrap_angle)
+            ratio = exp(exponent) if exponent < MAX_EXPONENT else None
             found[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
-            limit = 2.0 * tension * pulley.radius * (ratio - 1.0) / (ratio + 1.0)
+            limit = 2.0 * tension * pulley.radius * tanh(0.5 * exponent)
             found[f"torque_limit_{name}"] = Quantity(limit, "N m")
     return found
 

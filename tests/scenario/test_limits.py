@@ -1,0 +1,149 @@
+"""Numbers, texts and files that are too large or too small are refused where they are read."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+from frictionsim.errors import InputError, ScenarioError
+from frictionsim.scenario.csv_signals import MAX_BYTES as MAX_CSV
+from frictionsim.scenario.csv_signals import MAX_LINES
+from frictionsim.scenario.loading import load, loads
+from frictionsim.scenario.signals import Sine
+from frictionsim.scenario.toml_limits import MAX_BYTES, MAX_DEPTH, MAX_KEYS, MAX_TABLES
+from frictionsim.scenario.toml_positions import key_lines
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import SCENARIOS, pulley
+
+BELT = SCENARIOS / "belt_drive.toml"
+MARBLES = SCENARIOS / "marble_machine.toml"
+PULLEY = (SCENARIOS / "pulley.toml").read_text()
+
+
+def test_divisors_next_to_zero_are_refused_with_their_key() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"mechanism\.pulleys\.1\.inertia: expected at least 1e-50, got 1e-60"
+    ):
+        load(BELT, ["mechanism.pulleys.1.inertia=1e-60"])
+
+
+def test_what_may_be_zero_may_be_next_to_it() -> None:
+    found = load(pulley(mechanism__initial_angular_velocity=1e-200, drive__force=1e-200))
+    assert found.mechanism.initial_angular_velocity == 1e-200
+
+
+def test_numbers_are_compared_before_anything_is_computed_with_them() -> None:
+    """The length of the path and the bodies it needs would overflow."""
+    far = {"mechanism.pulleys.1.center": [0, 1e308], "mechanism.pulleys.1.radius": 1e-49}
+    with pytest.raises(
+        ScenarioError, match=r"1e[+]308 is too large; the magnitude must not exceed"
+    ):
+        load(BELT, far)
+
+
+def test_overflow_in_a_validator_is_a_fault_of_the_scenario() -> None:
+    with pytest.raises(ScenarioError) as found:
+        load(BELT, {"mechanism.pulleys.1.center": [0, 1e49], "mechanism.pulleys.1.radius": 1e-50})
+    assert "cannot follow the curve of" in str(found.value)
+    assert len(str(found.value)) < 400  # no number of bodies with fifty digits
+
+
+@pytest.mark.parametrize("mu", [227.0, 1e40])
+def test_a_capstan_ratio_beyond_the_largest_number_is_undefined(mu: float) -> None:
+    found = fs.static(pair(effects__belt_friction={"mu_s": mu, "mu_k": 1.0}))
+    assert found["capstan_ratio_driver"].value is None
+    radius = pair()["mechanism"]["pulleys"][0]["radius"]
+    tension = found["pretension"].value
+    assert tension is not None
+    assert found["torque_limit_driver"].value == pytest.approx(2.0 * tension * radius, rel=1e-12)
+
+
+def test_a_shaft_is_thinner_than_its_gear() -> None:
+    with pytest.raises(
+        ScenarioError,
+        match=r"shaft_radius: expected less than the base radius of the gear, 0\.0676316 m",
+    ):
+        load(MARBLES, ["effects.shaft_friction.shaft_radius=0.5"])
+
+
+def test_extreme_gears_have_a_verdict_without_a_traceback() -> None:
+    extreme = [
+        "mechanism.pinion_radius=1e-50",
+        "mechanism.gear_ratio=1e50",
+        "effects.shaft_friction.shaft_radius=1e-49",
+        "mechanism.pressure_angle_deg=89.9999999999999",
+    ]
+    assert set(fs.static(MARBLES, extreme)) >= {"torque_to_lift", "self_locking"}
+
+
+@pytest.mark.parametrize("phase", [1e28, -1e30, 1e49])
+def test_a_large_phase_is_the_rest_of_whole_turns(phase: float) -> None:
+    """Beside 1e28 turns, the time would not count any more, and no extremum be found."""
+    sine: dict[str, Any] = {"mean": 2200.0, "amplitude": 500.0, "frequency_hz": 1.0}
+    short = {"solver": {"backend": "events", "duration": 0.3, "rtol": 1e-6, "atol": 1e-9}}
+    ours = fs.solve(pulley(drive__force={"sine": {**sine, "phase_deg": phase}}, **short))
+    rest = fs.solve(
+        pulley(drive__force={"sine": {**sine, "phase_deg": float(int(phase) % 360)}}, **short)
+    )
+    assert ours.status == "done"
+    force, other = (of.record.channels["drive_force"] for of in (ours, rest))
+    assert force == pytest.approx(other, rel=1e-9)
+
+
+def test_the_extrema_of_a_sine_above_the_resolution_of_time_are_found() -> None:
+    signal = Sine(0.0, 1.0, 6.3e50, 0.0)
+    assert signal.next_extremum(1.0) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("a." * 100_000 + "a = 1", f"a key has more than {MAX_DEPTH} parts"),
+        ("[" + "'a'." * 100 + "a]", f"a key has more than {MAX_DEPTH} parts"),
+        ("".join(f"[t{i}]\n" for i in range(MAX_TABLES + 1)), "it has 2001 tables"),
+        ("".join(f"k{i} = 1\n" for i in range(MAX_KEYS + 1)), "it has 10001 keys"),
+        (f"a = {{{', '.join(f'k{i} = 1' for i in range(MAX_KEYS + 1))}}}", "more than 10000 keys"),
+        ("a = " + "{a = " * 60 + "1" + "}" * 60, f"nested more than {MAX_DEPTH} deep"),
+    ],
+)
+def test_texts_that_no_scenario_needs_are_refused(text: str, reason: str) -> None:
+    with pytest.raises(ScenarioError, match=f"this is no scenario: .*{reason}"):
+        loads(text)
+
+
+def test_deep_overrides_are_refused() -> None:
+    with pytest.raises(InputError, match="this is no value: a key has more than 32 parts"):
+        load(BELT, ["title={" + "a." * 5000 + "a=1}"])
+
+
+def test_large_files_are_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text("#" * (MAX_BYTES + 1))
+    with pytest.raises(ScenarioError, match="file is larger than 1 MiB; use CSV files for signals"):
+        load(path)
+
+
+def test_keys_below_many_lines_have_the_line_of_what_is_around_them() -> None:
+    """Reading a statement of many lines again with each of them takes the square of their time."""
+    lines = ['"""', *['x"'] * 60_000, '"""']
+    text = "a = " + "\n".join(lines) + "\nb = 1\n"
+    assert tomllib.loads(text)["b"] == 1
+    assert key_lines(text).get(("a",), 1) == 1
+
+
+@pytest.mark.parametrize("content", [b"0, 1\n" * (MAX_LINES + 1), b" " * (MAX_CSV + 1)])
+def test_csv_files_without_end_are_refused(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_bytes(content)
+    ramp = "{ time = [0.0, 0.8], value = [1832.6, 3113.75] }"
+    (tmp_path / "s.toml").write_text(PULLEY.replace(ramp, '{ csv = "force.csv" }'))
+    with pytest.raises(ScenarioError, match="has more than 16 MiB or 1000000 lines; expected"):
+        load(tmp_path / "s.toml")
+
+
+def test_samples_are_limited_with_their_width() -> None:
+    many = ["output.interval=1e-6", "solver.duration=10"]
+    with pytest.raises(ScenarioError, match=r"1e[+]07 samples with 1361 values each; the limit"):
+        load(BELT, many)
+    assert load(BELT, [*many, 'output.channels=["energy_input"]']).values_of_a_sample == 1
