@@ -1,0 +1,90 @@
+"""Legal types and extreme sizes: numbers of a shipped scenario replaced, for all kinds and methods.
+
+Every run must end, by itself or at its limits, with a documented exit code; one that is done has
+finite channels only, and a verdict of its audit.
+"""
+
+import random
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from frictionsim.errors import InputError
+from frictionsim.io import hdf5_reader
+from tests.attacks.promise import BrokenPromise, outcome
+from tests.support.scenarios import SCENARIOS
+
+SIZES = (*(0.0, 1e-51, 1e-50, 1e-49, 1e-30, 1e-12, 1e-3, 0.5, 1.0, 2.0, 1e3), 1e12, 1e30, 1e49)
+SIZES = (*SIZES, 1e50, 1e51, 1e150, 1e300, 5e-324)
+METHODS = {
+    "belt_drive": ("moreau", "rkf45"),
+    "epicyclic": ("events", "rkf45"),
+    "marble_machine": ("events", "rkf45"),
+    "pulley": ("events", "rkf45"),
+}
+LIMITS = ["--set", "solver.max_steps=3000", "--max-wall", "2", "-q", "-o", "a.h5"]
+
+
+@cache
+def scenarios() -> tuple[dict[str, Any], ...]:
+    """Return the shipped scenarios as data, belts with few bodies as they are."""
+    found = [tomllib.loads(path.read_text()) for path in sorted(SCENARIOS.rglob("*.toml"))]
+    return tuple(data for data in found if "csv" not in str(data))
+
+
+def numbers_of(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Return the paths of all numbers."""
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    found = []
+    for key, item in items:
+        if isinstance(item, dict | list):
+            found += numbers_of(item, (*path, key))
+        elif isinstance(item, int | float) and not isinstance(item, bool):
+            found.append((*path, key))
+    return found
+
+
+def copied(data: Any) -> Any:
+    """Return a copy of tables and lists."""
+    if isinstance(data, dict):
+        return {key: copied(item) for key, item in data.items()}
+    return [copied(item) for item in data] if isinstance(data, list) else data
+
+
+def attack(rng: random.Random, folder: Path) -> str:
+    """Check, statically solve or solve a scenario with one to three extreme numbers."""
+    data = copied(rng.choice(scenarios()))
+    for path in rng.sample(numbers_of(data), k=rng.choice([1, 1, 2, 3])):
+        table = data
+        for key in path[:-1]:
+            table = table[key]
+        size = rng.choice(SIZES) * rng.choice([1, 1, 1, -1])
+        whole = isinstance(table[path[-1]], int) and abs(size) < 1e18
+        table[path[-1]] = int(size) if whole else size
+    kind = data["kind"]
+    data.setdefault("solver", {})["backend"] = rng.choice(METHODS[kind])
+    text = tomli_w.dumps(data)
+    (folder / "s.toml").write_text(text)
+    command = rng.choice(["check", "static", "solve", "solve"])
+    if command == "solve" and kind == "belt_drive":
+        command = "static"  # kernels would be compiled for each combination of effects
+    found = outcome([command, "s.toml", *(LIMITS if command == "solve" else [])], text)
+    if found in ("exit 0", "exit 3") and command == "solve":
+        _check_result(folder / "a.h5", found, text)
+    return f"{command} {found}"
+
+
+def _check_result(path: Path, found: str, text: str) -> None:
+    try:
+        record = hdf5_reader.read(path)
+    except InputError as error:
+        raise BrokenPromise(f"{found}, but {error}\n{text}") from None
+    for name, channel in record.channels.items():
+        if not np.isfinite(channel).all():
+            raise BrokenPromise(f"{found}, but {name} is not finite\n{text}")
+    if found == "exit 0" and not all(check.ok for check in record.checks.values()):
+        raise BrokenPromise(f"exit 0, but {record.checks}\n{text}")
