@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 from zlib import compress
 
-import h5py
 import numpy as np
 
 from frictionsim.simulation.sample_store import power_of_two, rows_per_segment
@@ -75,9 +74,13 @@ def _chunks(values: Any, start: int, segment: int, rows: int) -> Iterator[bytes]
         if stored is not None:
             yield from stored
             return
-    part = values[start:stop]
-    for first in range(0, len(part), rows):
-        yield _compressed(part[first : first + rows], rows)
+    yield from compressed_chunks(values[start:stop], rows)
+
+
+def compressed_chunks(values: Any, rows: int) -> Iterator[bytes]:
+    """Yield values as chunks of so many rows."""
+    for first in range(0, len(values), rows):
+        yield _compressed(values[first : first + rows], rows)
 
 
 def _compressed(values: Any, rows: int) -> bytes:
@@ -85,56 +88,3 @@ def _compressed(values: Any, rows: int) -> bytes:
     full = np.zeros((rows, *values.shape[1:]), values.dtype)
     full[: len(values)] = values
     return compress(full.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes(), LEVEL)
-
-
-def stored_chunks(dataset: Any) -> list[bytes] | None:
-    """Return the chunks of a dataset from the first; None if it has none."""
-    if dataset.chunks is None:
-        return None
-    starts = range(0, len(dataset), dataset.chunks[0])
-    return [dataset.id.read_direct_chunk((start, 0))[1] for start in starts]
-
-
-class FileSource:
-    """The channels of a result file, which is opened whenever some are read.
-
-    Parameters
-    ----------
-    path : str
-    stamp : tuple
-        Of the file when it was opened first, see `stamp_of`.
-    """
-
-    def __init__(self, path: str, stamp: tuple[int, ...]) -> None:
-        self._path, self._stamp = path, stamp
-
-    def rows(self, name: str, start: int, stop: int) -> Any:
-        """Return samples start to stop - 1 of a channel.
-
-        Raises
-        ------
-        InputError
-            If the file is not the same any more.
-        """
-        from frictionsim.errors import InputError
-
-        try:
-            with h5py.File(self._path, "r") as file:
-                if stamp_of(self._path) == self._stamp:
-                    return file[name][start:stop]
-                reason = "it has changed since it was opened; open it again"
-        except OSError as error:
-            reason = f"it could be opened before, and cannot be now ({error.strerror or 'HDF5'})"
-        raise InputError(f"{self._path}: cannot read the channel '{name}': {reason}")
-
-    def compressed(self, name: str, start: int, stop: int) -> list[bytes] | None:
-        """Return None: chunks of a file need not begin where those of another one do."""
-        return None
-
-
-def stamp_of(path: str) -> tuple[int, ...]:
-    """Return what changes when a file is replaced."""
-    from os import stat
-
-    found = stat(path)
-    return found.st_ino, found.st_size, found.st_mtime_ns

@@ -4,36 +4,42 @@ Why they survive a kill. A segment is written to a temporary file, flushed to th
 and is never opened for writing again; so is the incomplete result, which says how many segments
 belong to it. At any instant there are therefore whole segments, at least as many as the incomplete
 result on the disk counts, and that result itself, whole. Segments beyond its count are of the time
-after it; when the run is resumed they are computed again. The file of HDF5 that a kill could
-leave damaged, one that is open for writing while the run goes on, does not exist; nor are journals
-needed, or its mode for one writer and many readers (SWMR), which protects readers but promises
-nothing about a crash.
+after it; when the run is resumed they are computed again. A file that a kill could leave damaged,
+one that is open for writing while the run goes on, does not exist; nor are journals needed.
 
-A segment of the number 7 is NAME.samples-<random digits>/000007.h5 and holds
+A segment of the number 7 is NAME.samples-<random digits>/000007.segment and holds (`segment_file`)
 
-    /time, /<channel>    samples of the recorded channels, as a result holds them
-    /kept/<name>         of what only summary, audit, events and warnings need
-    attribute `after`    the checksum of the segment before it; 0 of the first
+    time, the channels   samples of the recorded channels, as a result holds them
+    other arrays         of what only summary, audit, events and warnings need
+    `after`              the checksum of the segment before it; 0 of the first
 
 and the line with its checksum. That of the last segment therefore depends on all of them.
+
+A result that refers to segments may be of anyone. Only a folder that has such a name is looked at,
+only files with the names of segments are read or removed in it, and what they hold is checked.
 """
 
 import os
+import re
 import shutil
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.checksum import checksum_mismatch, checksum_of, checksum_trailer
-from frictionsim.io.chunks import add_in_chunks, stored_chunks
+from frictionsim.io.segment_file import SegmentFile, segment_image
 
 MARK = ".samples-"
+DIGITS = 8  # hexadecimal, after the mark
+FOLDER_NAME = re.compile(rf".+{re.escape(MARK)}[0-9a-f]{{{DIGITS}}}", re.DOTALL)
+SUFFIX = ".segment"
+FILE_NAME = re.compile(rf"[0-9]{{6,}}{re.escape(SUFFIX)}")
 OWNER = "run"
+MOST = 10**9  # segments, and samples of each
 
 
 class SampleSegments:
@@ -49,12 +55,12 @@ class SampleSegments:
     def __init__(self, folder: Path, checksum: int = 0) -> None:
         self.folder, self.checksum = folder, checksum
         self._inherited: Path | None = None
-        self._opened: tuple[int, Any] | None = None
+        self._opened: tuple[int, SegmentFile] | None = None
 
     @classmethod
     def beside(cls, result: Path) -> "SampleSegments":
         """Return new segments beside a result file."""
-        name = f"{result.name.removesuffix(result.suffix)}{MARK}{os.urandom(4).hex()}"
+        name = f"{result.name.removesuffix(result.suffix)}{MARK}{os.urandom(DIGITS // 2).hex()}"
         return cls(Path(os.path.realpath(result)).with_name(name))
 
     @property
@@ -69,12 +75,12 @@ class SampleSegments:
 
     def free_bytes(self) -> int:
         """Return how much space the disk has, and what is in the folder already."""
-        own = sum(file.stat().st_size for file in self.folder.glob("*.h5"))
+        own = sum(file.stat().st_size for file in self.folder.glob(f"*{SUFFIX}"))
         return shutil.disk_usage(self.folder.parent).free + own
 
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
-        return self.folder / f"{number:06d}.h5"
+        return self.folder / f"{number:06d}{SUFFIX}"
 
     def write(self, number: int, recorded: dict[str, Any], kept: dict[str, Any]) -> None:
         """Write a segment.
@@ -85,25 +91,15 @@ class SampleSegments:
             If it cannot be written.
         """
         self._make_folder()
-        name = f"{os.urandom(8).hex()}.h5"
-        with h5py.File(name, "w", driver="core", backing_store=False) as file:
-            file.attrs["after"] = self.checksum
-            for channel, values in recorded.items():
-                add_in_chunks(file, channel, values, len(values))
-            group = file.create_group("kept")
-            for channel, values in kept.items():
-                group.create_dataset(channel, data=values)
-            file.flush()
-            image = bytes(file.id.get_file_image())
-        trailer = checksum_trailer(image)
+        image = segment_image(self.checksum, recorded, kept)
         try:
-            write_atomically(image + trailer, self.path(number))
+            write_atomically(image, self.path(number))
         except OutputError as error:
             raise OutputError(
                 f"{error}. The samples before these are kept: make space, or give another place"
                 " with -o, and resume the run if there is an incomplete result"
             ) from None
-        self.checksum = checksum_of(trailer)
+        self.checksum = checksum_of(image[-len(checksum_trailer(b"")) :])
 
     def _make_folder(self) -> None:
         if self.folder.is_dir():
@@ -124,24 +120,36 @@ class SampleSegments:
         InputError
             If the segment is missing or damaged.
         """
-        return self._dataset(number, name)[start:stop]
+        try:
+            return self._file(number).rows(name, start, stop)
+        except (OSError, ValueError):
+            raise self._missing(number) from None
+
+    def rows_like(self, tail: Any, number: int, name: str, start: int, stop: int) -> Any:
+        """Return rows of a channel as `rows` does, with the columns of those that follow.
+
+        Raises
+        ------
+        InputError
+            If it has others.
+        """
+        found = self.rows(number, name, start, stop)
+        if found.shape != (stop - start, *tail.shape[1:]):
+            raise self._missing(number)
+        return found
 
     def compressed(self, number: int, name: str) -> list[bytes] | None:
         """Return the chunks of a channel of a segment; None if it is not stored in chunks."""
-        return stored_chunks(self._dataset(number, name))
+        try:
+            return self._file(number).compressed(name)
+        except (OSError, ValueError):
+            raise self._missing(number) from None
 
-    def _dataset(self, number: int, name: str) -> Any:
+    def _file(self, number: int) -> SegmentFile:
         if self._opened is None or self._opened[0] != number:
             self.close()
-            self._opened = number, self._open(number)
-        file = self._opened[1]
-        return file[name] if name in file else file["kept"][name]
-
-    def _open(self, number: int) -> Any:
-        try:
-            return h5py.File(self.path(number), "r")
-        except OSError:
-            raise self._missing(number) from None
+            self._opened = number, SegmentFile(self.path(number))
+        return self._opened[1]
 
     def _missing(self, number: int) -> InputError:
         return InputError(
@@ -171,14 +179,18 @@ class SampleSegments:
             path = self.path(number)
             if not path.is_file() or checksum_mismatch(path):
                 raise self._missing(number)
-            with self._open(number) as file:
-                after = int(file.attrs["after"])
+            self.close()
+            try:
+                after = self._file(number).after
+            except (OSError, ValueError):
+                raise self._missing(number) from None
             with path.open("rb") as raw:
                 raw.seek(-len(checksum_trailer(b"")), os.SEEK_END)
                 found = checksum_of(raw.read())
             if after != before:
                 raise self._missing(number)
             before = found
+        self.close()
         if before != checksum:
             raise self._missing(count - 1)
 
@@ -224,9 +236,15 @@ class SampleSegments:
             shutil.copyfile(source, target)
 
     def remove(self) -> None:
-        """Remove the folder."""
+        """Remove the segments, and the folder if nothing else is in it."""
         self.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if self.folder.is_symlink():
+            return
+        with suppress(OSError):
+            for file in self.folder.iterdir():
+                if FILE_NAME.fullmatch(file.name) or file.name == OWNER:
+                    file.unlink()
+            self.folder.rmdir()
 
 
 def segment_folders(result: Path) -> list[Path]:
@@ -239,14 +257,18 @@ def segment_folders(result: Path) -> list[Path]:
 def in_use(folder: Path) -> bool:
     """Return whether the run that writes segments may still go on."""
     try:
-        owner = int((folder / OWNER).read_text())
+        file = folder / OWNER
+        if not file.is_file():  # to open a pipe waits for who writes to it
+            return False
+        with file.open("rb") as opened:
+            owner = int(opened.read(20))
     except (OSError, ValueError):
         return False
     if os.name != "posix":  # there is no harmless way to ask
         return True
     try:
         os.kill(owner, 0)
-    except ProcessLookupError:
+    except (ProcessLookupError, OverflowError):
         return False
     except OSError:
         return True
@@ -262,12 +284,20 @@ def segments_of(path: Path, reference: str) -> tuple[SampleSegments, int, int]:
         The result.
     reference : str
         Its attribute `segments`.
+
+    Raises
+    ------
+    ValueError
+        If it is not one that a run has written.
     """
-    name, count, rows, checksum = reference.split()
-    if Path(name).name != name:
-        raise ValueError("segments are beside their result")
+    name, *numbers = reference.rsplit(" ", 3)
+    count, rows, checksum = map(int, numbers)
+    if Path(name).name != name or not FOLDER_NAME.fullmatch(name):
+        raise ValueError("segments are in a folder beside their result")
+    if not (0 < count <= MOST and 0 < rows <= MOST):
+        raise ValueError("there are segments, and samples in each")
     folder = Path(os.path.realpath(path)).with_name(name)
-    return SampleSegments(folder, int(checksum)), int(count), int(rows)
+    return SampleSegments(folder, checksum), count, rows
 
 
 class SegmentsAndTail:
@@ -297,7 +327,7 @@ class SegmentsAndTail:
         size, parts = self._size, []
         for number in range(start // size, min(self._count, (stop - 1) // size + 1)):
             a, b = max(start - number * size, 0), min(stop - number * size, size)
-            parts.append(self._segments.rows(number, name, a, b))
+            parts.append(self._segments.rows_like(self._tail[name], number, name, a, b))
         self._segments.close()
         before = self._count * size
         if stop > before:

@@ -146,7 +146,7 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
     path = tmp_path / "a.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
     (folder,) = tmp_path.glob("a.samples-*")
-    first, second = folder / "000000.h5", folder / "000001.h5"
+    first, second = folder / "000000.segment", folder / "000001.segment"
     if damage == "missing":
         second.unlink()
     elif damage == "changed":
@@ -219,7 +219,7 @@ def kill_and_resume(folder: Path, whole: Path, seed: int) -> int:
     (folder / "long.toml").write_text(tomli_w.dumps(LONG))
     target = folder / "a.h5"
     with start(folder, "solve", "long.toml", "-o", "a.h5") as process:
-        while process.poll() is None and not list(folder.glob("a.samples-*/*.h5")):
+        while process.poll() is None and not list(folder.glob("a.samples-*/*.segment")):
             time.sleep(0.002)
         time.sleep(random_time.uniform(0.0, 0.25))
         process.kill()
@@ -305,7 +305,7 @@ def test_a_full_disk_keeps_the_samples_so_far(
     before = sample_segments.write_atomically
 
     def full(image: bytes, target: Path) -> None:
-        if target.name == "000002.h5":
+        if target.name == "000002.segment":
             raise OutputError(f"{target}: cannot write the result: No space left on device")
         before(image, target)
 

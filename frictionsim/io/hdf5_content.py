@@ -1,0 +1,345 @@
+"""What is in a file of results, read in the child process that `hdf5_reader` starts.
+
+All functions here call HDF5. What they return goes through a pipe: arrays, texts, and the places
+of chunks that are not read yet.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import isnan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.errors import InputError
+from frictionsim.io.checksum import checksum_mismatch
+from frictionsim.io.hdf5_structure import (
+    MAX_AXIS,
+    Budget,
+    array_of,
+    checked_dataset,
+    checked_group,
+    integers_of,
+    members,
+    names_of,
+    text_of,
+    texts_of,
+    type_of,
+    values_of,
+)
+from frictionsim.io.result_format import (
+    COUNTS,
+    READABLE_VERSIONS,
+    SEGMENTS,
+    numbered_members,
+    state_digest,
+)
+from frictionsim.io.stored_array import FileSource, stamp_of
+from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
+from frictionsim.simulation.stored_channel import StoredChannel
+
+ATTRIBUTES = (
+    "backend",
+    "frictionsim_version",
+    "kind",
+    "reason",
+    "scenario",
+    "status",
+    "title",
+)
+GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
+COST = "cost"
+NOT_HDF5 = "it is not a readable HDF5 file"
+NOT_OURS = "it is HDF5, but not a frictionsim result"
+KNOWN_MODES = [value for value, _ in MODES]
+
+
+class Checkpoint(NamedTuple):
+    """The data to resume a run: the attributes of its file and the state of its solver."""
+
+    attributes: dict[str, str]
+    state: dict[str, Any]
+
+
+class Identity(NamedTuple):
+    """What a file says of itself.
+
+    Attributes
+    ----------
+    status : str or None
+        Of the run; None if it does not say.
+    segments : str or None
+        Its attribute of that name.
+    is_ours : bool
+        It is a result or a table of costs, and is not damaged.
+    """
+
+    status: str | None = None
+    segments: str | None = None
+    is_ours: bool = False
+
+
+def identity(path: str) -> Identity:
+    """Return what a file says of itself; nothing if it is no result or damaged."""
+    try:
+        if checksum_mismatch(Path(path)):
+            return Identity()
+        with h5py.File(path, "r") as file:
+            found = texts_of(file, Budget(file.id.get_filesize()))
+    except Exception:  # whatever h5py says of a damaged file
+        return Identity()
+    return Identity(found.get("status"), found.get(SEGMENTS), "frictionsim_version" in found)
+
+
+def record(path: str) -> Record:
+    """Return the content of a result file; channels with columns stay there.
+
+    Raises
+    ------
+    InputError
+        As of `hdf5_reader.read`.
+    """
+    stamp = stamp_of(path)
+    with _opened(path) as file:
+        return _Reader(file, str(Path(path).resolve()), stamp).record()
+
+
+def checkpoint(path: str) -> Checkpoint:
+    """Return the checkpoint of a result file.
+
+    Raises
+    ------
+    InputError
+        As of `hdf5_reader.read_checkpoint`.
+    """
+    with _opened(path) as file:
+        budget = Budget(file.id.get_filesize())
+        attributes = _attributes(file, budget)
+        top = dict(members(file, budget))
+        reason = _resume_obstacle(attributes, "checkpoint" in top)
+        if reason:
+            raise InputError(f"{path}: cannot resume this run: {reason}")
+        group = checked_group(top["checkpoint"], "checkpoint")
+        state = {}
+        for name, item in members(group, budget):
+            if not checked_dataset(item, name).is_scale:
+                if item.dtype.kind not in "fiubS":
+                    raise TypeError(f"{name} does not hold numbers")
+                budget.take(item.nbytes, name)
+                state[name] = item[...]
+        if text_of(group, "digest", budget) != state_digest(attributes, state):
+            raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
+    return Checkpoint(attributes, state)
+
+
+def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
+    if attributes["status"] == "done":
+        return "it is done"
+    if attributes["frictionsim_version"] != __version__:
+        return (
+            f"it was written by version {attributes['frictionsim_version']}, this is {__version__};"
+            " solve its scenario again"
+        )
+    if not has_checkpoint:
+        return f"it has no checkpoint ({attributes['status']}: {attributes['reason']})"
+    return ""
+
+
+@contextmanager
+def _opened(path: str) -> Iterator[Any]:
+    """Open a result file; errors within the context become InputError with the file's name."""
+    try:
+        if checksum_mismatch(Path(path)):
+            raise InputError(
+                f"{path}: cannot read this result: it is damaged (its checksum does not match)"
+            )
+        with h5py.File(path, "r") as file:
+            version = integers_of(file, "format_version")[0]
+            if version not in READABLE_VERSIONS:
+                raise InputError(
+                    f"{path}: cannot read this result: its format version is {version}, this"
+                    f" program reads versions {min(READABLE_VERSIONS)} to {max(READABLE_VERSIONS)}"
+                )
+            if COST in file:
+                raise InputError(
+                    f"{path}: this is a table of `frictionsim cost`, not the result of a run"
+                )
+            yield file
+    except (InputError, MemoryError):
+        raise
+    except OSError:
+        raise InputError(f"{path}: cannot read this result: {NOT_HDF5}") from None
+    except Exception:  # whatever h5py says of what is not as it should be
+        raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
+
+
+def _attributes(file: Any, budget: Budget) -> dict[str, str]:
+    """Return the root attributes; raise KeyError if a required one is missing."""
+    found = texts_of(file, budget)
+    missing = [name for name in ATTRIBUTES if name not in found]
+    if missing:
+        raise KeyError(*missing)
+    return found
+
+
+class _Reader:
+    """Makes a record of an open file, with one budget for all of it.
+
+    Parameters
+    ----------
+    file : h5py.File
+    path : str
+        Absolute, to read channels from later.
+    stamp : tuple
+        Of the file, see `stamp_of`.
+    """
+
+    def __init__(self, file: Any, path: str, stamp: tuple[int, ...]) -> None:
+        self._file, self._path, self._stamp = file, path, stamp
+        self._budget = Budget(file.id.get_filesize())
+
+    def record(self) -> Record:
+        """Return the content of the file."""
+        budget = self._budget
+        attributes = _attributes(self._file, budget)
+        every, groups = {}, {}
+        for name, item in members(self._file, budget):
+            if name in GROUPS:
+                groups[name] = checked_group(item, name)
+            else:
+                every[name] = checked_dataset(item, name)
+        scales = {name for name, item in every.items() if item.is_scale and name != "time"}
+        datasets = {name: item for name, item in every.items() if name not in scales}
+        events, contacts = self._events(groups.get("events"))
+        found = Record(
+            attributes=attributes,
+            channels=self._channels(datasets),
+            units={n: text_of(item, "units", budget) for n, item in datasets.items()},
+            long_names={n: text_of(item, "long_name", budget) for n, item in datasets.items()},
+            axes={name: _axis_of(item, scales) for name, item in datasets.items()},
+            members={name: self._members(every[name]) for name in sorted(scales)},
+            events=events,
+            contacts=contacts,
+            flags={n: self._flags(item) for n, item in datasets.items() if _has_flags(item)},
+            quantities=self._quantities(groups.get("quantities")),
+            checks=self._checks(groups.get("audit")),
+            statistics=self._statistics(groups.get("solver")),
+        )
+        _check_shapes(found)
+        return found
+
+    def _channels(self, datasets: dict[str, Any]) -> dict[str, Any]:
+        """Return the channels; chunks of those with columns stay where they are."""
+        arrays = {name: array_of(item, self._budget) for name, item in datasets.items()}
+        stored = {name: array for name, array in arrays.items() if array is not None}
+        source = FileSource(self._path, self._stamp, stored)
+        return {
+            name: StoredChannel(source, name, item.shape, type_of(item))
+            if name in stored
+            else values_of(item, self._budget)
+            for name, item in datasets.items()
+        }
+
+    def _events(self, group: Any) -> tuple[dict[str, Any], list[str]]:
+        """Return the events and the names of their contacts; empty arrays without events."""
+        if group is None and integers_of(self._file, "format_version")[0] > 1:
+            types = {"time": "f8", "contact": "i4", "mode_from": "i1", "mode_to": "i1"}
+            return {name: np.zeros(0, dtype) for name, dtype in types.items()}, []
+        found, contacts = {}, None
+        for name, item in self._datasets(group):
+            if name != "event":
+                found[name] = values_of(item, self._budget)
+            if name == "contact":
+                contacts = text_of(item, "flag_meanings", self._budget).split()
+        if contacts is None:
+            raise KeyError("contact")
+        return found, contacts
+
+    def _datasets(self, group: Any) -> Iterator[tuple[str, Any]]:
+        """Yield the datasets of a group; none if there is no such group."""
+        if group is not None:
+            for name, item in members(group, self._budget):
+                yield name, checked_dataset(item, name)
+
+    def _number(self, item: Any) -> float:
+        return float(values_of(item, self._budget))
+
+    def _quantities(self, group: Any) -> Quantities:
+        found: Quantities = {}
+        for name, item in self._datasets(group):
+            value, unit = self._number(item), text_of(item, "units", self._budget)
+            found[name] = Quantity(None if isnan(value) else value, unit)
+        return found
+
+    def _checks(self, group: Any) -> dict[str, Check]:
+        if group is None:
+            return {}
+        items = dict(self._datasets(group))
+        names = names_of(items["check"], self._budget)
+        values, limits = (values_of(items[name], self._budget) for name in ("value", "limit"))
+        return {
+            name: Check(float(value), float(limit))
+            for name, value, limit in zip(names, values, limits, strict=True)
+        }
+
+    def _statistics(self, group: Any) -> SolverStatistics | None:
+        if group is None:
+            return None
+        items = dict(self._datasets(group))
+        counts = {name: int(self._number(items[name])) for name in COUNTS}
+        return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
+
+    def _flags(self, dataset: Any) -> Flags:
+        meanings = text_of(dataset, "flag_meanings", self._budget).split()
+        return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
+
+    def _members(self, scale: Any) -> tuple[str, ...]:
+        """Return the names of the members of an axis; version 1 has them as an attribute."""
+        if scale.dtype.kind == "O":
+            return names_of(scale, self._budget)
+        if scale.size > MAX_AXIS:
+            raise ValueError(f"{scale.name} has too many members")
+        if "names" in scale.attrs:
+            found = tuple(text_of(scale, "names", self._budget).split())
+        else:
+            found = numbered_members(scale.size)
+        if scale.shape != (len(found),):
+            raise ValueError(f"{scale.name} is not an axis")
+        return found
+
+
+def _has_flags(dataset: Any) -> bool:
+    return "flag_values" in dataset.attrs and dataset.dtype.kind in "iu"
+
+
+def _axis_of(dataset: Any, scales: set[str]) -> str:
+    """Return the axis of the columns of a dataset; empty if it has no columns."""
+    if dataset.ndim < 2:
+        return ""
+    found = str(next(iter(dataset.dims[1].keys()), ""))
+    if found not in scales:
+        raise ValueError(f"{dataset.name} has columns without an axis")
+    return found
+
+
+def _check_shapes(found: Record) -> None:
+    """Check that all channels have the length of the time, and that events can be named."""
+    for channels, axes in ((found.channels, found.axes), (found.events, {})):
+        n = channels["time"].size
+        for name, values in channels.items():
+            axis = axes.get(name, "")
+            if values.shape != ((n, len(found.members[axis])) if axis else (n,)):
+                raise ValueError(f"{name} is not a channel over time")
+    time = found.channels["time"]
+    if not (np.isfinite(time).all() and np.all(time[1:] > time[:-1])):
+        raise ValueError("the time does not increase")
+    events = found.events
+    if not np.isfinite(events["time"]).all():
+        raise ValueError("an event has no time")
+    if not np.isin(events["contact"], np.arange(len(found.contacts))).all():
+        raise ValueError("an event has a contact without a name")
+    if not all(np.isin(events[name], KNOWN_MODES).all() for name in ("mode_from", "mode_to")):
+        raise ValueError("an event has a mode that there is not")

@@ -1,0 +1,232 @@
+"""What a result file may be made of, checked before any of its data are read.
+
+All of it is asked in a child process (`child_process`), as HDF5 may crash on a damaged file. What
+is refused here would not crash: it would read other files (links to them, external and virtual
+storage), load code (filters that are not built in) or fill memory.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import h5py
+import numpy as np
+
+from frictionsim.io.stored_array import MAX_GZIP_RATIO, StoredArray
+
+MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
+MAX_ATTRIBUTES = 64  # of one object
+MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
+MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
+MAX_NAMES = 100_000
+MAX_AXIS = 10**6
+FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is
+FILTERS = {h5py.h5z.FILTER_DEFLATE: "gzip", h5py.h5z.FILTER_SHUFFLE: "shuffle"}
+NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
+
+
+class Budget:
+    """How many bytes a file may still claim, in all of its data together.
+
+    Parameters
+    ----------
+    file_bytes : int
+        Its size.
+    """
+
+    def __init__(self, file_bytes: int) -> None:
+        self.file_bytes = file_bytes
+        self.left = data_limit(file_bytes)
+        self.members = MAX_MEMBERS
+
+    def take(self, count: int, name: str) -> None:
+        """Take some bytes.
+
+        Raises
+        ------
+        ValueError
+            If there are not so many.
+        """
+        self.left -= count
+        if self.left < 0:
+            raise ValueError(f"{name}: the file claims more data than it can hold")
+
+
+def data_limit(file_bytes: int) -> int:
+    """Return how many bytes of data a result of this size may have in memory.
+
+    What is not compressed fills the file; channels with columns of a long run are compressed, and
+    stay in the file.
+    """
+    return min(MAX_GZIP_RATIO * file_bytes, FREE_BYTES + 2 * file_bytes)
+
+
+def members(group: Any, budget: Budget) -> Iterator[tuple[str, Any]]:
+    """Yield the names and objects of a group, which hard links of the file itself lead to.
+
+    Raises
+    ------
+    ValueError
+        If there are others, or too many.
+    """
+    budget.members -= len(group)
+    if budget.members < 0:
+        raise ValueError("the file has too many datasets")
+    for name in group:
+        if len(name) > MAX_TEXT or not name.isprintable():  # nor if it is not UTF-8
+            raise ValueError("a name is not printable")
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{name} is a link to elsewhere")
+        yield name, group[name]
+
+
+def checked_group(item: Any, name: str) -> Any:
+    """Return a group; raise ValueError if it is none."""
+    if not isinstance(item, h5py.Group):
+        raise ValueError(f"{name} is not a group")
+    _check_attributes(item)
+    return item
+
+
+def checked_dataset(item: Any, name: str) -> Any:
+    """Return a dataset whose data are in the file itself, in a form that results have.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    if not isinstance(item, h5py.Dataset):
+        raise ValueError(f"{name} is not a dataset")
+    _check_attributes(item)
+    kind, storage = item.id.get_type(), item.id.get_create_plist()
+    if kind.committed() or not _is_plain(kind):
+        raise ValueError(f"{name} has values of a type that no result has")
+    layout = storage.get_layout()
+    if layout not in (h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED):
+        raise ValueError(f"{name} is a view of other data")
+    if storage.get_external_count():
+        raise ValueError(f"{name} is stored in other files")
+    if any(number not in FILTERS for number in _filters(storage)):
+        raise ValueError(f"{name} is compressed in a way that no result is")
+    return item
+
+
+def _is_plain(kind: Any) -> bool:
+    if kind.get_class() == h5py.h5t.STRING:
+        return True
+    return kind.get_class() in NUMBERS and kind.get_size() <= 16
+
+
+def _filters(storage: Any) -> list[int]:
+    return [storage.get_filter(i)[0] for i in range(storage.get_nfilters())]
+
+
+def _check_attributes(item: Any) -> None:
+    if len(item.attrs) > MAX_ATTRIBUTES:
+        raise ValueError(f"{item.name} has too many attributes")
+
+
+def texts_of(item: Any, budget: Budget) -> dict[str, str]:
+    """Return the attributes of an object that are one text or number, as printable text."""
+    _check_attributes(item)
+    return {
+        name: text_of(item, name, budget)
+        for name in item.attrs
+        if name.isprintable() and item.attrs.get_id(name).shape == ()
+    }
+
+
+def text_of(item: Any, name: str, budget: Budget) -> str:
+    """Return an attribute as text; bytes that are not UTF-8 are replaced.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    ValueError
+        If it is too long.
+    """
+    attribute = item.attrs.get_id(name)
+    if attribute.shape != () or not _is_plain(attribute.get_type()):
+        raise ValueError(f"{name} is not a text")
+    value = item.attrs[name]
+    text = str(value).encode("utf-8", "replace").decode()
+    if len(text) > (MAX_SCENARIO if name == "scenario" else MAX_TEXT):
+        raise ValueError(f"{name} is too long")
+    budget.take(4 * len(text), name)
+    return text
+
+
+def integers_of(item: Any, name: str) -> list[int]:
+    """Return an attribute of a few integers."""
+    attribute = item.attrs.get_id(name)
+    if attribute.get_storage_size() > MAX_TEXT or attribute.get_type().get_class() not in NUMBERS:
+        raise ValueError(f"{name} does not hold integers")
+    return [int(value) for value in np.atleast_1d(item.attrs[name]).tolist()]
+
+
+def values_of(dataset: Any, budget: Budget) -> Any:
+    """Return the real numbers of a dataset as float64, or as the integers that they are."""
+    if dataset.dtype.kind not in "fiub":
+        raise TypeError(f"{dataset.name} does not hold real numbers")
+    budget.take(dataset.nbytes, dataset.name)
+    return np.asarray(dataset[...]).astype(type_of(dataset), copy=False)
+
+
+def names_of(dataset: Any, budget: Budget) -> tuple[str, ...]:
+    """Return the texts of a dataset."""
+    if dataset.ndim != 1 or h5py.check_string_dtype(dataset.dtype) is None:
+        raise ValueError(f"{dataset.name} does not hold names")
+    if dataset.size > MAX_NAMES:
+        raise ValueError(f"{dataset.name} has too many names")
+    budget.take(dataset.nbytes, dataset.name)
+    found = []
+    for start in range(0, dataset.size, 64):  # texts of any length may be in a file many times
+        for text in dataset.asstr(errors="replace")[start : start + 64]:
+            if len(text) > MAX_TEXT or not str(text).isprintable():
+                raise ValueError(f"{dataset.name}: a name is not printable")
+            budget.take(4 * len(text), dataset.name)
+            found.append(str(text))
+    return tuple(found)
+
+
+def type_of(dataset: Any) -> Any:
+    """Return the type of the values of a dataset in memory."""
+    return dataset.dtype if dataset.dtype.kind == "i" else np.dtype(np.float64)
+
+
+def array_of(dataset: Any, budget: Budget) -> StoredArray | None:
+    """Return where the chunks of a dataset are; None if it has none that are whole rows.
+
+    Raises
+    ------
+    ValueError
+        If they are not all there and within the file.
+    """
+    storage = dataset.id.get_create_plist()
+    filters = [FILTERS[number] for number in _filters(storage)]
+    if (
+        dataset.ndim < 2
+        or dataset.chunks is None
+        or dataset.chunks[1:] != dataset.shape[1:]
+        or filters not in ([], ["gzip"], ["shuffle"], ["shuffle", "gzip"])
+    ):
+        return None
+    rows = dataset.chunks[0]
+    count = -(-len(dataset) // rows)
+    # An entry of the index takes more than a byte.
+    if count > budget.file_bytes:
+        raise ValueError(f"{dataset.name}: a chunk is missing")
+    places = np.zeros((count, 2), dtype=np.int64)
+    rest = (0,) * (dataset.ndim - 1)
+    for number in range(count):
+        chunk = dataset.id.get_chunk_info_by_coord((number * rows, *rest))
+        if chunk.filter_mask or chunk.byte_offset is None or chunk.byte_offset > budget.file_bytes:
+            raise ValueError(f"{dataset.name}: a chunk is missing")
+        places[number] = chunk.byte_offset, chunk.size
+    array = StoredArray(
+        dataset.dtype.str, dataset.shape, rows, places, "shuffle" in filters, "gzip" in filters
+    )
+    array.check(budget.file_bytes)
+    budget.take(places.nbytes, dataset.name)
+    return array
