@@ -16,14 +16,15 @@ import struct
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from math import ceil
 from time import monotonic
 from typing import Any, NamedTuple, NoReturn
 
-SECONDS_TO_START = 20.0  # of a new interpreter on a busy machine
+SECONDS_TO_START = 20  # of a new interpreter on a busy machine
 LENGTH = struct.Struct("<Q")
 MAX_BUFFERS = 100_000
 # With a handler of Python or of `faulthandler` the child would print, or go on.
-DEADLY = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGALRM", "SIGPIPE")
+DEADLY = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGALRM", "SIGXCPU", "SIGPIPE")
 CODE = """\
 import sys
 sys.path[:] = {path!r}
@@ -37,13 +38,15 @@ class Limits(NamedTuple):
 
     Attributes
     ----------
-    seconds : float, s
+    seconds, cpu_seconds : float, s
+        An endless loop takes all the time there is, a slow disk takes none of the processor.
     memory : int
         Bytes of address space beyond those at its start, where the system can limit them; also
         of its answer.
     """
 
     seconds: float
+    cpu_seconds: float
     memory: int
 
 
@@ -171,7 +174,7 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
 def main() -> NoReturn:
     """Do what is asked for on stdin, as the new interpreter of `run_in_child`."""
     if hasattr(signal, "alarm"):
-        signal.alarm(int(SECONDS_TO_START))
+        signal.alarm(SECONDS_TO_START)
     work, arguments, limits = pickle.load(sys.stdin.buffer)
     _answer_and_exit(work, arguments, limits, os.dup(1))
 
@@ -214,17 +217,17 @@ def _isolate(limits: Limits) -> None:
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, limits.seconds)
+        signal.setitimer(signal.ITIMER_REAL, limits.seconds)  # ends in SIGALRM
     else:
         import faulthandler as watchdog
 
         with open(os.devnull, "wb") as nowhere:
             watchdog.dump_traceback_later(limits.seconds, exit=True, file=os.dup(nowhere.fileno()))
-    _limit_memory(limits.memory)
+    _limit_resources(limits)
 
 
-def _limit_memory(more: int) -> None:
-    """Limit the address space to what it is and so many bytes; and write no core files."""
+def _limit_resources(limits: Limits) -> None:
+    """Limit time of the processor (SIGXCPU) and address space; and write no core files."""
     try:
         import resource
     except ImportError:
@@ -232,8 +235,11 @@ def _limit_memory(more: int) -> None:
     with suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with suppress(OSError, ValueError, AttributeError):
+        hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
+        resource.setrlimit(resource.RLIMIT_CPU, (ceil(limits.cpu_seconds), hard))
+    with suppress(OSError, ValueError, AttributeError):
         soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-        wanted = _address_space() + more
+        wanted = _address_space() + limits.memory
         if soft == resource.RLIM_INFINITY or wanted < soft:
             resource.setrlimit(resource.RLIMIT_AS, (wanted, hard))
 
@@ -309,9 +315,13 @@ def _bytes(file: Any, length: int) -> bytearray | None:
 def _why(status: int | None, seconds: float, limits: Limits) -> str:
     """Return why a child has not answered."""
     harmful = "the file is damaged or made to harm"
-    alarm = -getattr(signal, "SIGALRM", 0)
-    if seconds >= limits.seconds or (alarm and status == alarm):
-        return f"HDF5 did not come to an end within {limits.seconds:.0f} s: {harmful}"
+    if status is not None and -status == getattr(signal, "SIGXCPU", 0):
+        return f"HDF5 did not come to an end within {ceil(limits.cpu_seconds)} s: {harmful}"
+    if seconds >= limits.seconds:
+        return (
+            f"HDF5 did not come to an end within {limits.seconds:.0f} s: {harmful}, or its disk"
+            " does not answer"
+        )
     if status is not None and status < 0:
         with suppress(ValueError):
             return f"HDF5 crashed on it ({signal.Signals(-status).name}): {harmful}"

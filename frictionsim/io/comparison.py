@@ -68,6 +68,7 @@ class Tolerances(NamedTuple):
     time: float
 
 
+@np.errstate(all="ignore")  # of files of others: differences of numbers near the largest, nan
 def compare_records(
     named_result: tuple[str, "Record"],
     named_golden: tuple[str, "Record"],
@@ -247,8 +248,7 @@ def _worst_sample(
     allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(found, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(difference > 0.0, difference / allowed, 0.0)
+    ratio = np.where(difference > 0.0, difference / allowed, 0.0)
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
     ok = bool(difference[worst] <= allowed[worst])
@@ -260,8 +260,7 @@ def _worst_sample(
 
 def _difference(found: Any, expected: Any) -> Any:
     """Return the absolute difference; infinite where only one value is NaN."""
-    with np.errstate(invalid="ignore"):
-        difference = np.abs(found - expected)
+    difference = np.abs(found - expected)
     # Equal infinities, and NaN in both, count as no difference.
     equal = (found == expected) | (np.isnan(found) & np.isnan(expected))
     return np.where(equal, 0.0, np.where(np.isnan(difference), np.inf, difference))
@@ -345,6 +344,5 @@ def _rate_beside(golden: "Record", name: str, values: Any, step: int) -> Any:
     else:
         places = np.searchsorted(time, at, side="right")
     places = np.clip(places, 0, time.size - 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rates = np.abs((golden.channels[name][places] - values) / (time[places] - at))
+    rates = np.abs((golden.channels[name][places] - values) / (time[places] - at))
     return np.where(np.isfinite(rates), rates, 0.0)

@@ -28,7 +28,7 @@ from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
-SECONDS = 10.0
+SECONDS, CPU_SECONDS = 8.0, 3.0  # of a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a slow disk
 WORKING_MEMORY = 512 * 2**20
 TRIES = 3  # a run may replace its result at each checkpoint
@@ -102,14 +102,17 @@ def _identity(path: Path) -> Identity:
     """Return what a file says of itself; nothing if there is none or it cannot be read."""
     try:
         key = os.path.realpath(path), stamp_of(str(path))
-        if key not in _identities:
-            found = _in_child(hdf5_content.identity, path)
-            if len(_identities) >= MOST_IDENTITIES:
-                _identities.clear()
-            _identities[key] = found
-        return _identities[key]
-    except (OSError, ValueError, InputError):
+    except (OSError, ValueError):
         return Identity()
+    if key not in _identities:
+        try:
+            found = _in_child(hdf5_content.identity, path)
+        except InputError:
+            found = Identity()
+        if len(_identities) >= MOST_IDENTITIES:
+            _identities.clear()
+        _identities[key] = found
+    return _identities[key]
 
 
 def _in_child(work: Callable[[str], Any], path: Path) -> Any:
@@ -131,7 +134,8 @@ def _in_child(work: Callable[[str], Any], path: Path) -> Any:
 
 def _limits(size: int) -> Limits:
     # The values as they are read, and once more in the type that they are sent in.
-    return Limits(SECONDS + size / BYTES_PER_SECOND, WORKING_MEMORY + 2 * data_limit(size))
+    more = size / BYTES_PER_SECOND
+    return Limits(SECONDS + more, CPU_SECONDS + more, WORKING_MEMORY + 2 * data_limit(size))
 
 
 def _size_of_hdf5(path: Path) -> int:

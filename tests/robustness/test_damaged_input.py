@@ -12,8 +12,8 @@ from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import ROOT, pulley, simulate
 
-COUNTS = {"toml": 150, "csv": 150, "bytes": 150, "hdf5": 60}
-LONG_COUNTS = {"toml": 5000, "csv": 3000, "bytes": 5000, "hdf5": 2000}
+COUNTS = {"toml": 150, "csv": 150}
+LONG_COUNTS = {"toml": 5000, "csv": 3000}
 
 
 def fuzz(what: str, seed: int, count: int, seconds: float) -> dict[str, int]:

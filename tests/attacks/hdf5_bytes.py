@@ -1,0 +1,134 @@
+"""Bytes of result files changed, overwritten, moved, cut off; the checksum made anew or not.
+
+One changed byte is enough to have HDF5 crash or never return, so that the program must not notice.
+"""
+
+import random
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from signal import SIGINT
+from typing import Any
+from unittest import mock
+
+import frictionsim as fs
+from frictionsim.errors import Interrupted
+from frictionsim.io.checksum import LENGTH, checksum_trailer
+from frictionsim.simulation import sample_store
+from tests.attacks.promise import outcome
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import SCENARIOS, changed, pulley
+
+TARGET, SOUND = "a.h5", "sound.h5"
+SMALL_SEGMENT = 50_000  # bytes, so that a short run of a belt is a long one
+Files = dict[str, bytes]
+
+
+def stopping(at: float) -> Callable[[float], None]:
+    """Return the progress of a run that is interrupted at a time."""
+
+    def on_step(t: float) -> None:
+        if t >= at:
+            raise Interrupted(SIGINT, t)
+
+    return on_step
+
+
+@cache
+def originals() -> list[Files]:
+    """Return results with all that is beside them: whole and interrupted ones of two kinds."""
+    short = changed(pulley(), output__interval=0.1)
+    belt = pair(solver__backend="moreau", solver__duration=0.15)
+    runs: list[tuple[Any, Any, int]] = [
+        (short, False, 0),
+        (short, stopping(0.6), 0),
+        (belt, False, 0),
+        (belt, stopping(0.1), 0),
+        (belt, False, SMALL_SEGMENT),
+        (belt, stopping(0.1), SMALL_SEGMENT),
+    ]
+    return [_files_of(*run) for run in runs]
+
+
+def _files_of(scenario: dict[str, Any], progress: Any, segment: int) -> Files:
+    size = segment or sample_store.SEGMENT_BYTES
+    with (
+        tempfile.TemporaryDirectory() as name,
+        mock.patch.object(sample_store, "SEGMENT_BYTES", size),
+    ):
+        folder = Path(name)
+        fs.solve(scenario, output=folder / TARGET, progress=progress)
+        files = [path for path in folder.rglob("*") if path.is_file()]
+        return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def damaged(rng: random.Random, raw: bytearray) -> str:
+    """Change some bytes in place; return what was done."""
+    way = rng.choice(["byte", "byte", "byte", "bits", "run", "moved", "cut", "other"])
+    if not raw:
+        return "empty"
+    if way == "byte":
+        for _ in range(rng.choice([1, 1, 1, 2, 4])):
+            place = rng.randrange(len(raw))
+            old = raw[place]
+            raw[place] = rng.choice([0, 1, 3, 255, rng.randrange(256), (old + 1) % 256])
+    elif way == "bits":
+        for _ in range(rng.choice([1, 2, 8, 100])):
+            raw[rng.randrange(len(raw))] ^= 1 << rng.randrange(8)
+    elif way == "run":
+        a, length = rng.randrange(len(raw)), rng.choice([1, 8, 64, 4096])
+        raw[a : a + length] = rng.choice([b"\x00", b"\xff", rng.randbytes(1)]) * length
+    elif way == "moved":
+        a, b = rng.randrange(len(raw)), rng.randrange(len(raw))
+        raw[a : a + 512] = raw[b : b + 512]
+    elif way == "cut":
+        del raw[rng.randrange(len(raw)) :]
+    else:
+        raw[:] = rng.choice([b"", b"\x89HDF\r\n\x1a\n" + rng.randbytes(2000), b"x" * 100])
+    return way
+
+
+def sealed(rng: random.Random, content: bytes, trailer: bytes) -> tuple[bytes, str]:
+    """Return the content of a file with a checksum made anew, with none, or with the old one."""
+    seal = rng.choice(["anew", "anew", "none", "none", "kept"])
+    end = {"anew": checksum_trailer(content), "none": b"", "kept": trailer}
+    return content + end[seal], seal
+
+
+def use(rng: random.Random, folder: Path, description: str) -> str:
+    """Have a command read the file TARGET in a folder, beside the result SOUND."""
+    commands = [
+        *4 * [["compare", TARGET, SOUND], ["compare", SOUND, TARGET, "--rtol", "0.1"]],
+        *3 * [["show", TARGET], ["show", TARGET, "--json"], ["show", TARGET, "--csv"]],
+        *4 * [["resume", TARGET, "-q", "-o", "b.h5", "--max-wall", "0.5"]],
+        *2 * [["solve", "s.toml", "-q", "-o", TARGET, "--max-wall", "0.5"]],
+        ["show", TARGET, "--scenario"],
+        ["plot", TARGET, "-o", "a.svg"],
+    ]
+    arguments = rng.choice(commands)
+    if arguments[0] == "solve":
+        text = (SCENARIOS / "pulley.toml").read_text()
+        (folder / "s.toml").write_text(text)
+    return outcome(arguments, description)
+
+
+def place(folder: Path, files: Files) -> None:
+    """Write files into a folder."""
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+
+
+def attack(rng: random.Random, folder: Path) -> str:
+    """Damage a result, or a segment of one, and use it."""
+    files = dict(rng.choice(originals()))
+    name = TARGET if rng.random() < 0.8 else rng.choice(sorted(files))
+    place(folder, {**files, SOUND: files[TARGET]})
+    whole = files[name]
+    content = bytearray(whole[:-LENGTH])
+    way = damaged(rng, content)
+    raw, seal = sealed(rng, bytes(content), whole[-LENGTH:])
+    (folder / name).write_bytes(raw)
+    return use(rng, folder, f"{name}: {way}, checksum {seal}")

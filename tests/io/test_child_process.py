@@ -1,0 +1,170 @@
+"""Work in a child process: what it returns and raises, and that it may crash and loop."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from collections import deque
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError
+from frictionsim.io import child_process
+from frictionsim.io.child_process import ChildFailed, Limits, run_in_child
+from tests.support.scenarios import ROOT
+
+LIMITS = Limits(10.0, 1.0, 1 << 30)
+HARMFUL = "the file is damaged or made to harm"
+
+
+def arrays(count: int) -> dict[str, Any]:
+    return {"a": np.arange(float(count)), "b": np.zeros((0, 3)), "c": "text"}
+
+
+def refuse(text: str) -> None:
+    raise InputError(text)
+
+
+def crash(number: int) -> None:
+    os.write(2, b"noise of a library")
+    os.kill(os.getpid(), number)
+
+
+def loop_in_c() -> None:
+    """Never return to the interpreter, so that no handler of Python would run."""
+    deque(repeat(0), maxlen=0)
+
+
+def sleep() -> None:
+    time.sleep(60.0)
+
+
+def fill_memory() -> None:
+    np.ones(1 << 30)
+
+
+def exit_early() -> None:
+    os._exit(0)
+
+
+@pytest.fixture(params=["fork", "interpreter"])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Have the child be a copy of this process, or a new interpreter."""
+    if request.param == "fork" and not (hasattr(os, "fork") and sys.platform != "darwin"):
+        pytest.skip("there is no fork, or it is not sound")
+    monkeypatch.setattr(child_process, "only_one_thread", lambda: request.param == "fork")
+    return str(request.param)
+
+
+def test_what_is_returned_and_raised(way: str) -> None:
+    found = run_in_child(arrays, (200_000,), LIMITS)
+    assert np.array_equal(found["a"], np.arange(200_000.0))
+    assert (found["b"].shape, found["c"]) == ((0, 3), "text")
+    found["a"][0] = 1.0  # it is as any array
+    with pytest.raises(InputError, match="because"):
+        run_in_child(refuse, ("because",), LIMITS)
+
+
+def test_a_crash_is_an_error_with_the_name_of_the_signal(
+    way: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(ChildFailed) as failed:
+        run_in_child(crash, (signal.SIGSEGV,), LIMITS)
+    assert str(failed.value) == f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
+def test_a_loop_in_c_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
+    with pytest.raises(ChildFailed) as failed:
+        run_in_child(loop_in_c, (), LIMITS)
+    assert str(failed.value) == f"HDF5 did not come to an end within 1 s: {HARMFUL}"
+
+
+def test_a_child_that_waits_ends(way: str) -> None:
+    with pytest.raises(ChildFailed) as failed:
+        run_in_child(sleep, (), LIMITS._replace(seconds=0.5))
+    assert str(failed.value).endswith(f"{HARMFUL}, or its disk does not answer")
+
+
+def test_memory_is_limited(way: str) -> None:
+    pytest.importorskip("resource")
+    with pytest.raises(ChildFailed, match="it takes more than 1074 MB of memory"):
+        run_in_child(fill_memory, (), LIMITS)
+
+
+def test_no_answer_is_a_crash(way: str) -> None:
+    with pytest.raises(ChildFailed, match="HDF5 crashed on it: the file is damaged"):
+        run_in_child(exit_early, (), LIMITS)
+
+
+def test_an_answer_larger_than_its_limit_is_refused() -> None:
+    with pytest.raises(ChildFailed):
+        run_in_child(arrays, (200_000,), LIMITS._replace(memory=1_000_000))
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="POSIX")
+def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None:
+    def interrupt(number: int, frame: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        begun = time.monotonic()
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(KeyboardInterrupt):
+            run_in_child(sleep, (), LIMITS)
+        assert time.monotonic() - begun < 5.0
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    with pytest.raises(ChildProcessError):  # there is no child any more
+        os.waitpid(-1, os.WNOHANG)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
+def test_the_warning_of_a_fork_with_threads_of_libraries_is_not_shown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fork = os.fork
+
+    def warning() -> int:
+        warnings.warn("This process is multi-threaded", DeprecationWarning, stacklevel=2)
+        return fork()
+
+    monkeypatch.setattr(os, "fork", warning)
+    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run_in_child(arrays, (1,), LIMITS)["c"] == "text"
+
+
+def test_a_process_with_threads_is_not_copied(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "fork", None)
+    found: list[Any] = []
+    thread = threading.Thread(target=lambda: found.append(run_in_child(arrays, (3,), LIMITS)))
+    thread.start()
+    thread.join()
+    assert len(found[0]["a"]) == 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes streams as shells of POSIX do")
+@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
+def test_closed_streams_do_not_matter(closed: str, tmp_path: Path) -> None:
+    code = (
+        "from tests.io.test_child_process import *\n"
+        "import pathlib\n"
+        "text = run_in_child(arrays, (3,), LIMITS)['c']\n"
+        f"pathlib.Path({str(tmp_path / 'said')!r}).write_text(text)"
+    )
+    command = f"exec {sys.executable} -c '{code.replace(chr(39), chr(34))}' {closed}"
+    subprocess.run(command, shell=True, cwd=ROOT, check=True, timeout=60)
+    assert (tmp_path / "said").read_text() == "text"
