@@ -249,6 +249,7 @@ def _worst_sample(
     difference = _difference(found, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
     ratio = np.where(difference > 0.0, difference / allowed, 0.0)
+    ratio[np.isnan(ratio)] = 1.0  # both are infinite
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
     ok = bool(difference[worst] <= allowed[worst])

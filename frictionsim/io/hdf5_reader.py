@@ -65,9 +65,10 @@ def read(path: Path) -> Record:
 def may_be_done(path: Path) -> bool:
     """Return whether a file holds a complete result or cannot be read; false for an empty file."""
     try:
-        if os.stat(path).st_size == 0:
-            return False
+        found = os.stat(path)
     except OSError:  # no such file
+        return False
+    if S_ISREG(found.st_mode) and not found.st_size:
         return False
     return _identity(path).status not in ("interrupted", "failed")
 
