@@ -35,7 +35,7 @@ TRIES = 3  # a run may replace its result at each checkpoint
 
 # What files of this process said of themselves, by name and stamp; a run asks at each checkpoint.
 _identities: dict[tuple[str, tuple[int, ...]], Identity] = {}
-MOST_IDENTITIES = 64
+MAX_IDENTITIES = 64
 
 
 def read(path: Path) -> Record:
@@ -110,7 +110,7 @@ def _identity(path: Path) -> Identity:
             found = _in_child(hdf5_content.identity, path)
         except InputError:
             found = Identity()
-        if len(_identities) >= MOST_IDENTITIES:
+        if len(_identities) >= MAX_IDENTITIES:
             _identities.clear()
         _identities[key] = found
     return _identities[key]

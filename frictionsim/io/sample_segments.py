@@ -39,7 +39,7 @@ FOLDER_NAME = re.compile(rf".+{re.escape(MARK)}[0-9a-f]{{{DIGITS}}}", re.DOTALL)
 SUFFIX = ".segment"
 FILE_NAME = re.compile(rf"[0-9]{{6,}}{re.escape(SUFFIX)}")
 OWNER = "run"
-MOST = 10**9  # segments, and samples of each
+MAX_SEGMENTS = 10**9  # segments, and samples of each
 
 
 class SampleSegments:
@@ -294,7 +294,7 @@ def segments_of(path: Path, reference: str) -> tuple[SampleSegments, int, int]:
     count, rows, checksum = map(int, numbers)
     if Path(name).name != name or not FOLDER_NAME.fullmatch(name):
         raise ValueError("segments are in a folder beside their result")
-    if not (0 < count <= MOST and 0 < rows <= MOST):
+    if not (0 < count <= MAX_SEGMENTS and 0 < rows <= MAX_SEGMENTS):
         raise ValueError("there are segments, and samples in each")
     folder = Path(os.path.realpath(path)).with_name(name)
     return SampleSegments(folder, checksum), count, rows

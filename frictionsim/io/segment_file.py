@@ -22,7 +22,7 @@ from frictionsim.io.stored_array import StoredArray
 
 BEGINNING = b"frictionsim samples 1\n"
 DIGITS = 8
-MOST_DESCRIPTION = 16 * 2**20
+MAX_DESCRIPTION = 16 * 2**20
 
 
 def segment_image(after: int, recorded: dict[str, Any], kept: dict[str, Any]) -> bytes:
@@ -88,7 +88,7 @@ class SegmentFile:
         if not start.startswith(BEGINNING):
             raise ValueError("no segment")
         length = int(start[len(BEGINNING) :], 16)
-        if not 0 < length <= min(size, MOST_DESCRIPTION):
+        if not 0 < length <= min(size, MAX_DESCRIPTION):
             raise ValueError("no description")
         try:
             found = json.loads(self._file.read(length))
