@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from frictionsim.io import child_process
 from tests.support.scenarios import ROOT, frictionsim
 
 
@@ -14,6 +15,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update-golden", action="store_true", help="write the golden files anew from this run"
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Have results read in a copy of a worker of pytest-xdist, whose other thread only waits.
+
+    A process with threads starts a new interpreter else, which takes a fifth of a second.
+    """
+    if hasattr(config, "workerinput"):
+        child_process.only_one_thread = lambda: True
 
 
 @pytest.fixture

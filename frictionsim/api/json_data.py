@@ -37,7 +37,7 @@ def result_json(result: "Result") -> dict[str, Any]:
         "solver": {} if statistics is None else statistics._asdict(),
         "effects": list(result.effects),
         "audit": {
-            name: {"value": finite(check.value), "limit": check.limit, "ok": check.ok}
+            name: {"value": finite(check.value), "limit": finite(check.limit), "ok": check.ok}
             for name, check in result.audit.items()
         },
         "warnings": list(result.warnings),

@@ -28,7 +28,7 @@ from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
-SECONDS, CPU_SECONDS = 8.0, 3.0  # of a small file, which takes some hundredths
+SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a slow disk
 WORKING_MEMORY = 512 * 2**20
 TRIES = 3  # a run may replace its result at each checkpoint

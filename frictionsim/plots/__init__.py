@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from frictionsim.errors import InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
 from frictionsim.plots.picture_file import check_format, save
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
 ALL, BODY = "all", "body"
+LARGEST_DRAWN = 1e100
 
 Views = Mapping[str, Callable[..., None]]
 """Functions `view(result, figure, **options)` by name."""
@@ -109,8 +112,20 @@ def draw(
         raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
+    _check_numbers(result)
     options = {} if body is None else {BODY: body}
     return drawn_in(lambda target: views[view](result, target, **options), figure, ax)
+
+
+def _check_numbers(result: "Record") -> None:
+    """Raise InputError if a number is so large that a scale of it would overflow."""
+    for name, values in [*result.channels.items(), *result.events.items()]:
+        if isinstance(values, np.ndarray) and values.dtype.kind == "f":  # not one left in its file
+            finite = values[np.isfinite(values)]
+            if finite.size and max(finite.max(), -finite.min()) > LARGEST_DRAWN:
+                raise InputError(
+                    f"cannot draw this result: '{name}' has numbers above {LARGEST_DRAWN:g}"
+                )
 
 
 def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:

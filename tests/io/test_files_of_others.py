@@ -390,3 +390,17 @@ def test_segments_of_other_columns_are_refused(result: Path) -> None:
     found = fs.open(result)
     with pytest.raises(InputError, match="cannot read these samples of an incomplete result"):
         found.record.channels["angle"][3]
+
+
+def test_numbers_that_no_picture_can_show_are_refused(result: Path) -> None:
+    with h5py.File(result, "r+") as file:
+        file["angular_velocity"][1] = 1e300
+    with pytest.raises(InputError, match=r"'angular_velocity' has numbers above 1e\+100"):
+        fs.plot(result)
+
+
+def test_a_limit_that_is_no_number_is_none_in_json(result: Path) -> None:
+    with h5py.File(result, "r+") as file:
+        file["audit/limit"][0] = np.nan
+    checks = fs.open(result).to_json()["audit"]
+    assert next(iter(checks.values()))["limit"] is None
