@@ -15,7 +15,6 @@ import numpy as np
 
 from frictionsim import __version__
 from frictionsim.errors import InputError
-from frictionsim.io.checksum import checksum_mismatch
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
     Budget,
@@ -85,8 +84,6 @@ class Identity(NamedTuple):
 def identity(path: str) -> Identity:
     """Return what a file says of itself; nothing if it is no result or damaged."""
     try:
-        if checksum_mismatch(Path(path)):
-            return Identity()
         with h5py.File(path, "r") as file:
             found = texts_of(file, Budget(file.id.get_filesize()))
     except Exception:  # whatever h5py says of a damaged file
@@ -152,10 +149,6 @@ def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
 def _opened(path: str) -> Iterator[Any]:
     """Open a result file; errors within the context become InputError with the file's name."""
     try:
-        if checksum_mismatch(Path(path)):
-            raise InputError(
-                f"{path}: cannot read this result: it is damaged (its checksum does not match)"
-            )
         with h5py.File(path, "r") as file:
             version = integers_of(file, "format_version")[0]
             if version not in READABLE_VERSIONS:

@@ -18,6 +18,7 @@ import numpy as np
 from frictionsim.errors import InputError, near_files
 from frictionsim.io import hdf5_content
 from frictionsim.io.atomic_write import HDF5_SIGNATURE, SUFFIXES
+from frictionsim.io.checksum import checksum_mismatch
 from frictionsim.io.child_process import ChildFailed, Limits, run_in_child
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
@@ -140,13 +141,17 @@ def _limits(size: int) -> Limits:
 
 
 def _size_of_hdf5(path: Path) -> int:
-    """Return the size of a file of HDF5; raise OSError if it is none.
+    """Return the size of a file of HDF5; raise OSError if it is none, InputError if damaged.
 
     What is no regular file is not opened: to open a pipe waits for who writes to it.
     """
     found = os.stat(path)
     if not S_ISREG(found.st_mode):
         raise OSError("not a regular file")
+    if checksum_mismatch(path):
+        raise InputError(
+            f"{path}: cannot read this result: it is damaged (its checksum does not match)"
+        )
     with open(path, "rb") as file:
         if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
             raise OSError("not HDF5")
