@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
 ALL, BODY = "all", "body"
-LARGEST_DRAWN = 1e100
+MAX_DRAWN = 1e100
 
 Views = Mapping[str, Callable[..., None]]
 """Functions `view(result, figure, **options)` by name."""
@@ -122,9 +122,9 @@ def _check_numbers(result: "Record") -> None:
     for name, values in [*result.channels.items(), *result.events.items()]:
         if isinstance(values, np.ndarray) and values.dtype.kind == "f":  # not one left in its file
             finite = values[np.isfinite(values)]
-            if finite.size and max(finite.max(), -finite.min()) > LARGEST_DRAWN:
+            if finite.size and max(finite.max(), -finite.min()) > MAX_DRAWN:
                 raise InputError(
-                    f"cannot draw this result: '{name}' has numbers above {LARGEST_DRAWN:g}"
+                    f"cannot draw this result: '{name}' has numbers above {MAX_DRAWN:g}"
                 )
 
 
