@@ -1,19 +1,45 @@
-"""The folder of compiled kernels: in the user's cache, or in a private folder of their own."""
+"""The folder of compiled kernels: in the user's cache, or in a private one for temporary files.
+
+What is in it is loaded as machine code (numba's .nbc) or unpickled (.nbi), both of which run with
+the user's rights. So a folder is taken only if nobody else can have put anything into it:
+
+- The folder and the one it is in belong to the user, are folders and no links. They are closed to
+  others (mode 0700) if they were not. If others could write to the folder of a build, its content
+  is removed and compiled again: whose it is cannot be told any more.
+- All in it belongs to the user, and is a file or a folder; else the content is removed as well.
+- Nobody but the user and root can exchange these folders for others: each folder on the way to
+  them belongs to one of these two, and is not writable for all others unless it is sticky, as /tmp
+  is. A group that may write to the user's own cache is the user's decision.
+
+Without such a folder the kernels are compiled for each process anew, and never read from a disk.
+The folder that `NUMBA_CACHE_DIR` names is not used: kernels of other programs are none of ours.
+Windows has no such owners and modes; there both places are in the user's profile.
+"""
 
 import getpass
+import logging
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
-from stat import S_ISDIR
-from tempfile import NamedTemporaryFile, gettempdir, mkdtemp
+from stat import S_IMODE, S_ISDIR, S_ISREG, S_ISVTX
+from tempfile import NamedTemporaryFile, gettempdir
 from time import time
 
 from platformdirs import user_cache_path
 
+LOG = logging.getLogger(__name__)
+
 PROGRAM = "frictionsim"
 BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as `jit.build_name` has it
 KEPT_UNUSED = 7 * 24 * 3600.0  # s; several versions may be in use side by side
+PRIVATE, ROOT = 0o700, 0
+OTHERS_WRITE, OTHERS_ENTER = 0o022, 0o011
+
+
+class _NotPrivate(Exception):
+    """Others could have put something into a folder; the message says how."""
 
 
 def cache_folder(name: str) -> Path:
@@ -28,15 +54,12 @@ def cache_folder(name: str) -> Path:
     -------
     Path
     """
-    return user_cache_path(PROGRAM, appauthor=False) / name
+    return _home_cache() / name
 
 
-def usable_folder(name: str) -> Path:
-    """Return a folder for compiled kernels that can be written to.
+def usable_folder(name: str) -> Path | None:
+    """Return a folder for compiled kernels that the user alone can write to.
 
-    Where the user's cache cannot be written to, it is in the folder for temporary files. Others
-    may write there too, so a folder that does not belong to the user is not taken: kernels are
-    machine code that runs with the user's rights. Then the folder is a new one for this process.
     When a folder is made, those of other builds that nobody has used for a week are removed.
 
     Parameters
@@ -46,41 +69,144 @@ def usable_folder(name: str) -> Path:
 
     Returns
     -------
-    Path
+    Path or None
+        None if there is none: then nothing is kept, which a warning says.
     """
-    folder = cache_folder(name)
-    if _is_usable(folder):
-        return folder
-    own = Path(gettempdir()) / f"{PROGRAM}-{_user_name()}"
-    owner = _owner_of_new_files(own, mode=0o700)
-    # Not what a link leads to: whoever made the link can have it lead elsewhere.
-    if owner is not None and own.lstat().st_uid == owner:
-        folder = own / name
-        if _is_usable(folder):
-            return folder
-    return Path(mkdtemp(prefix=f"{PROGRAM}-"))
+    reasons = []
+    for place in (_home_cache, _private_temporary):
+        try:
+            return _prepared(place(), name)
+        except _NotPrivate as error:
+            reasons.append(str(error))
+        except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home
+            what = getattr(error, "strerror", None) or error
+            where = getattr(error, "filename", None)
+            reasons.append(f"'{where}': {what}" if where else str(what))
+        LOG.info("no compiled kernels there: %s", reasons[-1])
+    LOG.warning(
+        "there is no private folder to keep compiled kernels in (%s); every run of a belt compiles"
+        " them anew, which takes 10 to 30 s: set XDG_CACHE_HOME to a folder of your own",
+        "; ".join(reasons),
+    )
+    return None
 
 
-def _is_usable(folder: Path) -> bool:
-    """Return whether a build's folder can be written to; if it is new, remove old ones beside it.
+def _home_cache() -> Path:
+    return user_cache_path(PROGRAM, appauthor=False)
 
-    To try is to use: it sets the folder's time stamp.
+
+def _private_temporary() -> Path:
+    return Path(gettempdir()) / f"{PROGRAM}-{_user_name()}"
+
+
+def _prepared(base: Path, name: str) -> Path:
+    """Return the folder of a build in a base folder; both are made if they are not there.
+
+    Raises
+    ------
+    _NotPrivate
+    OSError
+        If it cannot be made, or not be written to.
     """
-    is_new = not folder.exists()
-    owner = _owner_of_new_files(folder)
-    if owner is None:
-        return False
+    if not base.is_absolute():  # it would depend on the folder that the user is in
+        raise _NotPrivate(f"'{base}' is no absolute path")
+    base.parent.mkdir(parents=True, exist_ok=True)
+    _check_way(base)
+    _close_to_others(base)
+    folder = base / name
+    is_new = not os.path.lexists(folder)
+    before = _close_to_others(folder)
+    if before & OTHERS_WRITE or not _is_all_ours(folder, bool(before & OTHERS_ENTER)):
+        LOG.info("others could write to %s: its content is removed", folder)
+        rmtree(folder)
+        _close_to_others(folder)
+    # On Windows no other question about a folder has a reliable answer. To try is to use, too: it
+    # sets the folder's time stamp.
+    with NamedTemporaryFile(dir=folder):
+        pass
     if is_new:
-        _remove_unused(folder, owner)
+        _remove_unused(folder, folder.lstat().st_uid)
+    return folder
+
+
+def _check_way(base: Path) -> None:
+    """Check that no other user can put another folder into the place of one.
+
+    Raises
+    ------
+    _NotPrivate
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    trusted = {ROOT, os.geteuid()}
+    for folder in {*base.parents, *base.parent.resolve().parents, base.parent.resolve()}:
+        found = folder.stat()
+        if found.st_uid not in trusted:
+            raise _NotPrivate(f"'{folder}' belongs to another user")
+        if found.st_mode & 0o002 and not found.st_mode & S_ISVTX:
+            raise _NotPrivate(f"anyone can write to '{folder}'")
+
+
+def _close_to_others(folder: Path) -> int:
+    """Make a folder, or take the user's own one, and have the user alone enter it.
+
+    Returns
+    -------
+    int
+        Its mode before.
+
+    Raises
+    ------
+    _NotPrivate
+        If it belongs to another user, or is something else.
+    """
+    with suppress(FileExistsError):
+        folder.mkdir(mode=PRIVATE)
+    found = folder.lstat()
+    if not S_ISDIR(found.st_mode):
+        raise _NotPrivate(f"'{folder}' is a link or a file, not a folder")
+    if not hasattr(os, "geteuid"):
+        return PRIVATE
+    # By a descriptor: what was a folder just now may be a link by the time its mode is set.
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        found = os.fstat(descriptor)
+        if found.st_uid != os.geteuid():
+            raise _NotPrivate(f"'{folder}' belongs to another user")
+        if S_IMODE(found.st_mode) & 0o077:
+            os.fchmod(descriptor, PRIVATE)
+        return S_IMODE(found.st_mode)
+    finally:
+        os.close(descriptor)
+
+
+def _is_all_ours(folder: Path, was_open: bool) -> bool:
+    """Return whether all that is in a folder is the user's own.
+
+    Parameters
+    ----------
+    folder : Path
+    was_open : bool
+        Others could enter it, so its files must not be writable for them.
+    """
+    if not hasattr(os, "geteuid"):
+        return True
+    user = os.geteuid()
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            found = entry.stat(follow_symlinks=False)
+            mode = found.st_mode
+            if found.st_uid != user or (was_open and mode & OTHERS_WRITE):
+                return False
+            is_fit = _is_all_ours(Path(entry), was_open) if S_ISDIR(mode) else S_ISREG(mode)
+            if not is_fit:
+                return False
     return True
 
 
 def _remove_unused(new: Path, owner: int) -> None:
     """Remove the folders of other builds beside a new one that were not used for a week."""
-    try:
-        others = [path for path in new.parent.iterdir() if BUILD.fullmatch(path.name)]
-    except OSError:  # whoever may write there need not be allowed to list it
-        return
+    others = [path for path in new.parent.iterdir() if BUILD.fullmatch(path.name)]
     for path in others:
         try:
             found = path.lstat()  # of a link, not of what it leads to
@@ -89,21 +215,6 @@ def _remove_unused(new: Path, owner: int) -> None:
         is_ours = S_ISDIR(found.st_mode) and found.st_uid == owner
         if path != new and is_ours and time() - found.st_mtime > KEPT_UNUSED:
             rmtree(path, ignore_errors=True)
-
-
-def _owner_of_new_files(folder: Path, mode: int = 0o777) -> int | None:
-    """Return who owns files that this process writes to a folder; None if it cannot.
-
-    The folder is made if there is none, with this mode where the system has modes.
-
-    Writing is tried: on Windows no other question about a folder has a reliable answer.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=mode)
-        with NamedTemporaryFile(dir=folder) as file:
-            return os.fstat(file.fileno()).st_uid
-    except OSError:
-        return None
 
 
 def _user_name() -> str:

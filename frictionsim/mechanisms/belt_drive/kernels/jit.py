@@ -55,6 +55,13 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """The function as Python calls it."""
+        folder = _folder()
+        if folder is None:
+            return _compiled(self.py_func)
+        # Each time anew: numba takes it from the environment again when that changes, or from a
+        # file `.numba_config.yaml` where the user is.
+        config: Any = _numba().config
+        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = folder, ""
         return _compiled(self.py_func, cache=True)
 
     @cached_property
@@ -148,15 +155,21 @@ def build_name() -> str:
 
 @cache
 def _numba() -> Any:
-    """Import numba, and have it keep its kernels in the folder of this build."""
     import numba
 
+    return numba
+
+
+@cache
+def _folder() -> str | None:
+    """Return the folder that numba keeps the kernels of this build in; None if in none."""
     from frictionsim.mechanisms.belt_drive.kernels.cache import usable_folder
 
-    folder = str(usable_folder(build_name()))
+    folder = usable_folder(build_name())
+    if folder is None:
+        return None
     LOG.info("folder of the compiled kernels: %s", folder)
-    numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
-    return numba
+    return str(folder)
 
 
 class Compilation:
@@ -186,6 +199,7 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
         Its method `compiling`, if it has one, is entered with them when something is compiled.
     """
     _numba()
+    _folder()
     from numba.core import event
 
     found = Compilation()
