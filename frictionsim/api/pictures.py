@@ -87,12 +87,15 @@ def save_views(
         If a picture cannot be written.
     """
     from frictionsim import plots
+    from frictionsim.plots.picture_file import check_format, check_picture
 
-    if no_clobber:
-        views = plots.views_of(result.kind)
-        names = [plots.path_of(path, name) for name in views] if view == plots.ALL else [path]
-        for name in names:
+    check_format(path)
+    views = plots.views_of(result.kind)
+    names = [plots.path_of(path, name) for name in views] if view == plots.ALL else [path]
+    for name in names:
+        if no_clobber:
             check_no_clobber(name)
+        check_picture(name)
     if view == plots.ALL:
         return plots.plot_all(result.record, path, body)
     plots.plot(result.record, path, view, body)

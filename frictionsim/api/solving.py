@@ -100,7 +100,8 @@ def resume(
         An incomplete result.
     output : path, optional
         File to write to; by default the file that is resumed, and NAME.h5 instead of
-        NAME.partial.h5 when the run is done. A `Result` that is in no file is not written.
+        NAME.partial.h5 when the run is done, unless that is the result of another scenario. A
+        `Result` that is in no file is not written.
     no_clobber, max_wall, progress, check
         As of `solve`; the file that is resumed is always replaced.
 
@@ -117,7 +118,7 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    from frictionsim.io.destination import whole_name
+    from frictionsim.io.destination import check_same_scenario, whole_name
 
     _check(max_wall, progress)
     incomplete = result if isinstance(result, Result) else open(as_path("result", result))
@@ -125,6 +126,7 @@ def resume(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
+        check_same_scenario(output, incomplete.record.attributes["scenario"], path)
     destination = _destination(output, path, no_clobber)
     try:
         return _simulate(scenario, destination, max_wall, progress, False, state, check)
@@ -194,7 +196,7 @@ def _simulate(
 def _written(done: "RunResult", destination: "Destination") -> Path | None:
     """Write a result; return the file."""
     try:
-        return destination.write(done)
+        return destination.write_last(done)
     finally:
         destination.close()
 

@@ -14,7 +14,6 @@ from frictionsim.scenario.settings import Scenario
 from frictionsim.work_precision import outcome
 from frictionsim.work_precision import study as work_precision
 from frictionsim.work_precision.recommendation import recommendations
-from frictionsim.work_precision.report import check_table as check_table
 from frictionsim.work_precision.report import columns, study_json, write_csv
 
 if TYPE_CHECKING:

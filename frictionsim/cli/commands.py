@@ -168,7 +168,7 @@ def resume(
 ) -> int:
     """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
 
-    When the run is done, NAME.partial.h5 is replaced by NAME.h5.
+    When the run is done, NAME.h5 replaces NAME.partial.h5, unless it is of another scenario.
     """
     from frictionsim.cli.job import Report, resume_job
 

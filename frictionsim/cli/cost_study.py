@@ -1,15 +1,15 @@
 """`frictionsim cost`: interprets the options, runs the study and writes its files."""
 
 import sys
-from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import frictionsim as fs
-from frictionsim.api.studies import Progress, check_table
+from frictionsim.api.studies import Progress
 from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import ArgumentError, OutputError
-from frictionsim.io.atomic_write import check_no_clobber, check_writable
+from frictionsim.io.atomic_write import check_no_clobber
+from frictionsim.io.replaceable import COSTS, RESULT, check_apart, check_target
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -44,42 +44,47 @@ class Files(NamedTuple):
         ------
         InputError, OutputError
         """
+        options = ("-o", "--csv", "--plot")
+        given = {option: path for option, path in zip(options, self, strict=True) if path}
+        check_apart(given)
         if no_clobber:
-            for target in self:
-                if target is not None:
-                    check_no_clobber(target)
-        if self.output is not None:
-            check_writable(self.output)
+            for target in given.values():
+                check_no_clobber(target)
         if self.plot is not None:
-            from frictionsim.plots.picture_file import check_format, check_picture
+            from frictionsim.plots.picture_file import check_picture
 
-            check_format(self.plot)
             check_picture(self.plot)
+        if self.output is not None:
+            check_target(self.output, RESULT)
         if self.csv is not None:
-            check_table(self.csv)
-        for target in (self.csv, self.plot):
-            if target is not None and not isdir(target.parent):
-                raise OutputError(
-                    f"{target}: cannot write here: there is no folder '{target.parent}'"
-                )
-            if target is not None and isdir(target):
-                raise OutputError(f"{target}: this is a folder; give a file name")
+            check_target(self.csv, COSTS)
 
     def write(self, study: "fs.Study") -> None:
-        """Write the files.
+        """Write the files; one that cannot be written does not keep the others from it.
 
         Raises
         ------
         OutputError
         """
-        if self.output is not None:
-            study.save_hdf5(self.output)
-        if self.csv is not None:
-            study.save_csv(self.csv)
-        if self.plot is not None:
-            from frictionsim.plots.picture_file import save
+        errors = []
+        for path, write in (
+            (self.output, study.save_hdf5),
+            (self.csv, study.save_csv),
+            (self.plot, lambda path: _draw(study, path)),
+        ):
+            if path is not None:
+                try:
+                    write(path)
+                except OutputError as error:
+                    errors.append(str(error))
+        if errors:
+            raise OutputError("\n".join(errors))
 
-            save(study.plot(), self.plot)
+
+def _draw(study: "fs.Study", path: Path) -> None:
+    from frictionsim.plots.picture_file import save
+
+    save(study.plot(), path)
 
 
 def run_study(scenario: "Scenario", wanted: Wanted) -> "fs.Study":

@@ -1,15 +1,22 @@
-"""Atomic writing of result files, and checks that a file can be written before a run starts."""
+"""Atomic writing of files, and checks that one can be written before a run starts."""
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from errno import EPERM, EROFS
+from itertools import count
 from pathlib import Path
+from stat import S_IMODE, S_ISREG, S_ISVTX
 from time import monotonic, sleep
 
 from frictionsim.errors import OutputError
+from frictionsim.io.part_file import part_of
 
 SUFFIXES = (".h5", ".hdf5", ".nc")
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+NEW, PRIVATE = 0o666, 0o600  # modes of a file that is new, and of one whose mode is still to be set
+PERMISSIONS, OF_GROUP = 0o777, 0o070
+PROBE = bytes(4096)
+LONGEST_NAME = 255  # bytes
 
 # On Windows a file cannot be replaced while a program has it open: a reader is waited for.
 SECONDS_FOR_READERS = 5.0
@@ -19,8 +26,20 @@ SECONDS_BETWEEN_TRIES = 0.05
 _kept: dict[Path, Path] = {}
 
 
-def check_writable(path: Path) -> None:
-    """Check that a result can be written to a path.
+class KeptBeside(OutputError):
+    """A file could not be replaced, and its new content is beside it."""
+
+
+def check_place(path: Path, what: str = "result") -> None:
+    """Check that a file can be written to a path, by writing a part of one beside it.
+
+    Parts of the same file that killed processes have left are removed.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What it will be, for the message.
 
     Raises
     ------
@@ -29,10 +48,13 @@ def check_writable(path: Path) -> None:
     """
     try:
         reason = _target_problem(path)
-    except OSError as error:  # name too long, or no permission to enter the folder
+        if not reason:
+            with part_of(_place(path), PRIVATE) as part:
+                part.path.write_bytes(PROBE)
+    except OSError as error:  # name too long, no permission to enter the folder, disk full
         reason = error.strerror or str(error)
     if reason:
-        raise _not_written(path, reason)
+        raise _not_written(path, what, reason)
 
 
 def check_no_clobber(path: Path) -> None:
@@ -49,66 +71,66 @@ def check_no_clobber(path: Path) -> None:
         )
 
 
-def check_replaceable(path: Path, beginnings: tuple[bytes, ...], what: str) -> None:
-    """Check that an existing file is of the kind that will replace it, as tables replace tables.
-
-    Parameters
-    ----------
-    path : Path
-    beginnings : tuple of bytes
-        That a file of this kind begins with one of; an empty file is of every kind.
-    what : str
-        The kind, for the message.
-
-    Raises
-    ------
-    OutputError
-        If it is another file.
-    """
-    try:
-        with path.open("rb") as file:
-            found = file.read(max(map(len, beginnings)))
-    except OSError:
-        return  # there is none, or writing will say what is wrong
-    if found and not found.startswith(beginnings):
-        raise OutputError(
-            f"{path}: the existing file is not {what} and is not overwritten; give another name"
-        )
+def _place(path: Path) -> Path:
+    """Return the file that a path leads to."""
+    return Path(os.path.realpath(path))
 
 
 def _target_problem(path: Path) -> str:
-    """Return why a result must not be written to a path; empty if it may be."""
-    folder = path.parent
-    if path.is_dir():
+    """Return why a file must not be written to a path; empty if it may be."""
+    if os.path.isdir(path):
         return "this is a folder; give a file name"
-    if path.exists():
-        if not path.is_file():
-            return "this is a device; give a file name"
-        if not path.stat().st_mode & 0o222:
-            return "the existing file is read-only"
-        if path.suffix not in SUFFIXES and not _has_hdf5_signature(path):
-            return "the existing file is not a result and is not overwritten; give another name"
+    target = _place(path)
+    folder = target.parent
     if not folder.is_dir():
-        return f"there is no folder '{folder}'"
-    return "" if os.access(folder, os.W_OK) else f"no permission to write in '{folder}'"
+        return f"there is no folder '{folder if path.is_symlink() else path.parent}'"
+    try:
+        found = target.lstat()
+    except FileNotFoundError:
+        found = None
+    if found is not None:
+        reason = _replacement_problem(target, found)
+        if reason:
+            return reason
+    return "" if os.access(folder, os.W_OK) else f"no permission to write in '{path.parent}'"
 
 
-def _has_hdf5_signature(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
+def _replacement_problem(target: Path, found: os.stat_result) -> str:
+    """Return why an existing file must not or cannot be replaced; empty if it may be."""
+    if target.is_symlink():
+        return "this is a link that leads to itself; give a file name"
+    if not S_ISREG(found.st_mode):
+        return "this is a device; give a file name"
+    if not found.st_mode & 0o222:
+        return "the existing file is read-only"
+    if not hasattr(os, "geteuid"):
+        return ""
+    folder, user = target.parent.stat(), os.geteuid()
+    if folder.st_mode & S_ISVTX and user not in (0, found.st_uid, folder.st_uid):
+        return (
+            "the existing file belongs to another user, and its folder lets nobody else replace"
+            " it (it is sticky); give another name"
+        )
+    try:
+        os.close(os.open(target, os.O_WRONLY))
+    except OSError as error:
+        # A file that was made immutable cannot be replaced; one that others own can be.
+        return (error.strerror or str(error)) if error.errno in (EPERM, EROFS) else ""
+    return ""
 
 
-def _not_written(path: Path, reason: str) -> OutputError:
-    return OutputError(f"{path}: cannot write the result: {reason}")
+def _not_written(path: Path, what: str, reason: str) -> OutputError:
+    return OutputError(f"{path}: cannot write the {what}: {reason}")
 
 
-def write_atomically(image: bytes, path: Path) -> None:
+def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
     """Write a file atomically: on any error the existing file is kept.
 
-    The bytes are written to a temporary file in the same folder, flushed to the disk and renamed.
-    If the existing file cannot be replaced because a program has it open, they are kept beside it
-    as a.new.h5 for a.h5. The next content of a.h5 that this process writes, as at a checkpoint,
-    replaces that file, without waiting for the reader again.
+    The bytes are written to a part file in the same folder, flushed to the disk and renamed. The
+    file keeps mode and owner of the one it replaces, as far as the system lets the user.
+    If the existing file cannot be replaced, as because a program has it open, they are kept
+    beside it as a.new.h5 for a.h5. The next content of a.h5 that this process writes, as at a
+    checkpoint, replaces that file, without waiting for the reader again.
 
     Parameters
     ----------
@@ -116,47 +138,97 @@ def write_atomically(image: bytes, path: Path) -> None:
         The content.
     path : Path
         The target; a symbolic link is followed.
+    what : str
+        What it is, for messages.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    with replaced_atomically(path) as part, part.open("xb") as file:
+    with replaced_atomically(path, what) as part, part.open("r+b") as file:
         file.write(image)
 
 
 @contextmanager
-def replaced_atomically(path: Path) -> Iterator[Path]:
-    """Return the context that gives a name for a new file, which then replaces another.
+def replaced_atomically(path: Path, what: str = "result") -> Iterator[Path]:
+    """Return the context that gives the name of an empty file, which then replaces another.
 
     Parameters
     ----------
     path : Path
         The target, as of `write_atomically`.
+    what : str
+        What it is, for messages.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    check_writable(path)
-    target = Path(os.path.realpath(path))
-    # PIDs are reused, so a part file of a killed process may exist: add random digits.
-    part = target.with_name(f".{target.name}.{os.getpid()}.{os.urandom(4).hex()}.part")
     try:
-        yield part
-        with part.open("r+b") as file:
-            os.fsync(file.fileno())
-        held = _replace(part, target)
-        if held is not None:
-            raise _held(path, held, _keep(part, target))
+        reason = _target_problem(path)
+        if reason:
+            raise _not_written(path, what, reason)
+        target = _place(path)
+        with part_of(target, PRIVATE if target.exists() else NEW) as part:
+            yield part.path
+            with part.path.open("r+b") as file:
+                _take_over_mode(file.fileno(), target)
+                os.fsync(file.fileno())
+            if os.name == "nt":
+                part.release()  # what is open cannot be renamed
+            _replace_or_keep(part.path, target, path, what)
     except OSError as error:
-        raise _not_written(path, error.strerror or str(error)) from None
-    finally:
-        with suppress(OSError):
-            part.unlink()  # it exists only after an error
+        raise _not_written(path, what, error.strerror or str(error)) from None
     _sync_folder(target.parent)
+
+
+def _take_over_mode(descriptor: int, target: Path) -> None:
+    """Give a new file the mode and the owner of the one it replaces.
+
+    Where the group cannot be kept, the new file has none of its rights: they are of another group.
+    """
+    if not hasattr(os, "fchown"):
+        return
+    try:
+        old, new = target.stat(), os.fstat(descriptor)
+    except FileNotFoundError:
+        return
+    mode = S_IMODE(old.st_mode) & PERMISSIONS
+    if (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
+        try:
+            os.fchown(descriptor, old.st_uid, old.st_gid)
+        except OSError:
+            try:
+                os.fchown(descriptor, -1, old.st_gid)
+            except OSError:
+                mode &= ~OF_GROUP
+    with suppress(OSError):  # a file system without modes
+        os.fchmod(descriptor, mode)
+
+
+def _replace_or_keep(part: Path, target: Path, path: Path, what: str) -> None:
+    """Rename a part to its target, or else to a name beside it.
+
+    Raises
+    ------
+    OutputError
+        If it is beside it.
+    OSError
+        If it cannot be renamed at all.
+    """
+    try:
+        error: OSError | None = _replace(part, target)
+    except OSError as other:
+        error = other
+    if error is None:
+        return
+    try:
+        kept = _keep(part, target)
+    except OSError:
+        raise error from None
+    raise _held(path, what, error, kept)
 
 
 def _replace(part: Path, target: Path) -> PermissionError | None:
@@ -186,20 +258,34 @@ def _keep(part: Path, target: Path) -> Path:
         with suppress(PermissionError):  # that file is open as well
             part.replace(_kept[target])
             return _kept[target]
-    kept, number = target.with_name(f"{target.stem}.new{target.suffix}"), 2
-    while os.path.lexists(kept):
-        kept = target.with_name(f"{target.stem}.new{number}{target.suffix}")
-        number += 1
+    kept = name_beside(target)
     part.replace(kept)
     _kept[target] = kept
     return kept
 
 
-def _held(path: Path, held: PermissionError, kept: Path) -> OutputError:
+def name_beside(target: Path) -> Path:
+    """Return a name that no file has yet: a.new.h5 for a.h5, or a.new2.h5; a long one is cut."""
+    for number in count(1):
+        mark = ".new" if number == 1 else f".new{number}"
+        longest = LONGEST_NAME - len(os.fsencode(mark + target.suffix))
+        stem = os.fsencode(target.stem)[:longest].decode(errors="ignore")
+        kept = target.with_name(f"{stem}{mark}{target.suffix}")
+        if not os.path.lexists(kept):
+            return kept
+    raise AssertionError("there is always another number")
+
+
+def _held(path: Path, what: str, error: OSError, kept: Path) -> KeptBeside:
     shown = kept if path.is_symlink() else path.with_name(kept.name)
-    return OutputError(
-        f"{path}: cannot replace the file: {held.strerror or held}; another program may have it"
-        f" open. The new result is in {shown}: close the other program, then rename it"
+    why = error.strerror or error
+    if isinstance(error, PermissionError):
+        return KeptBeside(
+            f"{path}: cannot replace the file: {why}; another program may have it open."
+            f" The new {what} is in {shown}: close the other program, then rename it"
+        )
+    return KeptBeside(
+        f"{path}: cannot replace the file: {why}. The new {what} is in {shown}: rename it"
     )
 
 

@@ -1,12 +1,21 @@
 """The file that a run writes to: an incomplete result never replaces a complete one."""
 
 import logging
+import os
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tomllib import loads
+from typing import TYPE_CHECKING, Any
 
+from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.atomic_write import check_no_clobber, check_writable
+from frictionsim.io.atomic_write import (
+    SUFFIXES,
+    KeptBeside,
+    check_no_clobber,
+    name_beside,
+)
+from frictionsim.io.replaceable import RESULT, check_target
 from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
 
 if TYPE_CHECKING:
@@ -32,6 +41,46 @@ def whole_name(path: Path) -> Path:
     return path
 
 
+def check_same_scenario(whole: Path, scenario: str, resumed: Path) -> None:
+    """Check that an existing result is of the scenario whose run will replace it.
+
+    Parameters
+    ----------
+    whole : Path
+        Its name follows from that of the incomplete result; nobody has asked for it.
+    scenario : str
+        As the incomplete result has it.
+    resumed : Path
+        The incomplete result, for the message.
+
+    Raises
+    ------
+    OutputError
+        If it is of another scenario, or cannot be read.
+    """
+    if whole == resumed or not (whole.is_file() and whole.stat().st_size):
+        return
+    try:
+        if _essence(hdf5_reader.read(whole).attributes["scenario"]) == _essence(scenario):
+            return
+        found = "is the result of another scenario"
+    except (InputError, ValueError):
+        found = "cannot be read as a result"
+    raise OutputError(
+        f"{whole}: the existing file {found} and is not replaced by that of {resumed}; give the"
+        f" result another name with -o, or {whole} if it is to be replaced"
+    )
+
+
+def _essence(scenario: str) -> dict[str, Any]:
+    """Return a scenario as plain data, without how long and how safely it is computed."""
+    data = loads(scenario)
+    for table, key in (("solver", "max_steps"), ("output", "checkpoint")):
+        if isinstance(data.get(table), dict):
+            data[table].pop(key, None)
+    return data
+
+
 class Destination:
     """The files for the complete and the incomplete result of a run.
 
@@ -53,6 +102,7 @@ class Destination:
         own = resumed is not None and resumed != whole and whole_name(resumed) == whole
         self._part = resumed if own else None
         self._written = {resumed} if resumed is not None and own else set()
+        self._replaced_part = False
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that results can be written.
@@ -69,10 +119,10 @@ class Destination:
         """
         if no_clobber and self.whole != self._resumed:
             check_no_clobber(self.whole)
-        check_writable(self.whole)
+        check_target(self.whole, RESULT)
         part = self._place_of_part()
         if part != self.whole:
-            check_writable(part)
+            check_target(part, RESULT)
 
     def write(self, run: "RunResult") -> Path | None:
         """Write a result.
@@ -103,11 +153,73 @@ class Destination:
         if nothing and place.exists() and place != self._resumed:
             return None
         replaced = hdf5_reader.folder_of_segments(place)
+        if place not in self._written and place.exists() and place.stat().st_size:
+            self._replaced_part = True
         hdf5_writer.write(run, place)
         self._drop_segments(replaced)
         LOG.info("incomplete result written: %s (%s)", place, run.reason)
         self._written.add(place)
         return place
+
+    def write_last(self, run: "RunResult") -> Path | None:
+        """Write the result of a run that has stopped; if it cannot be, elsewhere.
+
+        Returns
+        -------
+        Path or None
+            As of `write`.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written where it was meant to be; the message says where it is, and
+            which checkpoint is kept.
+        """
+        before = set(self._written)
+        try:
+            return self.write(run)
+        except KeptBeside:
+            raise
+        except OutputError as error:
+            raise OutputError(f"{error}{self._rescued(run)}{self._resumable(before)}") from None
+
+    def _rescued(self, run: "RunResult") -> str:
+        """Write a result that could not be written, and return where it is for the message.
+
+        It is beside the target or, where the folder takes no file, in a private folder for
+        temporary files. A part of a run whose samples are in segments stays with them.
+        """
+        if run.stored is not None and run.checkpoint is not None:
+            return ""
+        from tempfile import mkdtemp  # rarely needed
+
+        place = name_beside(self.whole)
+        with suppress(OutputError):
+            hdf5_writer.write(run, place)
+            return f". The new result is in {place}: rename it"
+        with suppress(OSError):
+            folder = Path(mkdtemp(prefix="frictionsim-"))
+            place = folder / (self.whole.name if run.status == "done" else place.name)
+            try:
+                hdf5_writer.write(run, place)
+            except OutputError:
+                folder.rmdir()
+            else:
+                return f". The new result is in {place}: move it from there"
+        return ""
+
+    def _resumable(self, written: set[Path]) -> str:
+        """Return what is to be said of a checkpoint, for the message; empty if there is none."""
+        places = [place for place in written if place.exists()]
+        if not places:
+            return ""
+        unchanged = self.whole not in places and self.whole.exists()
+        after = f"; {self.whole} is unchanged" if unchanged else ""
+        before = "" if unchanged or not self._replaced_part else ", which replaced an older one,"
+        return (
+            f". The last checkpoint{before} is in {places[0]}:"
+            f" 'frictionsim resume {places[0]}' continues the run{after}"
+        )
 
     def segments(self) -> SampleSegments:
         """Return where the run may put samples; those of the run that is resumed if it is its own.
@@ -130,14 +242,22 @@ class Destination:
             return
         self._segments.close()
         folder = self._segments.folder
-        if not folder.exists():
-            return
-        files = {self.whole, partial_name(self.whole), *self._written}
-        kept = set(map(hdf5_reader.folder_of_segments, files))
         # Also those of runs that were killed before their first checkpoint.
-        for found in segment_folders(self.whole):
-            if found not in kept and (found == folder or not in_use(found)):
+        unused = [
+            found for found in segment_folders(self.whole) if found == folder or not in_use(found)
+        ]
+        if not unused:
+            return
+        kept = set(map(hdf5_reader.folder_of_segments, self._results_beside()))
+        for found in unused:
+            if found not in kept:
                 SampleSegments(found).remove()
+
+    def _results_beside(self) -> set[Path]:
+        """Return the files that may refer to segments here, by whatever name they have now."""
+        folder = Path(os.path.realpath(self.whole)).parent
+        beside = {path for path in folder.iterdir() if path.suffix in SUFFIXES and path.is_file()}
+        return {self.whole, partial_name(self.whole), *self._written, *beside}
 
     def _drop_segments(self, replaced: Path | None) -> None:
         """Remove the segments of the result that was replaced, unless its run goes on."""

@@ -92,6 +92,7 @@ from frictionsim.io.chunks import (
     is_long,
     segment_rows,
 )
+from frictionsim.io.replaceable import RESULT, check_replaceable
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
@@ -157,11 +158,13 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     Raises
     ------
     OutputError
-        If it cannot be written.
+        If it cannot be written, or would replace what is not a result.
     """
+    check_replaceable(path, RESULT)
     if is_long(record.channels):
         with replaced_atomically(path) as part, _reported(path):
-            with h5py.File(part, "w", track_order=True) as file:
+            # Who writes a part has a lock on it, which a second one of HDF5 would not get past.
+            with h5py.File(part, "w", track_order=True, locking=False) as file:
                 _fill(file, record, checkpoint)
             append_trailer(part)
         return
@@ -215,7 +218,8 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
             texts.dims[0].attach_scale(scale)
         file.flush()
         image = bytes(file.id.get_file_image())
-    write_atomically(image + checksum_trailer(image), path)
+    check_replaceable(path, RESULT)
+    write_atomically(image + checksum_trailer(image), path, "table")
 
 
 def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:

@@ -23,6 +23,7 @@ import os
 import re
 import shutil
 from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ DIGITS = 8  # hexadecimal, after the mark
 FOLDER_NAME = re.compile(rf".+{re.escape(MARK)}[0-9a-f]{{{DIGITS}}}", re.DOTALL)
 SUFFIX = ".segment"
 FILE_NAME = re.compile(rf"[0-9]{{6,}}{re.escape(SUFFIX)}")
+LONGEST_STEM = 200  # bytes
 OWNER = "run"
 MAX_SEGMENTS = 10**9  # segments, and samples of each
 
@@ -60,7 +62,7 @@ class SampleSegments:
     @classmethod
     def beside(cls, result: Path) -> "SampleSegments":
         """Return new segments beside a result file."""
-        name = f"{result.name.removesuffix(result.suffix)}{MARK}{os.urandom(DIGITS // 2).hex()}"
+        name = f"{_start_of_names(result)}{os.urandom(DIGITS // 2).hex()}"
         return cls(Path(os.path.realpath(result)).with_name(name))
 
     @property
@@ -105,8 +107,14 @@ class SampleSegments:
         if self.folder.is_dir():
             return
         try:
+            # Another process that finds it without an owner takes it for left over: try again.
+            for _ in range(9):
+                with suppress(FileNotFoundError):
+                    self.folder.mkdir(exist_ok=True)
+                    (self.folder / OWNER).write_text(str(os.getpid()))
+                if in_use(self.folder):
+                    return
             self.folder.mkdir()
-            (self.folder / OWNER).write_text(str(os.getpid()))
         except OSError as error:
             raise OutputError(
                 f"{self.folder}: cannot create the folder for samples: {error.strerror or error}"
@@ -249,9 +257,20 @@ class SampleSegments:
 
 def segment_folders(result: Path) -> list[Path]:
     """Return the folders of segments beside a result file."""
-    start = f"{result.name.removesuffix(result.suffix)}{MARK}"
+    start = _start_of_names(result)
     parent = Path(os.path.realpath(result)).parent
     return [folder for folder in parent.iterdir() if folder.name.startswith(start)]
+
+
+def _start_of_names(result: Path) -> str:
+    """Return what the folders of segments of a result begin with; not too long for a file system.
+
+    A long name of a result is replaced by a digest of it.
+    """
+    stem = result.name.removesuffix(result.suffix)
+    if len(os.fsencode(stem)) > LONGEST_STEM:
+        stem = sha256(os.fsencode(stem)).hexdigest()[:16]
+    return f"{stem}{MARK}"
 
 
 def in_use(folder: Path) -> bool:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
-from os.path import isdir
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,8 @@ from warnings import catch_warnings, simplefilter
 import matplotlib as mpl
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.atomic_write import check_replaceable
+from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.replaceable import PICTURE, check_replaceable, check_target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,18 +41,20 @@ def check_format(path: Path) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Check that no other file than a picture is replaced by one.
+    """Check that a picture can be written, and that no other file is replaced by one.
 
     Raises
     ------
+    InputError
+        If its suffix names no known format.
     OutputError
-        If one would be.
     """
-    check_replaceable(path, (b"\x89PNG", b"%PDF", b"<?xml", b"<svg"), "a picture")
+    check_format(path)
+    check_target(path, PICTURE)
 
 
 def save(figure: "Figure", path: Path) -> None:
-    """Write a picture; equal figures give identical bytes.
+    """Write a picture, whole or not at all; equal figures give identical bytes.
 
     Only the first picture of a figure is meant: drawing moves its texts, and the layout of the
     next starts from there.
@@ -68,21 +70,24 @@ def save(figure: "Figure", path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    check_picture(path)
+    check_format(path)
+    check_replaceable(path, PICTURE)
     try:
-        with rendering():
-            figure.savefig(path, dpi=DOTS_PER_INCH, **OPTIONS[path.suffix.lower()])
-    except OSError as error:
-        missing = f"there is no folder '{path.parent}'" if not isdir(path.parent) else ""
-        why = missing or error.strerror or error
-        raise OutputError(f"{path}: cannot write the picture: {why}") from None
+        image = _image(figure, path.suffix.lower())
+    except OSError as error:  # of fonts, and of what matplotlib keeps for itself
+        raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
+    write_atomically(image, path, PICTURE.word)
 
 
 def png(figure: "Figure") -> bytes:
     """Return a picture as the bytes of a PNG file."""
+    return _image(figure, ".png")
+
+
+def _image(figure: "Figure", suffix: str) -> bytes:
     buffer = BytesIO()
     with rendering():
-        figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH, **OPTIONS[".png"])
+        figure.savefig(buffer, format=suffix[1:], dpi=DOTS_PER_INCH, **OPTIONS[suffix])
     return buffer.getvalue()
 
 

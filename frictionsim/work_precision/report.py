@@ -1,19 +1,17 @@
 """The results of a study as JSON, CSV and columns for HDF5."""
 
 import csv
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import check_replaceable
+from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.replaceable import COSTS, check_replaceable
 from frictionsim.results import Column, finite
 from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
     from frictionsim.work_precision.outcome import Row, Study
-
-
-TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
 
 
 def study_json(study: "Study", source: str) -> dict[str, Any]:
@@ -145,19 +143,8 @@ def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
     )
 
 
-def check_table(path: Path) -> None:
-    """Check that no other file than such a table is replaced.
-
-    Raises
-    ------
-    OutputError
-        If one would be.
-    """
-    check_replaceable(path, (TABLE,), "a table of costs")
-
-
 def write_csv(study: "Study", path: Path) -> None:
-    """Write the table of a study as CSV, with units in the header line.
+    """Write the table of a study as CSV, with units in the header line; whole or not at all.
 
     Parameters
     ----------
@@ -167,14 +154,11 @@ def write_csv(study: "Study", path: Path) -> None:
     Raises
     ------
     OutputError
-        If the file cannot be written.
+        If the file cannot be written, or would replace what is no such table.
     """
-    table = columns(study)
-    check_table(path)
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in table])
-            writer.writerows(zip(*(c.values for c in table), strict=True))
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write the table: {error.strerror}") from None
+    table, text = columns(study), StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in table])
+    writer.writerows(zip(*(c.values for c in table), strict=True))
+    check_replaceable(path, COSTS)
+    write_atomically(text.getvalue().encode(), path, COSTS.word)

@@ -131,9 +131,10 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination", "whole_name"},
-    "frictionsim.io.atomic_write": {"check_no_clobber", "check_writable"},
+    "frictionsim.io.atomic_write": {"check_no_clobber"},
+    "frictionsim.io.replaceable": {"COSTS", "RESULT", "check_apart", "check_target"},
     # the picture of a study, in the format of its name
-    "frictionsim.plots.picture_file": {"check_format", "check_picture", "save"},
+    "frictionsim.plots.picture_file": {"check_picture", "save"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},

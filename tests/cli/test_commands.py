@@ -21,7 +21,7 @@ from frictionsim.cli import commands, monitor
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader
-from frictionsim.io.atomic_write import check_writable
+from frictionsim.io.atomic_write import check_place
 from frictionsim.results import Check, Quantity, quantities_json
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
@@ -358,7 +358,7 @@ def test_solve_refuses_a_device_as_output(device: str) -> None:
     if not Path(device).exists():
         pytest.skip(f"no {device} on this system")
     with pytest.raises(OutputError, match="this is a device; give a file name") as refused:
-        check_writable(Path(device))
+        check_place(Path(device))
     assert refused.value.exit_code == 4
 
 

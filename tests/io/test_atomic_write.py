@@ -8,11 +8,12 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.io import atomic_write, hdf5_reader
-from frictionsim.io.atomic_write import HDF5_SIGNATURE, write_atomically
+from frictionsim.io.atomic_write import write_atomically
+from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = str(SCENARIOS / "pulley.toml")
-OLD, NEW, NEWER = (HDF5_SIGNATURE + name for name in (b"old", b"new", b"newer"))
+OLD, NEW, NEWER = (old_result(name) for name in (b"old", b"new", b"newer"))
 HELD = (
     "{0}: cannot replace the file: Access is denied; another program may have it open."
     " The new result is in {1}: close the other program, then rename it"

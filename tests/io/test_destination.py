@@ -13,6 +13,7 @@ from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination, partial_name, whole_name
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
+from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -90,11 +91,12 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     ]
     assert Path("a.h5").read_bytes() == old
     for _ in range(2):  # incomplete again
-        assert run_command_line(["resume", "a.partial.h5", "-q", *NO_TIME]) == 5
+        again = ["resume", "a.partial.h5", "-q", "-o", "a.h5", *NO_TIME]
+        assert run_command_line(again) == 5
         assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
         assert status("a.partial.h5") == "failed"
         assert Path("a.h5").read_bytes() == old
-    assert run_command_line(["resume", "a.partial.h5", "--json"]) == 0
+    assert run_command_line(["resume", "a.partial.h5", "--json", "-o", "a.h5"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "a.h5"
     assert Path("a.h5").read_bytes() == new
     assert files(here) == {"a.h5", "new.h5"}
@@ -231,7 +233,7 @@ def test_resume_into_another_file_keeps_the_incomplete_result(here: Path) -> Non
 
 def test_a_partial_name_that_is_too_long_is_reported_before_the_run(here: Path) -> None:
     whole = Path("a" * 250 + ".h5")  # the limit is 255 bytes; the partial name is longer
-    whole.write_bytes(b"old")
+    whole.write_bytes(old_result())
     with pytest.raises(OutputError, match=r"partial\.h5: cannot write the result: File name too"):
         Destination(whole).check()
 

@@ -20,6 +20,7 @@ from frictionsim.io import hdf5_reader, hdf5_writer, result_format
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.record import record_of
 from frictionsim.simulation.simulate import RunResult
+from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 pytestmark = pytest.mark.quick
@@ -362,22 +363,25 @@ def test_a_failed_write_keeps_the_old_result_and_leaves_no_part(
     place: Any, name: str, done: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.h5"
-    path.write_bytes(b"the result of yesterday")
+    path.write_bytes(old_result())
+    unpatched = getattr(place, name)
 
-    def fail(*arguments: Any) -> None:
+    def fail(*arguments: Any) -> Any:
+        if arguments[-1] == "rb":  # to look at the old one
+            return unpatched(*arguments)
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
         patched.setattr(place, name, fail)
         with pytest.raises(OutputError, match="cannot write the result: No space left on device"):
             hdf5_writer.write(done, path)
-    assert path.read_bytes() == b"the result of yesterday"
+    assert path.read_bytes() == old_result()
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
 def test_symbolic_links_are_followed(done: RunResult, tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
-    (tmp_path / "there" / "old.h5").write_bytes(b"the result of yesterday")
+    (tmp_path / "there" / "old.h5").write_bytes(old_result())
     link = tmp_path / "link.h5"
     link.symlink_to(Path("there") / "old.h5")
     hdf5_writer.write(done, link)

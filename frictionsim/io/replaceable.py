@@ -1,0 +1,129 @@
+"""What may be written to: a new file, or one of the kind that replaces it.
+
+A result replaces a result, a picture a picture and a table a table of costs. Any other file, as
+a scenario, a text, or HDF5 of another program, is refused whatever its name is. An empty file may
+be replaced by anything: programs that make names for new files leave such.
+
+A file that bears the line with our checksum is ours, also where the checksum does not match: it is
+a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
+line was written or changed by another program, unless `hdf5_reader.is_ours` finds otherwise.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io.atomic_write import check_place
+from frictionsim.io.checksum import LENGTH, MARK
+
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
+PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
+XML, SVG = b"<?xml", b"<svg"
+HEAD = 4096  # bytes, within which XML says that it is SVG
+
+
+class Kind(NamedTuple):
+    """A kind of file that the program writes.
+
+    Attributes
+    ----------
+    word : str
+    described : str
+        With its article, for messages.
+    recognises : callable
+        Of a path: whether the file is one of this kind.
+    """
+
+    word: str
+    described: str
+    recognises: Callable[[Path], bool]
+
+
+def _is_result(path: Path) -> bool:
+    with path.open("rb") as file:
+        is_hdf5 = file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
+        file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
+        if not is_hdf5 or file.read(LENGTH).startswith(MARK):
+            return is_hdf5
+    from frictionsim.io.hdf5_reader import is_ours
+
+    return is_ours(path)
+
+
+def _is_picture(path: Path) -> bool:
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    return head.startswith(PICTURES) or (head.startswith(XML) and SVG in head)
+
+
+def _is_table(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(TABLE)) == TABLE
+
+
+RESULT = Kind("result", "a result", _is_result)
+PICTURE = Kind("picture", "a picture", _is_picture)
+COSTS = Kind("table", "a table of costs", _is_table)
+
+
+def check_replaceable(path: Path, kind: Kind) -> None:
+    """Check that an existing file is of the kind that will replace it.
+
+    Parameters
+    ----------
+    path : Path
+        What is no file is left to `atomic_write.check_place`.
+    kind : Kind
+
+    Raises
+    ------
+    OutputError
+        If it is another file.
+    """
+    if not os.path.isfile(path) or not os.path.getsize(path):
+        return
+    try:
+        if kind.recognises(path):
+            return
+        reason = f"the existing file is not {kind.described} and is not overwritten"
+    except OSError as error:
+        reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
+    raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")
+
+
+def check_target(path: Path, kind: Kind) -> None:
+    """Check that a file can be written, before what it will hold is computed.
+
+    Raises
+    ------
+    OutputError
+        If it cannot, or would replace a file of another kind.
+    """
+    check_replaceable(path, kind)
+    check_place(path, kind.word)
+
+
+def check_apart(paths: dict[str, Path]) -> None:
+    """Check that no two files of one command are the same.
+
+    Parameters
+    ----------
+    paths : dict of Path
+        By the option that gives them.
+
+    Raises
+    ------
+    InputError
+        If two are.
+    """
+    found: dict[str, str] = {}
+    for option, path in paths.items():
+        place = os.path.normcase(os.path.realpath(path))
+        if place in found:
+            raise InputError(
+                f"{found[place]} and {option} would both be written to {path}; give two names"
+            )
+        found[place] = option

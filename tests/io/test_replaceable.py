@@ -1,0 +1,272 @@
+"""What is not ours stays: only a file of the kind that replaces it is replaced."""
+
+import os
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import pytest
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.io.destination import Destination
+from tests.support.old_results import old_result
+from tests.support.scenarios import SCENARIOS
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+COST = ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
+GIVE = "and is not overwritten; give another name\n"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def solve(*options: str) -> int:
+    return run_command_line(["solve", PULLEY, "-q", *options])
+
+
+def foreign(path: str, kind: str) -> bytes:
+    """Write a file of the user; return its content."""
+    if kind == "hdf5":
+        with h5py.File(path, "w") as file:
+            file["measured"] = [1.0, 2.0]
+    else:
+        content = {"text": b"precious\n", "scenario": Path(PULLEY).read_bytes(), "PNG": b"\x89PNG "}
+        Path(path).write_bytes(content[kind])
+    return Path(path).read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["text", "hdf5", "scenario", "PNG"])
+@pytest.mark.parametrize("name", ["a.h5", "a.nc", "a"])
+def test_no_other_file_is_replaced_by_a_result(
+    kind: str, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = foreign(name, kind)
+    monkeypatch.setattr("frictionsim.api.solving.run", None)  # refused before the run
+    assert solve("-o", name) == 4
+    assert capsys.readouterr().err == (
+        f"frictionsim: {name}: cannot write the result: the existing file is not a result {GIVE}"
+    )
+    assert Path(name).read_bytes() == before
+
+
+@pytest.mark.parametrize("damage", ["none", "flipped", "empty"])
+def test_a_result_is_replaced_also_if_it_was_damaged(damage: str) -> None:
+    assert solve("-o", "a.h5") == 0
+    whole = Path("a.h5").read_bytes()
+    flipped = whole[:2000] + bytes([whole[2000] ^ 1]) + whole[2001:]
+    Path("a.h5").write_bytes({"none": whole, "flipped": flipped, "empty": b""}[damage])
+    assert solve("-o", "a.h5") == 0
+    assert Path("a.h5").read_bytes() == whole
+
+
+@pytest.mark.parametrize("kind", ["text", "scenario", "hdf5"])
+def test_no_other_file_is_replaced_by_a_table_or_picture(
+    kind: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert solve("-o", "r.h5") == 0
+    capsys.readouterr()
+    monkeypatch.setattr("frictionsim.cli.cost_study.run_study", None)
+    for name, described, command in (
+        ("a.csv", "table: the existing file is not a table of costs", [*COST, "--csv"]),
+        ("a.png", "picture: the existing file is not a picture", [*COST, "--plot"]),
+        ("b.png", "picture: the existing file is not a picture", ["plot", "r.h5", "-o"]),
+    ):
+        before = foreign(name, kind)
+        assert run_command_line([*command, name]) == 4
+        expected = f"frictionsim: {name}: cannot write the {described} {GIVE}"
+        assert capsys.readouterr().err == expected
+        assert Path(name).read_bytes() == before
+
+
+def test_xml_that_is_no_picture_stays() -> None:
+    assert solve("-o", "r.h5") == 0
+    for name, text, code in (("a.svg", "<?xml?><html/>", 4), ("b.svg", "<?xml?><svg/>", 0)):
+        Path(name).write_text(text)
+        assert run_command_line(["plot", "r.h5", "-o", name]) == code
+        assert (Path(name).read_text() == text) is bool(code)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--csv", "a", "-o", "a"], "-o and --csv would both be written to a"),
+        (
+            ["--csv", "p.svg", "--plot", "./p.svg"],
+            "--csv and --plot would both be written to p.svg",
+        ),
+        (["-o", "a.h5", "--csv", "link"], "-o and --csv would both be written to link"),
+    ],
+)
+def test_two_files_of_one_command_have_two_names(
+    options: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("link").symlink_to("a.h5")
+    assert run_command_line([*COST, *options]) == 2
+    assert capsys.readouterr().err == f"frictionsim: {message}; give two names\n"
+    assert os.listdir() == ["link"]
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Let no file grow beyond the block that is tried before a run."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_picture_is_whole_or_the_old_one(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("-o", "r.h5") == 0
+    old = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<svg", ".pdf": b"%PDF-"}[suffix] + b"old" * 4000
+    picture = Path(f"a{suffix}")
+    picture.write_bytes(old)
+    capsys.readouterr()
+    with full_disk():
+        assert run_command_line(["plot", "r.h5", "-o", picture.name]) == 4
+    message = f"frictionsim: {picture}: cannot write the picture: File too large\n"
+    assert capsys.readouterr().err == message
+    assert picture.read_bytes() == old
+    assert sorted(os.listdir()) == sorted([picture.name, "r.h5"])
+
+
+def test_tables_are_whole_or_the_old_ones(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And what cannot be written keeps no other file from being written."""
+    old = b"law,backend,setting," + b"old" * 4000
+    Path("a.csv").write_bytes(old)
+    columns = "frictionsim.work_precision.report.columns"
+    from frictionsim.work_precision import report
+
+    found = report.columns
+    monkeypatch.setattr(columns, lambda study: found(study) * 20)  # a long table
+    with full_disk():
+        assert run_command_line([*COST, "--csv", "a.csv", "-o", "a.h5"]) == 4
+    assert capsys.readouterr().err.splitlines() == [
+        "frictionsim: a.h5: cannot write the table: File too large",
+        "a.csv: cannot write the table: File too large",
+    ]
+    assert Path("a.csv").read_bytes() == old
+    assert os.listdir() == ["a.csv"]
+    assert run_command_line([*COST, "--csv", "a.csv"]) == 0
+    assert Path("a.csv").read_bytes() != old
+
+
+# --- results ----------------------------------------------------------------------------------
+
+OTHER = ["--set", "solver.duration=2.5"]
+NO_TIME = ["--max-wall", "1e-9"]
+
+
+def test_resume_does_not_replace_the_result_of_another_scenario(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert solve("-o", "a.h5") == 0
+    assert solve("-o", "a.h5", *OTHER, *NO_TIME) == 5
+    before = Path("a.h5").read_bytes()
+    capsys.readouterr()
+    assert run_command_line(["resume", "a.partial.h5"]) == 4
+    assert capsys.readouterr().err == (
+        "frictionsim: a.h5: the existing file is the result of another scenario and is not replaced"
+        " by that of a.partial.h5; give the result another name with -o, or a.h5 if it is to be"
+        " replaced\n"
+    )
+    assert Path("a.h5").read_bytes() == before
+    assert run_command_line(["resume", "a.partial.h5", "-q", "-o", "a.h5"]) == 0
+    assert Path("a.h5").read_bytes() != before
+
+
+def test_resume_replaces_the_result_of_the_same_scenario() -> None:
+    """A budget and checkpoints are no other scenario."""
+    assert solve("-o", "a.h5") == 0
+    assert solve("-o", "a.h5", "--max-steps", "100", "--set", "output.checkpoint=1") == 5
+    assert run_command_line(["resume", "a.partial.h5", "-q"]) == 0
+    assert os.listdir() == ["a.h5"]
+
+
+def refusing(monkeypatch: pytest.MonkeyPatch, *folders: Path) -> None:
+    """Let nothing be written to folders, but checkpoints."""
+    from frictionsim.errors import OutputError
+
+    write = hdf5_writer.write
+
+    def refused(run: object, path: Path) -> None:
+        if run.status == "done" and path.absolute().parent in folders:  # type: ignore[attr-defined]
+            raise OutputError(f"{path}: cannot write the result: no room")
+        write(run, path)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(hdf5_writer, "write", refused)
+
+
+def test_a_result_that_cannot_be_written_is_elsewhere_and_its_run_can_be_resumed(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import tempfile
+
+    assert solve("-o", "whole.h5", "--set", "output.checkpoint=1e-3") == 0
+    (here / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(here / "tmp"))
+    capsys.readouterr()
+    with monkeypatch.context() as patched:
+        refusing(patched, here)
+        assert solve("-o", "a.h5", "--set", "output.checkpoint=1e-3") == 4
+    (kept,) = (here / "tmp").glob("*/*")
+    assert capsys.readouterr().err == (
+        f"frictionsim: a.h5: cannot write the result: no room. The new result is in {kept}: move it"
+        " from there. The last checkpoint is in a.h5: 'frictionsim resume a.h5' continues the run\n"
+    )
+    assert kept.read_bytes() == Path("whole.h5").read_bytes()
+    assert run_command_line(["resume", "a.h5", "-q"]) == 0
+    assert Path("a.h5").read_bytes() == kept.read_bytes()
+
+
+def test_what_was_put_there_during_the_run_stays(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_last = Destination.write_last
+
+    def surprised(self: Destination, run: object) -> object:
+        foreign("a.h5", "text")
+        return write_last(self, run)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Destination, "write_last", surprised)
+    assert solve("-o", "a.h5") == 4
+    assert capsys.readouterr().err == (
+        "frictionsim: a.h5: cannot write the result: the existing file is not a result and is not"
+        " overwritten; give another name. The new result is in a.new.h5: rename it\n"
+    )
+    assert Path("a.h5").read_bytes() == b"precious\n"
+    assert hdf5_reader.read(Path("a.new.h5")).attributes["status"] == "done"
+
+
+def test_the_message_tells_of_an_older_part_that_a_checkpoint_replaced(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    capsys.readouterr()
+    refusing(monkeypatch, here)
+    monkeypatch.setattr("tempfile.mkdtemp", lambda prefix: str(here / "none"))
+    assert solve("-o", "a.h5", "--set", "output.checkpoint=1e-3") == 4
+    assert capsys.readouterr().err == (
+        "frictionsim: a.h5: cannot write the result: no room. The last checkpoint, which replaced"
+        " an older one, is in a.h5: 'frictionsim resume a.h5' continues the run\n"
+    )
+
+
+def test_an_unreadable_whole_result_is_not_taken_for_the_same(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("a.h5").write_bytes(old_result())
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    capsys.readouterr()
+    assert run_command_line(["resume", "a.partial.h5"]) == 4
+    assert "a.h5: the existing file cannot be read as a result" in capsys.readouterr().err
