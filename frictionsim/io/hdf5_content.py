@@ -72,13 +72,10 @@ class Identity(NamedTuple):
         Of the run; None if it does not say.
     segments : str or None
         Its attribute of that name.
-    is_ours : bool
-        It is a result or a table of costs, and is not damaged.
     """
 
     status: str | None = None
     segments: str | None = None
-    is_ours: bool = False
 
 
 def identity(path: str) -> Identity:
@@ -88,7 +85,7 @@ def identity(path: str) -> Identity:
             found = texts_of(file, Budget(file.id.get_filesize()))
     except Exception:  # whatever h5py says of a damaged file
         return Identity()
-    return Identity(found.get("status"), found.get(SEGMENTS), "frictionsim_version" in found)
+    return Identity(found.get("status"), found.get(SEGMENTS))
 
 
 def record(path: str) -> Record:

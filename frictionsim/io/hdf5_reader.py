@@ -17,13 +17,13 @@ import numpy as np
 
 from frictionsim.errors import InputError, near_files
 from frictionsim.io import hdf5_content
-from frictionsim.io.atomic_write import HDF5_SIGNATURE, SUFFIXES
+from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
 from frictionsim.io.child_process import ChildFailed, Limits, run_in_child
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
 from frictionsim.io.hdf5_structure import data_limit
-from frictionsim.io.result_format import SEGMENTS
+from frictionsim.io.result_format import HDF5_SIGNATURE, SEGMENTS
 from frictionsim.io.sample_segments import SegmentsAndTail, segments_of
 from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
 from frictionsim.results import Record
@@ -72,11 +72,6 @@ def may_be_done(path: Path) -> bool:
     if S_ISREG(found.st_mode) and not found.st_size:
         return False
     return _identity(path).status not in ("interrupted", "failed")
-
-
-def is_ours(path: Path) -> bool:
-    """Return whether a file is a result or a table of costs of this program."""
-    return _identity(path).is_ours
 
 
 def folder_of_segments(path: Path) -> Path | None:

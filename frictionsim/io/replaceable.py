@@ -6,7 +6,7 @@ be replaced by anything: programs that make names for new files leave such.
 
 A file that bears the line with our checksum is ours, also where the checksum does not match: it is
 a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
-line was written or changed by another program, unless `hdf5_reader.is_ours` finds otherwise.
+line was written or changed by another program: it may hold what somebody has made of a result.
 """
 
 import os
@@ -17,8 +17,8 @@ from typing import NamedTuple
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import check_place
 from frictionsim.io.checksum import LENGTH, MARK
+from frictionsim.io.result_format import HDF5_SIGNATURE
 
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
 XML, SVG = b"<?xml", b"<svg"
@@ -44,13 +44,10 @@ class Kind(NamedTuple):
 
 def _is_result(path: Path) -> bool:
     with path.open("rb") as file:
-        is_hdf5 = file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
+        if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
+            return False
         file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
-        if not is_hdf5 or file.read(LENGTH).startswith(MARK):
-            return is_hdf5
-    from frictionsim.io.hdf5_reader import is_ours
-
-    return is_ours(path)
+        return file.read(LENGTH).startswith(MARK)
 
 
 def _is_picture(path: Path) -> bool:

@@ -32,6 +32,7 @@ import numpy as np
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.checksum import checksum_mismatch, checksum_of, checksum_trailer
+from frictionsim.io.part_file import START as PART
 from frictionsim.io.segment_file import SegmentFile, segment_image
 
 MARK = ".samples-"
@@ -250,9 +251,14 @@ class SampleSegments:
             return
         with suppress(OSError):
             for file in self.folder.iterdir():
-                if FILE_NAME.fullmatch(file.name) or file.name == OWNER:
+                if _is_ours(file.name):
                     file.unlink()
             self.folder.rmdir()
+
+
+def _is_ours(name: str) -> bool:
+    """Return whether a file of a folder with segments has a name that this program gives there."""
+    return bool(FILE_NAME.fullmatch(name)) or name == OWNER or name.startswith(PART)
 
 
 def segment_folders(result: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
+from frictionsim.io.result_format import HDF5_SIGNATURE
 from frictionsim.scenario.model_validation import (
     MAX_KEY_LENGTH,
     KeyPath,
@@ -18,8 +19,6 @@ from frictionsim.scenario.overrides import Overrides, apply_overrides, override_
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.toml_limits import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
-
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 

@@ -149,6 +149,7 @@ def test_the_warning_of_a_fork_with_threads_of_libraries_is_not_shown(
 
 def test_a_process_with_threads_is_not_copied(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "fork", None)
+    monkeypatch.setattr(child_process, "only_one_thread", lambda: False)  # also under pytest-xdist
     found: list[Any] = []
     thread = threading.Thread(target=lambda: found.append(run_in_child(arrays, (3,), LIMITS)))
     thread.start()
