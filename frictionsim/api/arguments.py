@@ -21,6 +21,13 @@ def as_number(argument: str, value: Any, unit: str = "") -> float:
     return _number(argument, value, wanted, lambda number: number > 0.0)
 
 
+def as_count(argument: str, value: Any) -> int:
+    """Return a whole number above 0; raise ArgumentError if it is none."""
+    wanted = "a whole number above 0"
+    number = _number(argument, value, wanted, lambda number: number >= 1.0 and number % 1.0 == 0.0)
+    return int(number)
+
+
 def as_tolerance(argument: str, value: Any) -> float:
     """Return a number of at least 0; raise ArgumentError if it is none."""
     return _number(argument, value, "a number of at least 0", lambda number: number >= 0.0)

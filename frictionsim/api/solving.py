@@ -5,13 +5,13 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.arguments import as_number, as_path
+from frictionsim.api.arguments import as_count, as_number, as_path
 from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.result import Result, open
 from frictionsim.api.statics import with_overrides
-from frictionsim.errors import ArgumentError, InputError, OutputError
+from frictionsim.errors import ArgumentError, FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import run
@@ -34,6 +34,7 @@ def solve(
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
     max_wall: float | None = None,
+    max_steps: int | None = None,
     estimate_error: bool = False,
     progress: Progress = False,
     check: bool = False,
@@ -53,7 +54,11 @@ def solve(
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s
-        Limit of the wall time. A run that reaches it is `failed` and can be resumed.
+        Limit of the wall time. A run that reaches it is `failed` and can be resumed, except with
+        SciPy's methods.
+    max_steps : int, optional
+        Limit of steps, in the place of `solver.max_steps`. It is not recorded: the run can be
+        resumed as after `max_wall`, and comes to the same file as an unlimited one.
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
@@ -77,10 +82,10 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    _check(max_wall, progress)
+    limits = _limits(max_wall, max_steps, progress)
     loaded = with_overrides(scenario, overrides)
     destination = _destination(output, None, no_clobber)
-    return _simulate(loaded, destination, max_wall, progress, estimate_error, None, check)
+    return _simulate(loaded, destination, limits, progress, estimate_error, None, check)
 
 
 def resume(
@@ -89,6 +94,7 @@ def resume(
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
     max_wall: float | None = None,
+    max_steps: int | None = None,
     progress: Progress = False,
     check: bool = False,
 ) -> Result:
@@ -102,8 +108,8 @@ def resume(
         File to write to; by default the file that is resumed, and NAME.h5 instead of
         NAME.partial.h5 when the run is done, unless that is the result of another scenario. A
         `Result` that is in no file is not written.
-    no_clobber, max_wall, progress, check
-        As of `solve`; the file that is resumed is always replaced.
+    no_clobber, max_wall, max_steps, progress, check
+        As of `solve`, of this part of the run; the file that is resumed is always replaced.
 
     Returns
     -------
@@ -120,7 +126,7 @@ def resume(
     """
     from frictionsim.io.destination import check_same_scenario, whole_name
 
-    _check(max_wall, progress)
+    limits = _limits(max_wall, max_steps, progress)
     incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
@@ -129,20 +135,28 @@ def resume(
         check_same_scenario(output, incomplete.record.attributes["scenario"], path)
     destination = _destination(output, path, no_clobber)
     try:
-        return _simulate(scenario, destination, max_wall, progress, False, state, check)
+        return _simulate(scenario, destination, limits, progress, False, state, check)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
-def _check(max_wall: float | None, progress: Progress) -> None:
-    """Check arguments before anything is read."""
+class Limits(NamedTuple):
+    """Budgets of a part of a run: wall time, s, and steps; None for none."""
+
+    max_wall: float | None
+    max_steps: int | None
+
+
+def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -> Limits:
+    """Check arguments before anything is read; return the limits."""
     if max_wall is not None:
         as_number("max_wall", max_wall, "s")
     if not (isinstance(progress, bool) or callable(progress)):
         raise ArgumentError(
             "progress", f"expected True, False or a function of the time, got {progress!r}"
         )
+    return Limits(max_wall, None if max_steps is None else as_count("max_steps", max_steps))
 
 
 def _destination(
@@ -161,7 +175,7 @@ def _destination(
 def _simulate(
     scenario: Scenario,
     destination: "Destination | None",
-    max_wall: float | None,
+    limits: Limits,
     progress: Progress,
     estimate_error: bool,
     state: dict[str, Any] | None,
@@ -172,10 +186,10 @@ def _simulate(
     stop = nullcontext(None) if destination is None else StopAfterStep()
     with stop as interruption, _shown(progress, scenario) as shown:
         on_step = shown if interruption is None else interruption.after(shown)
-        limited = on_step if max_wall is None else _with_limit(on_step, max_wall, scenario)
+        limited, steps = _with_limit(on_step, limits.max_wall, scenario), limits.max_steps
         try:
             segments = None if destination is None else destination.segments()
-            done = run(scenario, limited, _checkpoint_writer(destination), state, segments)
+            done = run(scenario, limited, _checkpoint_writer(destination), state, segments, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
         finally:
@@ -186,7 +200,7 @@ def _simulate(
         if estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
-            estimate = estimate_errors(done, limited)
+            estimate = estimate_errors(done, limited, steps)
     if interruption is not None and interruption.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result.of_run(done, path, estimate)
@@ -215,16 +229,18 @@ def _shown(
 
 
 class _ProgressFailed(Exception):
-    """An arithmetic error of the user's function, which is not one of the run."""
+    """An error of the user's function, which is not one of the run."""
 
 
 def _guarded(progress: Callable[[float], Any]) -> Callable[[float], Any]:
-    """Return a function of the user whose arithmetic errors are not taken for the solver's."""
+    """Return a function of the user whose errors are not taken for those of the run."""
 
     def on_step(t: float) -> None:
         try:
             progress(t)
-        except ArithmeticError as error:
+        except FrictionsimError:
+            raise
+        except Exception as error:
             raise _ProgressFailed from error
 
     compiling = getattr(progress, "compiling", None)
@@ -238,12 +254,15 @@ def _nothing(t: float) -> None:
 
 
 def _with_limit(
-    on_step: Callable[[float], Any], max_wall: float, scenario: Scenario
+    on_step: Callable[[float], Any], max_wall: float | None, scenario: Scenario
 ) -> Callable[[float], Any]:
-    """Return an `on_step` that also stops the run at a wall time, s."""
+    """Return an `on_step` that also stops the run at a wall time, s, if there is a limit."""
+    if max_wall is None:
+        return on_step
     from frictionsim.simulation.wall_time import LimitedSteps
 
-    return LimitedSteps(on_step, max_wall, scenario.solver.duration)
+    solver = scenario.solver
+    return LimitedSteps(on_step, max_wall, solver.duration, solver.after_budget)
 
 
 def _checkpoint_writer(

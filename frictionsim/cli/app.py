@@ -31,7 +31,13 @@ Overrides = Annotated[
 ]
 MaxWall = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="Limit the wall time; the run can be resumed."),
+    typer.Option(
+        metavar="SECONDS", help="Limit the wall time; resumable but with SciPy's methods."
+    ),
+]
+MaxSteps = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Limit the steps; resumable but with SciPy's methods."),
 ]
 NoClobber = Annotated[
     bool,

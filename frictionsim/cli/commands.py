@@ -13,6 +13,7 @@ import typer
 import frictionsim as fs
 from frictionsim.cli.app import (
     AsJson,
+    MaxSteps,
     MaxWall,
     NoClobber,
     Overrides,
@@ -116,9 +117,7 @@ def solve(
         ),
     ] = None,
     max_wall: MaxWall = None,
-    max_steps: Annotated[
-        int | None, typer.Option(metavar="N", help="Limit the steps; sets solver.max_steps.")
-    ] = None,
+    max_steps: MaxSteps = None,
     estimate_error: Annotated[
         bool,
         typer.Option("--estimate-error", help="Solve again more accurately and compare."),
@@ -129,12 +128,7 @@ def solve(
     verbose: Verbose = 0,
 ) -> int:
     """Simulate scenarios, write the result files and print the summaries."""
-    if max_steps is not None:
-        if max_steps <= 0:
-            raise ArgumentError("max_steps", f"expected a number above 0, got {max_steps}")
-        overrides = [*(overrides or []), f"solver.max_steps={max_steps}"]
-    if max_wall is not None and not max_wall > 0.0:
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
+    _check_limits(max_wall, max_steps)
     # All are read before the first is solved: an error in the last is told at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
@@ -145,12 +139,20 @@ def solve(
     report = Report(as_json, quiet, verbose, several=len(scenarios) > 1)
     run_jobs(
         [
-            Job(scenario, source, target, max_wall, estimate_error, no_clobber)
+            Job(scenario, source, target, max_wall, max_steps, estimate_error, no_clobber)
             for scenario, source, target in zip(loaded, scenarios, targets, strict=True)
         ],
         report,
     )
     return report.exit_code
+
+
+def _check_limits(max_wall: float | None, max_steps: int | None) -> None:
+    """Check the budgets of a run before anything is read."""
+    if max_steps is not None and max_steps <= 0:
+        raise ArgumentError("max_steps", f"expected a whole number above 0, got {max_steps}")
+    if max_wall is not None and not max_wall > 0.0:
+        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
 
 
 @app.command()
@@ -161,6 +163,7 @@ def resume(
         typer.Option("-o", "--output", metavar="FILE", help="Result file. [replaces RESULT]"),
     ] = None,
     max_wall: MaxWall = None,
+    max_steps: MaxSteps = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -170,10 +173,11 @@ def resume(
 
     When the run is done, NAME.h5 replaces NAME.partial.h5, unless it is of another scenario.
     """
-    from frictionsim.cli.job import Report, resume_job
+    from frictionsim.cli.job import Report, Resumption, resume_job
 
+    _check_limits(max_wall, max_steps)
     report = Report(as_json, quiet, verbose)
-    resume_job(result, output, max_wall, no_clobber, report)
+    resume_job(Resumption(result, output, max_wall, max_steps, no_clobber), report)
     report.close()
     return report.exit_code
 

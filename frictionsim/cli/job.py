@@ -34,7 +34,18 @@ class Job(NamedTuple):
     source: str
     target: Path
     max_wall: float | None
+    max_steps: int | None
     estimate_error: bool
+    no_clobber: bool
+
+
+class Resumption(NamedTuple):
+    """An incomplete result to resume, and where to write the result if not there."""
+
+    source: Path
+    output: Path | None
+    max_wall: float | None
+    max_steps: int | None
     no_clobber: bool
 
 
@@ -141,34 +152,34 @@ def run_job(job: Job, report: Report) -> int:
             output=job.target,
             no_clobber=job.no_clobber,
             max_wall=job.max_wall,
+            max_steps=job.max_steps,
             estimate_error=job.estimate_error,
             progress=monitor,
         )
     return report.add(result, job.source, known, job.target)
 
 
-def resume_job(
-    source: Path, output: Path | None, max_wall: float | None, no_clobber: bool, report: Report
-) -> None:
+def resume_job(job: Resumption, report: Report) -> None:
     """Resume a run, write its result and print its summary.
 
     Raises
     ------
     InputError, OutputError
     """
-    incomplete = fs.open(source)
+    incomplete = fs.open(job.source)
     incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
     known = incomplete.scenario.warnings()
     warn(known)
     with report.monitored(incomplete.scenario) as monitor:
         result = fs.resume(
             incomplete,
-            output=output,
-            no_clobber=no_clobber,
-            max_wall=max_wall,
+            output=job.output,
+            no_clobber=job.no_clobber,
+            max_wall=job.max_wall,
+            max_steps=job.max_steps,
             progress=monitor,
         )
-    report.add(result, str(source), known, output or whole_name(source))
+    report.add(result, str(job.source), known, job.output or whole_name(job.source))
 
 
 def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:

@@ -154,7 +154,8 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
         If it is invalid.
     """
     try:
-        scenario = validate(_parse(str(path), attributes["scenario"]), path.parent)
+        # What others write into a result is not to have files of the reader's read.
+        scenario = validate(_parse(str(path), attributes["scenario"]), None)
     except ValidationFailure as failure:
         faults = "; ".join(failure.lines())
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
@@ -165,7 +166,7 @@ def origin_of(attributes: Mapping[str, str]) -> Origin:
     """Return the origin of a scenario from the attributes of a result file."""
     # Not splitlines: texts may contain the line separators of Unicode.
     overrides = tuple(filter(None, attributes.get("overrides", "").split("\n")))
-    return Origin(attributes.get("source", ""), overrides)
+    return Origin(Path(attributes.get("source", "")).name, overrides)
 
 
 def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:

@@ -30,10 +30,13 @@ class Method(NamedTuple):
         The class in scipy.integrate; empty for our own integrators.
     implicit : bool
         The method is implicit, so that stiffness does not limit its steps.
+    fixed_steps : bool
+        All steps have one length, which no tolerance chooses.
     """
 
     scipy_class: str = ""
     implicit: bool = False
+    fixed_steps: bool = False
 
     @property
     def resumable(self) -> bool:
@@ -49,7 +52,7 @@ class Method(NamedTuple):
 METHODS = {
     "events": Method(),
     "rkf45": Method(),
-    "moreau": Method(),
+    "moreau": Method(fixed_steps=True),
     "rk45": Method("RK45"),
     "dop853": Method("DOP853"),
     "radau": Method("Radau", implicit=True),

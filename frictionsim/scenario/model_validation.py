@@ -35,7 +35,7 @@ class ValidationFailure(Exception):
         return [f"{key_text(key)}: {message}" for key, message in self.faults]
 
 
-def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path) -> "Model":
+def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | None) -> "Model":
     """Return the scenario for the data of a TOML file.
 
     Parameters
@@ -43,8 +43,8 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path) -> 
     model : type
         Of the kind of the scenario.
     data : dict
-    folder : Path
-        Base of relative file names in the data.
+    folder : Path or None
+        Base of relative file names in the data; None if they may not refer to files.
 
     Returns
     -------

@@ -61,6 +61,15 @@ class SolverSettings(Params):
         "1", "Limit of steps; a resumed run may take as many again.", 10_000_000, gt=0
     )
 
+    @property
+    def after_budget(self) -> str:
+        """What helps a run that has used up its budget, for messages."""
+        method = methods.METHODS[self.backend]
+        fixed = method.fixed_steps or self.step is not None
+        ways = ["resume the run"] if method.resumable else []
+        ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
+        return " or ".join((", ".join(ways[:-1]), ways[-1]))
+
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:

@@ -125,7 +125,13 @@ def _reader_of(model: type[CsvTable]) -> BeforeValidator:
     """Return what replaces `{csv = "file.csv", ...}` by the points in the file."""
 
     def read(table: Any, info: ValidationInfo) -> Any:
-        folder: Path = (info.context or {}).get("folder", Path())
+        folder: Path | None = (info.context or {}).get("folder", Path())
+        if folder is None:
+            raise inconsistent(
+                ("csv",),
+                "a scenario in a result holds its numbers itself, and refers to no file; was the"
+                " result changed?",
+            )
         return read_points(model.model_validate(table), folder)
 
     return BeforeValidator(read, json_schema_input_type=model)

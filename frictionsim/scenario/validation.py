@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 __all__ = ["ValidationFailure", "validate"]
 
 
-def validate(data: dict[str, Any], folder: Path) -> "Scenario":
+def validate(data: dict[str, Any], folder: Path | None) -> "Scenario":
     """Return the scenario for the data of a TOML file.
 
     Parameters
     ----------
     data : dict
-    folder : Path
-        Base of relative file names in the data.
+    folder : Path or None
+        Base of relative file names in the data; None if they may not refer to files.
 
     Returns
     -------

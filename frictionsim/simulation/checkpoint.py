@@ -1,18 +1,25 @@
 """Conversion of solver objects to arrays for a checkpoint, and back.
 
-A class lists in CHECKPOINT_FIELDS the attributes that define its state: numbers, lists, deques or
-`array.array` of numbers.
+A class lists in CHECKPOINT_FIELDS the attributes that define its state, numbers, lists, deques or
+`array.array` of numbers, and says of each what it may hold (`frictionsim.solvers.state_values`).
+Its method `restored_fault`, if it has one, compares them with each other.
 """
 
 from array import array
 from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.solvers.state_values import Expected, unfit
 
 Arrays = dict[str, Any]
+
+# What Python raises where numbers, each in its range, do not go together.
+MISFITS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def dump_part(owner: Any, name: str) -> Arrays:
@@ -33,7 +40,7 @@ def dump_part(owner: Any, name: str) -> Arrays:
     }
 
 
-def load_part(owner: Any, name: str, state: Arrays) -> None:
+def load_part(owner: Any, name: str, state: Arrays, duration: float) -> None:
     """Set the CHECKPOINT_FIELDS of an object from the arrays of `dump_part`.
 
     Parameters
@@ -42,16 +49,22 @@ def load_part(owner: Any, name: str, state: Arrays) -> None:
     name : str
         As in `dump_part`.
     state : dict of arrays
+    duration : float, s
+        Of the run.
 
     Raises
     ------
     InputError
         If an array is missing or does not fit.
     """
-    for attribute in owner.CHECKPOINT_FIELDS:
-        before = getattr(owner, attribute)
-        values = require_array(state, f"{name}.{attribute}", np.float64, ndim=np.ndim(before))
-        setattr(owner, attribute, _cast_like(before, values, f"{name}.{attribute}"))
+    for attribute, expected in owner.CHECKPOINT_FIELDS.items():
+        before, full = getattr(owner, attribute), f"{name}.{attribute}"
+        values = require_array(state, full, np.float64, ndim=np.ndim(before))
+        require_values(values, full, expected, duration)
+        setattr(owner, attribute, _cast_like(before, values, full))
+    compare = getattr(owner, "restored_fault", None)
+    if compare is not None and (fault := compare()):
+        raise unfit(f"{name}.{fault}", "does not go with the other numbers")
 
 
 def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
@@ -74,14 +87,82 @@ def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
         If it is missing, or of another type or number of dimensions.
     """
     values = state.get(name)
-    if values is None or not np.issubdtype(values.dtype, dtype) or values.ndim != ndim:
-        raise mismatch(name)
+    if values is None:
+        raise unfit(name, "is missing")
+    if not np.issubdtype(values.dtype, dtype) or values.ndim != ndim:
+        raise unfit(name, "is of another type or shape")
     return values
 
 
-def mismatch(name: str) -> InputError:
-    """Return the error for an array that does not fit the scenario."""
-    return InputError(f"its checkpoint does not belong to this scenario: '{name}' does not fit")
+def require_values(values: Any, name: str, expected: Expected, duration: float) -> None:
+    """Check the values of an array of a state.
+
+    Parameters
+    ----------
+    values : array
+    name : str
+    expected : Values, Rows or FixedRows
+    duration : float, s
+        Of the run.
+
+    Raises
+    ------
+    InputError
+        If they are not what is expected.
+    """
+    if fault := expected.fault(values, duration):
+        raise unfit(name, fault)
+
+
+def require_same_arrays(state: Arrays, restored: Arrays) -> None:
+    """Check that a state has the arrays of what was restored from it, and no others.
+
+    Raises
+    ------
+    InputError
+        If one is missing, unknown, or of another type or shape.
+    """
+    for name in sorted(state.keys() ^ restored.keys()):
+        raise unfit(_printable(name), "is missing" if name in restored else "is unknown")
+    for name, values in restored.items():
+        if (values.dtype, values.shape) != (state[name].dtype, state[name].shape):
+            raise unfit(name, "is of another type or shape")
+
+
+def require_names(found: Iterable[str], known: Iterable[str], prefix: str) -> None:
+    """Check that the arrays of a state are those that are known, `prefix` before their names.
+
+    Raises
+    ------
+    InputError
+        If one is missing or unknown.
+    """
+    expected = set(known)
+    for name in sorted(expected ^ set(found)):
+        what = "is missing" if name in expected else "is unknown"
+        raise unfit(_printable(f"{prefix}{name}"), what)
+
+
+@contextmanager
+def of_checkpoint() -> Iterator[None]:
+    """Report what a state leads to whose numbers are in their ranges, but of no run.
+
+    Raises
+    ------
+    InputError
+        In the place of an error of Python.
+    """
+    try:
+        yield
+    except MISFITS as error:
+        raise InputError(
+            "its checkpoint does not belong to this scenario or was changed: no run continues from"
+            f" it ({type(error).__name__}). If the file is as this program wrote it, report this"
+        ) from error
+
+
+def _printable(name: str) -> str:
+    return name if name.isprintable() else ascii(name)
 
 
 def _cast_like(before: Any, values: Any, name: str) -> Any:
@@ -92,11 +173,11 @@ def _cast_like(before: Any, values: Any, name: str) -> Any:
         return array("d", values.tobytes())
     if isinstance(before, list):
         if len(before) != len(values):
-            raise mismatch(name)
+            raise unfit(name, "is of another type or shape")
         return values.tolist()
     number = float(values)
     if isinstance(before, float):
         return number
     if not number.is_integer():
-        raise mismatch(name)
+        raise unfit(name, "holds a number that is not whole")
     return type(before)(number)

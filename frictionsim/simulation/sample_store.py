@@ -12,13 +12,21 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from frictionsim.simulation.checkpoint import Arrays, mismatch, require_array
+from frictionsim.simulation.checkpoint import (
+    Arrays,
+    require_array,
+    require_names,
+    require_values,
+)
 from frictionsim.simulation.stored_channel import StoredChannel
+from frictionsim.solvers.state_values import COUNT, TIME, Values, unfit
 
 SEGMENT_BYTES = 32 * 2**20
 MIN_ROW_BYTES = 512  # what only the summary needs of a sample takes memory as well
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
+NO_SAMPLE = -1  # in the place of the number of one
+ASCENDING = TIME._replace(ascending=True)
 
 
 def rows_per_segment(row_bytes: int) -> int:
@@ -228,40 +236,70 @@ class SampleStore:
         }
         if self.segments is not None and self._stored:
             state |= {f"first.{name}": value for name, value in self._first.items()}
-            none = -1 if self._non_finite is None else self._non_finite
+            none = NO_SAMPLE if self._non_finite is None else self._non_finite
             numbers = (self._stored, self._rows_of_segment, none, self.segments.checksum)
             state["stored"] = np.array(numbers, dtype=np.float64)
             state["stored.name"] = np.array([self.segments.name.encode()])
         return state
 
-    def restore(self, state: Arrays) -> None:
+    def restore(self, state: Arrays, like: Mapping[str, Any], duration: float) -> None:
         """Take over the samples of another run of the same scenario.
+
+        Parameters
+        ----------
+        state : dict of arrays
+        like : mapping
+            A sample, as `append` takes it.
+        duration : float, s
+            Of the run.
 
         Raises
         ------
         InputError
-            If its segments are missing or damaged.
+            If they are not of such a run, or its segments are missing or damaged.
         """
+        found = [n.removeprefix("samples.") for n in state if n.startswith("samples.")]
+        if not found:
+            return
+        require_names(found, like, "samples.")
+        count = len(require_array(state, "samples.time", np.float64, ndim=1))
         self._latest = {
-            name.removeprefix("samples."): np.array(values)
-            for name, values in state.items()
-            if name.startswith("samples.")
+            name: np.array(self._required(state, f"samples.{name}", (count, *np.shape(value))))
+            for name, value in like.items()
         }
-        if not self._latest:
-            return
-        self._count = len(self._latest["time"])
+        require_values(self._latest["time"], "samples.time", ASCENDING, duration)
+        self._count = count
         self._rows_of_segment = self._fitting_rows()
-        if "stored" not in state:
+        if "stored" in state:
+            self._restore_segments(state, like)
+        else:
             # Copies: the rows in memory move when a segment is written.
-            self._first = {n: np.array(v[0]) for n, v in self._latest.items() if self._count}
-            return
-        stored, rows, none, checksum = require_array(state, "stored", np.float64, ndim=1).tolist()
-        if self.segments is None or rows != self._rows_of_segment:
-            raise mismatch("stored")
-        self.segments.restore(int(stored), int(checksum))
-        self._stored = int(stored)
-        self._non_finite = None if none < 0 else int(none)
-        self._first = {name: state[f"first.{name}"] for name in self._latest}
+            self._first = {n: np.array(v[0]) for n, v in self._latest.items() if count}
+
+    def _required(self, state: Arrays, name: str, shape: tuple[int, ...]) -> Any:
+        """Return an array of samples of a state; the integers among them fit their channel."""
+        values = require_array(state, name, np.float64, ndim=len(shape))
+        if values.shape != shape:
+            raise unfit(name, "is of another type or shape")
+        dtype = self._type(name.partition(".")[2])
+        if dtype.kind == "i":
+            limits = np.iinfo(dtype)
+            whole = Values(limits.min, limits.max, whole=True, finite=False)
+            require_values(values, name, whole, np.inf)
+        return values
+
+    def _restore_segments(self, state: Arrays, like: Mapping[str, Any]) -> None:
+        numbers = require_array(state, "stored", np.float64, ndim=1)
+        require_values(numbers, "stored", COUNT._replace(low=NO_SAMPLE), np.inf)
+        if self.segments is None or len(numbers) != 4:
+            raise unfit("stored")
+        stored, rows, none, checksum = map(int, numbers.tolist())
+        if rows != self._rows_of_segment or stored < 1 or checksum < 0 or none >= stored * rows:
+            raise unfit("stored")
+        self._first = {n: self._required(state, f"first.{n}", np.shape(like[n])) for n in like}
+        self.segments.restore(stored, checksum)
+        self._stored = stored
+        self._non_finite = None if none == NO_SAMPLE else none
 
 
 class _ReadWhenNeeded(dict[str, Any]):

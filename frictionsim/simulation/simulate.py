@@ -1,16 +1,18 @@
 """Simulation of one scenario: returns channels, transitions, quantities, checks and statistics."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     OUT_OF_RANGE,
     BudgetExceeded,
+    InputError,
     Interrupted,
     NonFinite,
     SolverError,
@@ -26,12 +28,16 @@ from frictionsim.results import (
     failures,
 )
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.checkpoint import dump_part, load_part
+from frictionsim.simulation.checkpoint import (
+    dump_part,
+    load_part,
+    of_checkpoint,
+    require_same_arrays,
+)
 from frictionsim.simulation.space import check_space
+from frictionsim.solvers.state_values import NON_NEGATIVE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from frictionsim.results import Array, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
@@ -107,7 +113,7 @@ class RunResult(NamedTuple):
 class _Clock:
     """Wall time of solving and of compiling, s, including the parts before an interruption."""
 
-    CHECKPOINT_FIELDS = ("solving", "compiling")
+    CHECKPOINT_FIELDS: ClassVar = {"solving": NON_NEGATIVE, "compiling": NON_NEGATIVE}
 
     def __init__(self) -> None:
         self.solving = self.compiling = 0.0
@@ -136,6 +142,7 @@ def run(
     on_checkpoint: "Callable[[RunResult], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
     segments: "Segments | None" = None,
+    max_steps: int | None = None,
 ) -> RunResult:
     """Simulate a scenario.
 
@@ -151,6 +158,9 @@ def run(
     segments : Segments, optional
         Where samples are put that are too many for the memory; without it they all stay there. At
         each segment there is also a checkpoint.
+    max_steps : int, optional
+        Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
+        the wall time it is not recorded: the run goes on to the result of an unlimited one.
 
     Returns
     -------
@@ -164,23 +174,53 @@ def run(
     OutputError
         If the disk does not suffice, or a segment cannot be written.
     """
-    _log_scenario(scenario)
+    limited = _with_limit(scenario, max_steps)
+    _log_scenario(limited)
     with overflow_refused():
-        simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
+        simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
     clock, samples = _Clock(), getattr(simulation, "samples", None)
     check_space(scenario, simulation, segments)
     if samples is not None:
         samples.segments = segments
+    doubted: Callable[[], AbstractContextManager[None]] = (
+        nullcontext if checkpoint is None else of_checkpoint
+    )
     if checkpoint is not None:
         LOG.info("the run is resumed")
-        simulation.restore(checkpoint)
-        load_part(clock, "clock", checkpoint)
+        with doubted():
+            _restore(simulation, clock, checkpoint, scenario.solver.duration)
     monitor = on_step
     if on_checkpoint is not None:
         on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
-    done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
+    with doubted():
+        done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
     _log_end(done)
     return done
+
+
+def _with_limit(scenario: "Scenario", max_steps: int | None) -> "Scenario":
+    """Return a scenario with another limit of steps."""
+    if max_steps is None:
+        return scenario
+    solver = scenario.solver.model_copy(update={"max_steps": max_steps})
+    return scenario.model_copy(update={"solver": solver})
+
+
+def _restore(
+    simulation: "Simulation", clock: _Clock, checkpoint: "dict[str, Any]", duration: float
+) -> None:
+    """Load a state, and check that it has nothing else in it.
+
+    Raises
+    ------
+    InputError
+        If it does not fit the scenario.
+    """
+    if simulation.state() is None:
+        raise InputError("its backend leaves no state to resume from")
+    simulation.restore(checkpoint)
+    load_part(clock, "clock", checkpoint, duration)
+    require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
 
 
 def _log_scenario(scenario: "Scenario") -> None:
@@ -195,7 +235,7 @@ def _log_scenario(scenario: "Scenario") -> None:
     )
     for override in scenario.origin.overrides:
         LOG.debug("overridden: %s", override)
-    LOG.debug("limit: solver.max_steps = %d", solver.max_steps)
+    LOG.debug("limit: %d steps", solver.max_steps)
 
 
 def _log_end(run: RunResult) -> None:

@@ -7,13 +7,21 @@ import numpy as np
 
 from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
+from frictionsim.simulation import event_samples
 from frictionsim.simulation.audit import audit
-from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array
+from frictionsim.simulation.checkpoint import (
+    Arrays,
+    dump_part,
+    load_part,
+    require_array,
+    require_values,
+)
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
+from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, unfit
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -21,6 +29,8 @@ if TYPE_CHECKING:
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
+# The numbers of a transition in a checkpoint: time, modes before and after it, position.
+TRANSITION = (TIME, DIRECTION, DIRECTION, NUMBER)
 
 
 class SingleDofSimulation:
@@ -85,17 +95,61 @@ class SingleDofSimulation:
             If the state does not fit the scenario.
         """
         for name, part in self._solver.checkpoint_parts.items():
-            load_part(part, name, state)
-        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1)
-        rows = require_array(state, "transitions", np.float64, ndim=2)
-        self._recording.transitions[:] = [
-            Transition(time, contact.decode(), int(mode_from), int(mode_to), position)
-            for contact, (time, mode_from, mode_to, position) in zip(
-                contacts.tolist(), rows.tolist(), strict=True
-            )
-        ]
+            load_part(part, name, state, self._settings.duration)
+        self._recording.transitions[:] = self._transitions(state)
+        self._check_samples()
         if self._solver.started:
             self._solver.resume()
+
+    def _transitions(self, state: Arrays) -> list[Transition]:
+        """Return the transitions of a state.
+
+        Raises
+        ------
+        InputError
+            If they could not be of this scenario.
+        """
+        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
+        rows = require_array(state, "transitions", np.float64, ndim=2)
+        if rows.shape != (len(contacts), len(TRANSITION)):
+            raise unfit("transitions", "is of another type or shape")
+        for column, expected in zip(rows.T, TRANSITION, strict=True):
+            require_values(column, "transitions", expected, self._settings.duration)
+        mechanism = self._mechanism
+        contact = "drive" if mechanism.contact is None else mechanism.contact.name
+        known = {
+            name.encode(): name
+            for name in (contact, *(surface.event for surface in mechanism.switching_surfaces))
+            if name
+        }
+        if not known.keys() >= set(contacts):
+            raise unfit("transitions.contact", "names no contact of it")
+        return [
+            Transition(time, known[contact], int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(
+                contacts, rows.tolist(), strict=True
+            )
+        ]
+
+    def _check_samples(self) -> None:
+        """Check the samples that were restored: so many as were taken, in the order of time.
+
+        Raises
+        ------
+        InputError
+        """
+        recording, duration = self._recording, self._settings.duration
+        for name, expected_rows, time in (
+            ("rows", recording.times.taken, TIME._replace(ascending=True)),
+            # A step records the event at its end before a stop within it.
+            ("sides", 2 * len(recording.transitions), TIME),
+        ):
+            values = np.array(getattr(recording, name))
+            if values.size != expected_rows * self._width:
+                raise unfit(f"buffer.{name}", "is of another type or shape")
+            samples = values.reshape(-1, self._width)
+            require_values(samples[:, event_samples.TIME], f"buffer.{name}", time, duration)
+            require_values(samples[:, event_samples.MODE], f"buffer.{name}", DIRECTION, duration)
 
     def trajectory(self) -> Trajectory:
         """Return the samples before the first non-finite one."""

@@ -20,10 +20,12 @@ class WallTimeLimit:
         The limit, counted from the construction.
     duration : float, s
         Duration of the simulation, for the message.
+    advice : str
+        What helps where the limit is reached, for the message.
     """
 
-    def __init__(self, seconds: float, duration: float) -> None:
-        self._seconds, self._duration = seconds, duration
+    def __init__(self, seconds: float, duration: float, advice: str) -> None:
+        self._seconds, self._duration, self._advice = seconds, duration, advice
         self._end = perf_counter() + seconds
         LOG.debug("limit: %g s of wall time", seconds)
 
@@ -38,7 +40,7 @@ class WallTimeLimit:
         if perf_counter() >= self._end:
             raise BudgetExceeded(
                 f"wall-time limit --max-wall {self._seconds:g} s reached at t = {t:.9g} s of"
-                f" {self._duration:.9g} s; resume the run, raise the limit or loosen the tolerances"
+                f" {self._duration:.9g} s; {self._advice}"
             )
 
 
@@ -53,10 +55,14 @@ class LimitedSteps:
         The limit, counted from the construction.
     duration : float, s
         Duration of the simulation.
+    advice : str
+        As of `WallTimeLimit`.
     """
 
-    def __init__(self, on_step: Callable[[float], Any], seconds: float, duration: float) -> None:
-        self._on_step, self._limit = on_step, WallTimeLimit(seconds, duration)
+    def __init__(
+        self, on_step: Callable[[float], Any], seconds: float, duration: float, advice: str
+    ) -> None:
+        self._on_step, self._limit = on_step, WallTimeLimit(seconds, duration, advice)
 
     def __call__(self, t: float) -> None:
         self._on_step(t)

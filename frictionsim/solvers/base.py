@@ -1,8 +1,8 @@
 """The loop over steps and the samples within them, and the solver without dry friction."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.errors import Diverged, NonFinite
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
@@ -17,6 +17,7 @@ from frictionsim.solvers.common import (
     subject_of,
 )
 from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.state_values import FLAG, TIME, Values
 from frictionsim.solvers.stepper import Stepper
 
 if TYPE_CHECKING:
@@ -94,11 +95,12 @@ class Solver:
     t : float, s
         Time up to which the run has come.
     stepper : Stepper
-    CHECKPOINT_FIELDS : tuple of str
-        Attributes in a checkpoint; `checkpoint_parts` are all objects in it.
+    CHECKPOINT_FIELDS : mapping of str to Values
+        Attributes in a checkpoint, and what they may hold; `checkpoint_parts` are all objects in
+        it.
     """
 
-    CHECKPOINT_FIELDS: tuple[str, ...] = ("t", "started")
+    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {"t": TIME, "started": FLAG}
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

@@ -4,13 +4,14 @@ from array import array
 from collections import deque
 from collections.abc import Callable
 from math import floor, inf, ulp
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
 from frictionsim.scenario.methods import METHODS
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
 from frictionsim.solvers.stepper import Stepper
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class SampleTimes:
     duration, interval : float, s
     """
 
-    CHECKPOINT_FIELDS = ("_next", "next")
+    # After the last sample the next one is never: inf.
+    CHECKPOINT_FIELDS: ClassVar = {"_next": COUNT, "next": Values(low=0.0, finite=False)}
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval = interval
@@ -40,13 +42,27 @@ class SampleTimes:
         self._next = 0
         self.next = 0.0
 
+    @property
+    def taken(self) -> int:
+        """How many samples were taken."""
+        return self._next
+
     def advance(self) -> None:
         """Advance to the next sample time; `next` is inf after the last."""
         self._next += 1
-        if self._next <= self._last:
-            self.next = self._next * self._interval
-        else:
-            self.next = self._duration if self.next < self._duration else inf
+        self.next = self._time_of(self._next)
+
+    def _time_of(self, number: int) -> float:
+        """Return the time of a sample, counted from 0; inf after the last."""
+        if number <= self._last:
+            return number * self._interval
+        return self._duration if number == self._last + 1 else inf
+
+    def restored_fault(self) -> str:
+        """Return the field that does not go with the others, empty if all do."""
+        if self._next > self._last + 2:
+            return "_next"
+        return "" if self.next == self._time_of(self._next) else "next"
 
 
 Row = tuple[float, ...]
@@ -83,7 +99,7 @@ class SampleBuffer:
     """
 
     COLUMNS = 7  # of a sample, without its energies
-    CHECKPOINT_FIELDS = ("rows", "sides")
+    CHECKPOINT_FIELDS: ClassVar = {"rows": SAMPLE, "sides": SAMPLE}
 
     def __init__(self, times: SampleTimes) -> None:
         self.times = times
@@ -117,7 +133,7 @@ class ChatteringDetector:
         End of the message.
     """
 
-    CHECKPOINT_FIELDS = ("_times",)
+    CHECKPOINT_FIELDS: ClassVar = {"_times": TIME._replace(ascending=True)}
 
     def __init__(self, window: float, max_events: int, what: str, advice: str) -> None:
         self._window = window
@@ -177,6 +193,7 @@ def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
         max_steps=settings.max_steps,
         fixed_step=settings.step,
         what=subject_of(mechanism),
+        advice=settings.after_budget,
     )
 
 

@@ -7,7 +7,7 @@ sticks.
 """
 
 from math import copysign, inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import ContactSolver
@@ -22,6 +22,7 @@ from frictionsim.solvers.common import (
 )
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.state_values import DIRECTION, FLAG, NUMBER, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -42,16 +43,16 @@ class EventDrivenSolver(ContactSolver):
     """
 
     stepper: RungeKuttaFehlberg45
-    CHECKPOINT_FIELDS = (
-        *ContactSolver.CHECKPOINT_FIELDS,
-        "y",
-        "mode",
-        "sampled_until",
-        "phase_ends",
-        "direction",
-        "held",
-        "segment_end",
-    )
+    CHECKPOINT_FIELDS: ClassVar = {
+        **ContactSolver.CHECKPOINT_FIELDS,
+        "y": NUMBER,
+        "mode": DIRECTION,
+        "sampled_until": TIME,
+        "phase_ends": FLAG,
+        "direction": DIRECTION,
+        "held": TIME._replace(low=NEVER),
+        "segment_end": TIME,
+    }
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

@@ -10,13 +10,14 @@ static limit; it is taken as zero.
 """
 
 from math import inf, nextafter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.base import Solver
 from frictionsim.solvers.common import Row, SampleBuffer, advance, row
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
+from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -26,7 +27,11 @@ if TYPE_CHECKING:
 class PrescribedMotionSolver(Solver):
     """Solver that integrates over segments with a smooth velocity of one direction, `mode`."""
 
-    CHECKPOINT_FIELDS = (*Solver.CHECKPOINT_FIELDS, "mode", "segment_end")
+    CHECKPOINT_FIELDS: ClassVar = {
+        **Solver.CHECKPOINT_FIELDS,
+        "mode": DIRECTION,
+        "segment_end": TIME,
+    }
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

@@ -13,7 +13,7 @@ References
    2018, 8871-8881, eq 30.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import ContactSolver
@@ -26,6 +26,7 @@ from frictionsim.solvers.common import (
     row,
 )
 from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -63,7 +64,11 @@ def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
 class PublishedSolver(ContactSolver):
     """Solver for eq 30, which detects chattering of adaptive steps."""
 
-    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end")
+    CHECKPOINT_FIELDS: ClassVar = {
+        **ContactSolver.CHECKPOINT_FIELDS,
+        "mode": DIRECTION,
+        "segment_end": TIME,
+    }
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

@@ -8,7 +8,7 @@ the error of the motion is of the order of v_t. `rkf45` steps it with our own in
 other methods with SciPy's. What counts as stick is |v| < v_t.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import ContactSolver
@@ -16,6 +16,7 @@ from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -25,7 +26,11 @@ if TYPE_CHECKING:
 class RegularisedSolver(ContactSolver):
     """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
-    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end")
+    CHECKPOINT_FIELDS: ClassVar = {
+        **ContactSolver.CHECKPOINT_FIELDS,
+        "mode": DIRECTION,
+        "segment_end": TIME,
+    }
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

@@ -5,10 +5,19 @@ states; numba compiles the same functions for the arrays of belts. Long sums are
 loops, because compilers vectorise loops over a few arrays only.
 """
 
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from math import isfinite, ulp
+from typing import ClassVar
 
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
+from frictionsim.solvers.state_values import (
+    COUNT,
+    NON_NEGATIVE,
+    NUMBER,
+    TIME,
+    Values,
+    unfit,
+)
 
 State = MutableSequence[float]
 Rhs = Callable[[float, State, State], None]
@@ -174,6 +183,8 @@ class RungeKuttaFehlberg45:
         Take steps of this length, whatever their error.
     what : str
         Subject of messages.
+    advice : str
+        What helps where the limit of steps is reached.
 
     Attributes
     ----------
@@ -183,14 +194,25 @@ class RungeKuttaFehlberg45:
         States and derivatives there.
     steps, rejected, nfev : int
         Accepted steps, rejected steps, evaluations of the right-hand side.
-    CHECKPOINT_FIELDS : tuple of str
-        The attributes in a checkpoint.
+    CHECKPOINT_FIELDS : mapping of str to Values
+        The attributes in a checkpoint, and what they may hold.
     """
 
-    CHECKPOINT_FIELDS: tuple[str, ...] = (
-        *("t_old", "t", "y_old", "y", "f_old", "f", "_h", "_error_before"),
-        *("steps", "rejected", "nfev", "_granted"),
-    )
+    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {
+        "t_old": TIME,
+        "t": TIME,
+        "y_old": NUMBER,
+        "y": NUMBER,
+        "f_old": NUMBER,
+        # Beyond the range of double precision in a state that a step may end at; the next step
+        # fails by name then.
+        "f": Values(finite=False),
+        "_h": NON_NEGATIVE,  # 0 before the first segment
+        "_error_before": Values(low=MIN_ERROR_NORM),
+        "steps": COUNT,
+        "rejected": COUNT,
+        "nfev": COUNT,
+    }
 
     def __init__(
         self,
@@ -201,12 +223,14 @@ class RungeKuttaFehlberg45:
         max_steps: int,
         fixed_step: float | None = None,
         what: str = "the motion",
+        advice: str = "raise the limit",
     ) -> None:
+        self._advice = advice
         self._rtol, self._atol = rtol, atol
         self._max_step, self._max_steps = max_step, max_steps
         self._fixed_step = fixed_step
         self._what = what
-        self._granted = 0  # steps under earlier limits, before a resume
+        self._granted = 0  # steps under earlier limits, before a resumption
         self.steps = self.rejected = self.nfev = 0
         self.t_old = self.t = 0.0
         self.y_old: State = [0.0] * states
@@ -284,9 +308,9 @@ class RungeKuttaFehlberg45:
             return
         self._granted = taken  # a resumed run may take max_steps again
         raise BudgetExceeded(
-            f"limit solver.max_steps = {self._max_steps} reached at t = {self.t:.9g} s of"
-            f" {self._what}; resume the run, raise the limit or loosen the tolerances (unless a"
-            " short time constant, such as inertia over damping, limits the steps)"
+            f"limit of {self._max_steps} steps reached at t = {self.t:.9g} s of {self._what};"
+            f" {self._advice} (unless a short time constant, such as inertia over damping, limits"
+            " the steps)"
         )
 
     def truncate(self, t: float) -> None:
@@ -358,8 +382,26 @@ class RungeKuttaFehlberg45:
         rtol, atol = self._rtol, self._atol
         return max(abs(v) / (atol + rtol * abs(y)) for v, y in zip(values, self.y, strict=True))
 
+    def restored_fault(self) -> str:
+        """Return the field that does not go with the others, empty if all do.
+
+        The part of a run that begins now has all the steps of the limit.
+        """
+        self._granted = self.steps + self.rejected
+        if self._fixed_step and self._h not in (0.0, self._fixed_step):
+            return "_h"
+        return "" if self.t_old <= self.t else "t_old"
+
     def resume(self, rhs: Rhs) -> None:
-        """Resume a segment after the attributes in CHECKPOINT_FIELDS were restored."""
+        """Resume a segment after the attributes in CHECKPOINT_FIELDS were restored.
+
+        Raises
+        ------
+        InputError
+            If no step could be taken.
+        """
+        if not self._h > 0.0:
+            raise unfit("stepper._h", "is not a length of a step")
         self._rhs = rhs
 
 

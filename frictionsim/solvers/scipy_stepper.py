@@ -1,7 +1,8 @@
 """SciPy's integrators behind the `Stepper` interface."""
 
+from collections.abc import Mapping
 from math import ulp
-from typing import Any
+from typing import Any, ClassVar
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.linalg import LinAlgError
 
 from frictionsim.errors import BudgetExceeded
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State, non_finite_error, step_underflow
+from frictionsim.solvers.state_values import Values
 
 
 class ScipyStepper:
@@ -40,7 +42,8 @@ class ScipyStepper:
         `rejected` is 0 for implicit methods, which do not report it.
     """
 
-    CHECKPOINT_FIELDS: tuple[str, ...] = ()  # the state of SciPy's methods is private
+    # The state of SciPy's methods is private.
+    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {}
 
     def __init__(
         self,
@@ -95,9 +98,9 @@ class ScipyStepper:
         """
         if self.steps + self.rejected >= self._max_steps:
             raise BudgetExceeded(
-                f"limit solver.max_steps = {self._max_steps} reached at t = {self.t:.9g} s of"
-                f" {self._what}; raise the limit, increase solver.transition_speed or loosen the"
-                " tolerances"
+                f"limit of {self._max_steps} steps reached at t = {self.t:.9g} s of {self._what};"
+                " raise the limit, loosen the tolerances or increase the transition_speed of a"
+                " regularised law"
             )
         self.t_old, self.y_old = self.t, self.y
         self._dense = None

@@ -7,7 +7,7 @@ the kinetic limit applies.
 """
 
 from math import copysign, inf, ulp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import ContactSolver
@@ -21,6 +21,7 @@ from frictionsim.solvers.common import (
 )
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State
+from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -36,7 +37,12 @@ class SetValuedSolver(ContactSolver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
     stepper: RungeKuttaFehlberg45
-    CHECKPOINT_FIELDS = (*ContactSolver.CHECKPOINT_FIELDS, "mode", "segment_end", "is_new")
+    CHECKPOINT_FIELDS: ClassVar = {
+        **ContactSolver.CHECKPOINT_FIELDS,
+        "mode": DIRECTION,
+        "segment_end": TIME,
+        "is_new": FLAG,
+    }
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer

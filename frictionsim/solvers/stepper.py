@@ -1,14 +1,16 @@
 """The interface of the integrators for mechanisms of one coordinate."""
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import ClassVar, Protocol
 
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
+from frictionsim.solvers.state_values import Values
 
 
 class Stepper(Protocol):
     """An integrator over smooth segments; `RungeKuttaFehlberg45` documents its members."""
 
-    CHECKPOINT_FIELDS: tuple[str, ...]
+    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]]
     t_old: float
     t: float
     y_old: State

@@ -43,7 +43,9 @@ class Estimate(NamedTuple):
     exit_code: int = 0
 
 
-def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
+def estimate(
+    first: RunResult, on_step: "Callable[[float], Any]", max_steps: int | None = None
+) -> Estimate:
     """Solve the scenario of a run again, more accurately, and compare the quantities.
 
     Parameters
@@ -52,6 +54,8 @@ def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
         A run that is done.
     on_step : callable
         Called with the time after each step.
+    max_steps : int, optional
+        Limit of steps of the second run.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def estimate(first: RunResult, on_step: "Callable[[float], Any]") -> Estimate:
     overrides = list(setting.overrides)
     if first.stored is not None:  # the second run has no file for what the memory cannot hold
         overrides.append(FEW_CHANNELS)
-    second = run(first.scenario.replace(overrides), on_step)
+    second = run(first.scenario.replace(overrides), on_step, max_steps=max_steps)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)

@@ -223,7 +223,8 @@ class Benchmark:
 
 
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
-    limit = WallTimeLimit(max_wall, scenario.solver.duration)
+    solver = scenario.solver
+    limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
 
     def step(t: float) -> None:
         on_step(t)

@@ -73,7 +73,9 @@ def solve(
     for override in overrides:
         apply_override(data, override)
     scenario = validate(data, SCENARIOS)
-    return run(scenario, LimitedSteps(lambda t: None, max_wall, scenario.solver.duration))
+    solver = scenario.solver
+    limited = LimitedSteps(lambda t: None, max_wall, solver.duration, solver.after_budget)
+    return run(scenario, limited)
 
 
 def quantity_of(result: RunResult, name: str) -> float:

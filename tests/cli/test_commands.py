@@ -393,7 +393,7 @@ def test_a_file_named_results_blocks_the_default_output(
     ("options", "reason", "code"),
     [
         (CHATTERING, "chattering at t = ", 1),
-        (["--set", "solver.max_steps=10"], "limit solver.max_steps = 10 reached", 5),
+        (["--set", "solver.max_steps=10"], "limit of 10 steps reached", 5),
     ],
 )
 def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(

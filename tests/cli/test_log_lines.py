@@ -44,7 +44,7 @@ def test_vv_tells_overrides_limits_events_and_audit(told: Run) -> None:
         "frictionsim: limit: 60 s of wall time",
         SCENARIO,
         "frictionsim: overridden: solver.max_steps=500",
-        "frictionsim: limit: solver.max_steps = 500",
+        "frictionsim: limit: 500 steps",
         "frictionsim: the run starts",
     ]
     assert "frictionsim: event at t = 0.546448475 s: shaft from stick to sliding_forward" in err
@@ -60,7 +60,7 @@ def test_the_log_is_not_in_the_json(told: Run) -> None:
 def test_an_incomplete_result_and_its_resumption_are_logged(told: Run) -> None:
     _, err = told("solve", PULLEY, "-o", "a.h5", "-q", "-v", "--max-steps", "100", code=5)
     assert "frictionsim: run failed at t = " in err
-    assert "frictionsim: incomplete result written: a.h5 (limit solver.max_steps = 100" in err
+    assert "frictionsim: incomplete result written: a.h5 (limit of 100 steps" in err
     _, err = told("resume", "a.h5", "-q", "-v")
     assert "frictionsim: the run is resumed" in err
     assert lines(err)[-1] == "frictionsim: result written: a.h5"

@@ -54,7 +54,7 @@ def test_the_exit_code_is_the_highest(told: Run) -> None:
     Path("short.toml").write_text(tomli_w.dumps(pulley(solver={"max_steps": 10})))
     out, err = told("solve", PULLEY, "short.toml", RETURN, "--json", code=5)
     assert [item["status"] for item in strict_json(out)] == ["done", "failed", "done"]
-    assert "run failed: limit solver.max_steps = 10 reached" in err
+    assert "run failed: limit of 10 steps reached" in err
 
 
 @pytest.mark.parametrize(

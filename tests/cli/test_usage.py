@@ -89,7 +89,10 @@ LONG = "a" * 300
             ["solve", PULLEY, "--max-steps", "1.5"],
             "--max-steps: expected a whole number, got '1.5'; see frictionsim solve --help",
         ),
-        (["solve", PULLEY, "--max-steps", "0"], "--max-steps: expected a number above 0, got 0"),
+        (
+            ["solve", PULLEY, "--max-steps", "0"],
+            "--max-steps: expected a whole number above 0, got 0",
+        ),
         (
             ["plot", "a.h5", "--body", "three"],
             "--body: expected a whole number, got 'three'; see frictionsim plot --help",

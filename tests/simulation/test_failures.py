@@ -56,7 +56,7 @@ FAILURES: dict[str, tuple[Scenario, str, str]] = {
     ),
     "budget_exceeded": (
         pulley(solver__max_steps=10),
-        "limit solver.max_steps = 10 reached at t = ",
+        "limit of 10 steps reached at t = ",
         "resume the run",
     ),
 }

@@ -111,7 +111,7 @@ def test_a_store_is_restored_from_its_state(count: int, small: int) -> None:
     state = filled(count, segments).state()
     again = SampleStore(TYPES)
     again.segments = segments
-    again.restore(state)
+    again.restore(state, sample(0), 1.0)
     for i in range(count, count + 40):
         again.append(sample(i))
     assert_same(again, count + 40)
@@ -128,7 +128,7 @@ def test_the_state_does_not_grow_with_the_samples(small: int) -> None:
 def test_samples_of_a_state_without_segments_become_segments(small: int) -> None:
     again = SampleStore(TYPES)
     again.segments = segments = SegmentsInMemory()
-    again.restore(filled(100).state())
+    again.restore(filled(100).state(), sample(0), 1.0)
     again.append(sample(100))
     assert len(segments.written) == 100 // small
     assert_same(again, 101)
@@ -136,8 +136,10 @@ def test_samples_of_a_state_without_segments_become_segments(small: int) -> None
 
 def test_refuses_a_state_whose_segments_are_not_to_be_had(small: int) -> None:
     state = filled(50, SegmentsInMemory()).state()
-    with pytest.raises(InputError, match="does not belong to this scenario: 'stored'"):
-        SampleStore(TYPES).restore(state)
+    with pytest.raises(
+        InputError, match="does not belong to this scenario or was changed: 'stored'"
+    ):
+        SampleStore(TYPES).restore(state, sample(0), 1.0)
 
 
 @pytest.mark.parametrize("bad", [0, 3, 16, 17, 40, 49])

@@ -169,7 +169,7 @@ def test_a_prescribed_speed_uses_the_set_valued_law(backend: str) -> None:
 def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
     run = smoothed(backend, 1e-3, solver__max_steps=20)
     assert run.status == "failed"
-    assert run.reason.startswith("limit solver.max_steps = 20 reached at t = ")
+    assert run.reason.startswith("limit of 20 steps reached at t = ")
     huge = smoothed(backend, 1e-3, drive__force={"time": [0.0, 1.0], "value": [0.0, 1e49]})
     if huge.status == "failed":
         assert "step size" not in huge.reason

@@ -149,7 +149,7 @@ def test_tolerances_that_cannot_be_met_are_reported() -> None:
 
 
 def test_the_step_limit_is_reported() -> None:
-    with pytest.raises(SolverError, match=r"limit solver\.max_steps = 10 reached at t = "):
+    with pytest.raises(SolverError, match=r"limit of 10 steps reached at t = "):
         integrate(stepper(2, max_steps=10), oscillator, [0.0, 1.0], 100.0)
 
 

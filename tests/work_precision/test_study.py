@@ -231,7 +231,7 @@ def test_failed_settings_are_reported_with_the_reason() -> None:
     )
     found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
     assert [r.status for r in found.rows] == ["failed", "done"]
-    assert found.rows[0].reason.startswith("limit solver.max_steps = 20 reached at t = ")
+    assert found.rows[0].reason.startswith("limit of 20 steps reached at t = ")
     assert found.rows[0].error is None
 
 

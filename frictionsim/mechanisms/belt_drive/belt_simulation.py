@@ -12,9 +12,16 @@ from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
-from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, mismatch, require_array
+from frictionsim.simulation.checkpoint import (
+    Arrays,
+    dump_part,
+    load_part,
+    require_array,
+    require_values,
+)
 from frictionsim.simulation.sample_store import SampleStore
 from frictionsim.solvers.common import SampleTimes
+from frictionsim.solvers.state_values import unfit
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
@@ -86,19 +93,27 @@ class BeltDrive:
             if not stepper.prepared:
                 return True
             on_step(stepper.t)
-            self._check_budget(stepper.t)
+            steps = min(self._steps_left(stepper.t), STEPS_BETWEEN_CALLS)
             limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
-            stepper.advance(min(limit, end), times.next, STEPS_BETWEEN_CALLS)
+            stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)
 
-    def _check_budget(self, t: float) -> None:
-        """Stop where the steps are spent."""
-        most = self._scenario.solver.max_steps
-        if self._steps_tried - self._tried_before >= most:
-            raise BudgetExceeded(
-                f"{most} steps are spent at t = {t:.9g} s; give a larger solver.max_steps, fewer"
-                " bodies, or a law of friction that is less stiff"
-            )
+    def _steps_left(self, t: float) -> int:
+        """Return how many steps may be taken; stop where none is left.
+
+        Raises
+        ------
+        BudgetExceeded
+        """
+        solver = self._scenario.solver
+        left = solver.max_steps - (self._steps_tried - self._tried_before)
+        if left > 0:
+            return left
+        raise BudgetExceeded(
+            f"limit of {solver.max_steps} steps reached at t = {t:.9g} s of the belt;"
+            f" {solver.after_budget}, or give it fewer bodies or a law of friction that is less"
+            " stiff"
+        )
 
     @property
     def _steps_tried(self) -> int:
@@ -136,13 +151,22 @@ class BeltDrive:
         InputError
             If it is of another scenario.
         """
-        for name, array in self._stepper.checkpoint_arrays().items():
+        stepper, duration = self._stepper, self._scenario.solver.duration
+        like = self._observer.sample_at_start()
+        expected = stepper.checkpoint_values(duration)
+        for name, array in stepper.checkpoint_arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
-                raise mismatch(f"stepping.{name}")
+                raise unfit(f"stepping.{name}", "is of another type or shape")
+            require_values(values, f"stepping.{name}", expected[name], duration)
             array[...] = values
-        load_part(self._times, "times", state)
-        self._observer.samples.restore(state)
+        # Before any kernel: they take all indices to be within their arrays.
+        if fault := stepper.restored_fault():
+            raise unfit(f"stepping.{fault}", "does not go with the other numbers")
+        load_part(self._times, "times", state, duration)
+        self._observer.samples.restore(state, like, duration)
+        if len(self._observer.samples) != self._times.taken:
+            raise unfit("samples.time", "is of another type or shape")
         self._started, self._tried_before = True, self._steps_tried
 
     @property

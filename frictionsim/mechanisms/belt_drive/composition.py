@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive import stability_limits
+from frictionsim.mechanisms.belt_drive import restored_contacts, stability_limits
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.effects.base import Chain
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -97,6 +98,14 @@ class BeltModel(NamedTuple):
             "contacts": contacts.table,
             "pulleys": pulleys.table,
         }
+
+    def contact_values(self) -> "dict[str, Expected]":
+        """Return what the arrays of `contact_state` may hold, by name."""
+        return restored_contacts.contact_values(self.system)
+
+    def contact_fault(self) -> str:
+        """Return the array of `contact_state` that does not go with the others; empty if all do."""
+        return restored_contacts.block_fault(self.system)
 
 
 def compose(

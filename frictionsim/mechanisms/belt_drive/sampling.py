@@ -145,12 +145,18 @@ class Observer:
 
     def sample(self, t: float, state: "Array") -> None:
         """Add the sample of time t."""
+        self.samples.append(self._seen(t, state))
+        self._check_energy()
+
+    def sample_at_start(self) -> dict[str, Any]:
+        """Return what a sample looks like: one of the start, whatever the forces are."""
+        return self._seen(0.0, self._model.state)
+
+    def _seen(self, t: float, state: "Array") -> dict[str, Any]:
         kinematics = self._kinematics(state)
         channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
         seen = {name: channels[name] for name in self._wanted}
-        seen |= self._quantities(state, kinematics, channels)
-        self.samples.append({"time": t, **seen})
-        self._check_energy()
+        return {"time": t, **seen, **self._quantities(state, kinematics, channels)}
 
     def _check_energy(self) -> None:
         """Compare what the belt has with what it was given.

@@ -11,6 +11,7 @@ from frictionsim.mechanisms.belt_drive.composition import (
 )
 from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
 from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS, PitchLine
+from frictionsim.mechanisms.belt_drive.guided_string.restored_runs import run_fault, run_values
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     POSITION,
     PULLEY_RADIUS,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
 
@@ -54,6 +56,16 @@ class StringModel(BeltModel):
         line = self.system.line
         assert line is not None
         return {**super().contact_state(), "runs": line.runs, "run_count": line.run_count}
+
+    def contact_values(self) -> "dict[str, Expected]":
+        """Return what the arrays of `contact_state` may hold, by name."""
+        assert self.system.line is not None
+        return {**super().contact_values(), **run_values(self.system.line, self.system)}
+
+    def contact_fault(self) -> str:
+        """Return the array of `contact_state` that does not go with the others; empty if all do."""
+        assert self.system.line is not None
+        return run_fault(self.system.line, self.system)
 
 
 def assemble_string(scenario: "BeltDriveScenario") -> StringModel:

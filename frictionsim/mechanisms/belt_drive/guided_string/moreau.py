@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
 
@@ -92,3 +93,7 @@ class BeltStepper(FixedSteps):
         s = self._state
         own = {"y_old": s.y_old, "y": s.y, "counts": s.counts}
         return {**own, **self._model.contact_state()}
+
+    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
+        """Return what the arrays of a checkpoint may hold, by name."""
+        return {**self.step_values(duration), **self._model.contact_values()}

@@ -6,14 +6,22 @@ import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.kernels.layout import ALPHA, SPEED, SPEED_OLD
-from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import STEPS
+from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
+    CANDIDATE_UPDATE_INTERVAL,
+    SINCE_SEARCH,
+    STEPS,
+)
+from frictionsim.solvers.state_values import COUNT, NUMBER, Rows
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.solvers.state_values import Expected, Values
 
     Array = npt.NDArray[np.float64]
+
+LAST_STEP = CANDIDATE_UPDATE_INTERVAL - 1  # after a search, before the next one
 
 
 class FixedSteps:
@@ -68,6 +76,20 @@ class FixedSteps:
             f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
             f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
         )
+
+    def step_values(self, duration: float) -> "dict[str, Expected]":
+        """Return what a checkpoint may hold of the steps of a run, by name."""
+        counts = Rows(self.counts_of_steps(duration))
+        return {"y_old": NUMBER, "y": NUMBER, "counts": counts}
+
+    def counts_of_steps(self, duration: float) -> "dict[int, Values]":
+        """Return what the numbers in `counts` may be."""
+        most = float(np.ceil(duration / self._h) + 1.0)  # the last step may go past the end
+        return {STEPS: COUNT._replace(high=most), SINCE_SEARCH: COUNT._replace(high=LAST_STEP)}
+
+    def restored_fault(self) -> str:
+        """Return the array of a checkpoint that does not go with the others; empty if all do."""
+        return self._model.contact_fault()
 
     def interpolate(self, t: float) -> "Array":
         """Return the state at a time in the last step; the forces are those of the step."""

@@ -18,6 +18,7 @@ from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import FixedSteps
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     IMPLICIT_NOW,
+    IMPLICIT_STEPS,
     NOT_FINITE,
     STEPS,
     MoreauState,
@@ -25,12 +26,14 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     evaluate_forces,
     integrate,
 )
+from frictionsim.solvers.state_values import COUNT, NUMBER, Rows, Values
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
 
@@ -165,3 +168,11 @@ class BeltStepper(FixedSteps):
         dampers = {} if self._stiff is None else {"dampers": self._stiff.table}
         own = {"y_old": s.y_old, "y": s.y, "counts": s.counts, **dampers}
         return {**own, **self._model.contact_state()}
+
+    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
+        """Return what the arrays of a checkpoint may hold, by name."""
+        steps, stiff = self.counts_of_steps(duration), self._stiff is not None
+        forms = {IMPLICIT_NOW: Values(0.0, float(stiff), whole=True), IMPLICIT_STEPS: COUNT}
+        dampers = {"dampers": NUMBER} if stiff else {}
+        counts = {"counts": Rows({**steps, **forms})}
+        return {**self.step_values(duration), **counts, **dampers, **self._model.contact_values()}

@@ -35,6 +35,14 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
     MIN_ERROR_NORM,
     STEP_END_TOLERANCE,
 )
+from frictionsim.solvers.state_values import (
+    COUNT,
+    NUMBER,
+    POSITIVE,
+    TIME,
+    Rows,
+    Values,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -42,6 +50,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -397,3 +406,26 @@ class BeltStepper:
         s = self._state
         own = {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
         return {**own, **self._model.contact_state()}
+
+    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
+        """Return what the arrays of a checkpoint may hold, by name."""
+        clock = {T_OLD: TIME, T: TIME, H: POSITIVE, ERROR: Values(low=MIN_ERROR_NORM)}
+        counts = {
+            **dict.fromkeys((STEPS, REJECTED, NFEV), COUNT),
+            SINCE_SEARCH: COUNT._replace(high=CANDIDATE_UPDATE_INTERVAL),
+            SINCE_MAX_STEP: COUNT._replace(high=MAX_STEP_TRIAL_INTERVAL - 1),
+        }
+        return {
+            "y": NUMBER,
+            # Beyond the range of double precision in a state that a step may end at; the next
+            # step fails by name then.
+            "f": Values(finite=False),
+            "clock": Rows(clock),
+            "counts": Rows(counts),
+            **self._model.contact_values(),
+        }
+
+    def restored_fault(self) -> str:
+        """Return the array of a checkpoint that does not go with the others; empty if all do."""
+        in_order = self._state.clock[T_OLD] <= self._state.clock[T]
+        return self._model.contact_fault() if in_order else "clock"

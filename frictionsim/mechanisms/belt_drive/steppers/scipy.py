@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
+    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
 
@@ -127,3 +128,11 @@ class BeltStepper:
     def checkpoint_arrays(self) -> dict[str, "Array"]:
         """Return nothing: there is no going on from it."""
         return {}
+
+    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
+        """Return nothing: there is no checkpoint."""
+        return {}
+
+    def restored_fault(self) -> str:
+        """Return nothing: there is no checkpoint."""
+        return ""
