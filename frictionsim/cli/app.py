@@ -31,13 +31,11 @@ Overrides = Annotated[
 ]
 MaxWall = Annotated[
     float | None,
-    typer.Option(
-        metavar="SECONDS", help="Limit the wall time; resumable but with SciPy's methods."
-    ),
+    typer.Option(metavar="SECONDS", help="Limit the wall time of this part of the run."),
 ]
 MaxSteps = Annotated[
     int | None,
-    typer.Option(metavar="N", help="Limit the steps; resumable but with SciPy's methods."),
+    typer.Option(metavar="N", help="Limit the steps of this part of the run."),
 ]
 NoClobber = Annotated[
     bool,

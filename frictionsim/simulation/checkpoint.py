@@ -153,7 +153,8 @@ def of_checkpoint() -> Iterator[None]:
         In the place of an error of Python.
     """
     try:
-        yield
+        with np.errstate(all="ignore"):  # the audit tells, or the run fails by name
+            yield
     except MISFITS as error:
         raise InputError(
             "its checkpoint does not belong to this scenario or was changed: no run continues from"

@@ -19,7 +19,6 @@ from frictionsim.errors import (
     overflow_refused,
 )
 from frictionsim.results import (
-    MODES,
     Channel,
     Check,
     Quantities,
@@ -34,6 +33,7 @@ from frictionsim.simulation.checkpoint import (
     of_checkpoint,
     require_same_arrays,
 )
+from frictionsim.simulation.run_log import log_end, log_scenario
 from frictionsim.simulation.space import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
@@ -175,7 +175,7 @@ def run(
         If the disk does not suffice, or a segment cannot be written.
     """
     limited = _with_limit(scenario, max_steps)
-    _log_scenario(limited)
+    log_scenario(limited)
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
     clock, samples = _Clock(), getattr(simulation, "samples", None)
@@ -194,7 +194,7 @@ def run(
         on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
     with doubted():
         done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
-    _log_end(done)
+    log_end(done)
     return done
 
 
@@ -221,41 +221,6 @@ def _restore(
     simulation.restore(checkpoint)
     load_part(clock, "clock", checkpoint, duration)
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
-
-
-def _log_scenario(scenario: "Scenario") -> None:
-    solver = scenario.solver
-    LOG.info(
-        "scenario %s: kind %s, effects %s, law %s, backend %s",
-        scenario.origin.source or scenario.title or scenario.kind,
-        scenario.kind,
-        ", ".join(scenario.effect_names) or "none",
-        scenario.law or "none",
-        solver.backend,
-    )
-    for override in scenario.origin.overrides:
-        LOG.debug("overridden: %s", override)
-    LOG.debug("limit: %d steps", solver.max_steps)
-
-
-def _log_end(run: RunResult) -> None:
-    if LOG.isEnabledFor(logging.DEBUG):
-        modes = dict(MODES)
-        for e in run.transitions:
-            before, after = modes[e.mode_from], modes[e.mode_to]
-            LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, before, after)
-        for name, check in run.checks.items():
-            LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
-    LOG.info(
-        "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected %d, wall time %.3g s",
-        run.status,
-        run.time[-1] if run.time.size else 0.0,
-        run.time.size,
-        len(run.transitions),
-        run.statistics.steps,
-        run.statistics.rejected,
-        run.statistics.wall_seconds or 0.0,
-    )
 
 
 def _with_checkpoints(

@@ -9,15 +9,9 @@ from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from math import isfinite, ulp
 from typing import ClassVar
 
-from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
-from frictionsim.solvers.state_values import (
-    COUNT,
-    NON_NEGATIVE,
-    NUMBER,
-    TIME,
-    Values,
-    unfit,
-)
+from frictionsim.errors import BudgetExceeded
+from frictionsim.solvers.state_values import COUNT, NON_NEGATIVE, NUMBER, TIME, Values, unfit
+from frictionsim.solvers.step_errors import non_finite_error, step_underflow
 
 State = MutableSequence[float]
 Rhs = Callable[[float, State, State], None]
@@ -403,19 +397,3 @@ class RungeKuttaFehlberg45:
         if not self._h > 0.0:
             raise unfit("stepper._h", "is not a length of a step")
         self._rhs = rhs
-
-
-def non_finite_error(t: float, what: str) -> NonFinite:
-    """Return the error for a non-finite state after t, s; `what` is the subject."""
-    return NonFinite(
-        f"the state of {what} is not finite after t = {t:.9g} s; check the scenario for forces or"
-        " coefficients that are too large"
-    )
-
-
-def step_underflow(t: float, h: float, what: str) -> StepUnderflow:
-    """Return the error for a required step h, s, at t, s, below the resolution of the time."""
-    return StepUnderflow(
-        f"at t = {t:.9g} s the tolerances require a step of {h:.2g} s for {what}, below the"
-        " resolution of double precision; give a larger solver.rtol or atol"
-    )

@@ -82,7 +82,7 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "belt of many effects rkf45": (lambda: belt(trio(), "rkf45"), 12),
     "string moreau": (lambda: belt(pair(**WITHOUT_CONTACT), "moreau"), 12),
     "string rkf45": (lambda: belt(pair(**WITHOUT_CONTACT), "rkf45"), 12),
-    "belt in segments": (lambda: belt(pair(), "moreau", output__interval=2e-5), 60),
+    "belt in segments": (lambda: belt(pair(), "moreau", output__interval=2e-5), 25),
 }
 
 NUMBERS = [

@@ -111,4 +111,5 @@ def test_python_has_the_same_log(told: Run, caplog: pytest.LogCaptureFixture) ->
 
     with caplog.at_level(logging.INFO, logger="frictionsim"):
         fs.solve(PULLEY)
-    assert [record.name for record in caplog.records] == ["frictionsim.simulation.simulate"] * 3
+    names = [record.name.removeprefix("frictionsim.simulation.") for record in caplog.records]
+    assert names == ["run_log", "simulate", "run_log"]

@@ -26,6 +26,21 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.steppers.rkf45_state import (
+    CANDIDATE_UPDATE_INTERVAL,
+    ERROR,
+    MAX_STEP_TRIAL_INTERVAL,
+    NFEV,
+    REJECTED,
+    SINCE_MAX_STEP,
+    SINCE_SEARCH,
+    STATE_VALUES,
+    STEPS,
+    T_OLD,
+    H,
+    RKF45State,
+    T,
+)
 from frictionsim.solvers import runge_kutta_fehlberg
 from frictionsim.solvers.runge_kutta_fehlberg import (
     C2,
@@ -34,14 +49,6 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
     C6,
     MIN_ERROR_NORM,
     STEP_END_TOLERANCE,
-)
-from frictionsim.solvers.state_values import (
-    COUNT,
-    NUMBER,
-    POSITIVE,
-    TIME,
-    Rows,
-    Values,
 )
 
 if TYPE_CHECKING:
@@ -66,8 +73,6 @@ clipped_step = inline_kernel(runge_kutta_fehlberg.clipped_step)
 reduced_step = inline_kernel(runge_kutta_fehlberg.reduced_step)
 next_step_size = inline_kernel(runge_kutta_fehlberg.next_step_size)
 
-CANDIDATE_UPDATE_INTERVAL = 8  # steps from one search for contact candidates to the next
-
 FIRST_STEP_RATIO = 0.01  # of the longest step
 
 # Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
@@ -84,50 +89,6 @@ MAX_OMEGA_H, MAX_DECAY_H = 3.6, 3.5
 # them. Accept an error of 30 tolerances at that step, unless bending waves would grow there (by
 # 2e-5 a step at omega h = 0.55): then keep them small by a tighter tolerance.
 MAX_ERROR_AT_MAX_STEP, MAX_BENDING_OMEGA_H, BENDING_TOLERANCE_FACTOR = 30.0, 0.55, 0.03
-MAX_STEP_TRIAL_INTERVAL = 4  # steps between two trials of the longest one, while they are shorter
-
-# The numbers in `clock`: start and end of the last step, the length of the next one, s, and the
-# error of the last one, in tolerances.
-T_OLD, T, H, ERROR = range(4)
-# The numbers in `counts`: the last two are steps since the search for candidates and since the
-# longest step was tried.
-STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP = range(5)
-
-
-class RKF45State(NamedTuple):
-    """An integration between two steps, in arrays that its kernels write to.
-
-    Attributes
-    ----------
-    y_old, y : (size,)
-        The states at the start and the end of the last step.
-    k : six of (size,)
-        The rates of its stages; k[0] are those at its start.
-    f : (size,)
-        The rates at its end.
-    kinematics : (6, width)
-        Those that y begins with: a view.
-    stage, error, inside : (size,)
-        Workspace.
-    inv_error_scale : (size,)
-        1 over the error that a step may make in each state, 0 for an energy.
-    clock : (4,)
-        T_OLD, T, H, ERROR.
-    counts : (5,)
-        STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP.
-    """
-
-    y_old: "Array"
-    y: "Array"
-    k: tuple["Array", ...]
-    f: "Array"
-    kinematics: "Array"
-    stage: "Array"
-    error: "Array"
-    inside: "Array"
-    inv_error_scale: "Array"
-    clock: "Array"
-    counts: "Indices"
 
 
 class StepControl(NamedTuple):
@@ -409,21 +370,7 @@ class BeltStepper:
 
     def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
         """Return what the arrays of a checkpoint may hold, by name."""
-        clock = {T_OLD: TIME, T: TIME, H: POSITIVE, ERROR: Values(low=MIN_ERROR_NORM)}
-        counts = {
-            **dict.fromkeys((STEPS, REJECTED, NFEV), COUNT),
-            SINCE_SEARCH: COUNT._replace(high=CANDIDATE_UPDATE_INTERVAL),
-            SINCE_MAX_STEP: COUNT._replace(high=MAX_STEP_TRIAL_INTERVAL - 1),
-        }
-        return {
-            "y": NUMBER,
-            # Beyond the range of double precision in a state that a step may end at; the next
-            # step fails by name then.
-            "f": Values(finite=False),
-            "clock": Rows(clock),
-            "counts": Rows(counts),
-            **self._model.contact_values(),
-        }
+        return {**STATE_VALUES, **self._model.contact_values()}
 
     def restored_fault(self) -> str:
         """Return the array of a checkpoint that does not go with the others; empty if all do."""

@@ -1,0 +1,120 @@
+"""A budget is a budget: it is not recorded, and a run that it stopped comes to the same bytes."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
+from tests.attacks.checkpoints import ORIGINALS
+from tests.support.scenarios import SCENARIOS, changed, pulley
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+SMOOTH = {"effects.shaft_friction.law": "regularised", "solver.backend": "radau"}
+
+
+def spent(name: str, folder: Path, parts: int) -> int:
+    """Solve an original in parts of so many steps; return how many parts there were.
+
+    The last of them must leave the file of an unlimited run.
+    """
+    data, whole, part = ORIGINALS[name][0](), folder / "whole.h5", folder / "part.h5"
+    counts = fs.solve(data, output=whole).statistics
+    assert counts is not None
+    most = (counts.steps + counts.rejected) // parts + 1
+    found, count = fs.solve(data, output=part, max_steps=most), 1
+    while found.status != "done":
+        assert found.failure == "budget_exceeded"
+        assert found.reason.startswith(f"limit of {most} steps reached at t = ")
+        assert "; resume the run, raise the limit or " in found.reason
+        assert found.scenario == fs.open(whole).scenario
+        found, count = fs.resume(part, max_steps=most), count + 1
+        assert count <= parts + 1
+    assert part.read_bytes() == whole.read_bytes()
+    return count
+
+
+@pytest.mark.parametrize("name", [name for name in ORIGINALS if name != "pulley at rest"])
+def test_a_run_in_parts_of_few_steps_gives_the_bytes_of_a_whole_one(
+    name: str, tmp_path: Path
+) -> None:
+    assert spent(name, tmp_path, parts=3) >= 3
+
+
+def test_a_budget_is_that_of_each_part(tmp_path: Path) -> None:
+    """Also of one that a signal ended before its steps were spent."""
+    path = tmp_path / "a.h5"
+    fs.solve(PULLEY, output=path, max_steps=40)
+    assert fs.resume(path, max_wall=1e-9).failure == "budget_exceeded"
+    before = fs.open(path).statistics
+    after = fs.resume(path, max_steps=40).statistics
+    assert before is not None
+    assert after is not None
+    assert after.steps + after.rejected == before.steps + before.rejected + 40
+
+
+def test_the_options_are_not_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a, whole = str(tmp_path / "a.h5"), str(tmp_path / "whole.h5")
+    assert run_command_line(["solve", PULLEY, "-q", "-o", whole]) == 0
+    assert run_command_line(["solve", PULLEY, "-q", "-o", a, "--max-steps", "50"]) == 5
+    assert "limit of 50 steps reached at t = " in capsys.readouterr().err
+    found, unlimited = fs.open(a).record.attributes, fs.open(whole).record.attributes
+    for name in ("scenario", "overrides", "command"):
+        assert found[name] == unlimited[name]
+    assert run_command_line(["resume", a, "-q", "--max-steps", "20"]) == 5
+    assert "limit of 20 steps reached at t = " in capsys.readouterr().err
+    assert run_command_line(["resume", a, "-q"]) == 0
+    assert Path(a).read_bytes() == Path(whole).read_bytes()
+
+
+def test_the_limit_of_a_scenario_stays_and_gives_way_to_the_option(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(PULLEY, {"solver.max_steps": 10}, output=path)
+    assert fs.resume(path).reason.startswith("limit of 10 steps reached")
+    done = fs.resume(path, max_steps=10**6)
+    assert (done.status, done.scenario.solver.max_steps) == ("done", 10)
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, float("nan"), "3", None.__class__])
+def test_a_limit_is_a_whole_number(value: Any) -> None:
+    with pytest.raises(fs.InputError, match="max_steps: expected a whole number above 0, got "):
+        fs.solve(PULLEY, max_steps=value)
+
+
+def test_the_second_run_of_an_error_estimate_has_the_limit_too() -> None:
+    counts = fs.solve(PULLEY).statistics
+    assert counts is not None
+    found = fs.solve(PULLEY, max_steps=counts.steps + counts.rejected, estimate_error=True)
+    assert found.status == "done"
+    assert "limit of " in found.error_estimate
+
+
+@pytest.mark.parametrize(
+    ("overrides", "limits", "advice"),
+    [
+        (SMOOTH, {"max_wall": 1e-9}, "; raise the limit or loosen the tolerances"),
+        (SMOOTH, {"max_steps": 5}, "; raise the limit, loosen the tolerances or increase"),
+        ({}, {"max_wall": 1e-9}, "; resume the run, raise the limit or loosen the tolerances"),
+    ],
+)
+def test_only_what_helps_is_advised(
+    overrides: dict[str, Any], limits: dict[str, Any], advice: str
+) -> None:
+    found = fs.solve(PULLEY, overrides, **limits)
+    assert advice in found.reason
+    assert ("resume" in found.reason) == (found.checkpoint is not None)
+
+
+@pytest.mark.parametrize("limits", [{"max_wall": 1e-9}, {"max_steps": 1}])
+def test_fixed_steps_have_no_tolerances(limits: dict[str, Any]) -> None:
+    found = fs.solve(ORIGINALS["belt moreau"][0](), **limits)
+    assert "; resume the run, raise the limit or take longer steps" in found.reason
+    assert "tolerance" not in found.reason
+
+
+def test_a_scenario_with_a_limit_is_written_with_it(tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(tomli_w.dumps(changed(pulley(), solver__max_steps=77)))
+    assert "max_steps = 77" in fs.solve(path, max_steps=5).scenario.to_toml()

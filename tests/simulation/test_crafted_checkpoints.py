@@ -1,0 +1,267 @@
+"""A checkpoint with a valid digest and seal is not believed: what does not fit is refused."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.io.checksum import append_trailer
+from frictionsim.io.result_format import state_digest
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers import state_values
+from frictionsim.solvers.base import Solver
+from frictionsim.solvers.common import ChatteringDetector, SampleBuffer, SampleTimes
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
+from frictionsim.solvers.scipy_stepper import ScipyStepper
+from frictionsim.solvers.state_values import Expected, FixedRows, Rows, Values
+from tests.attacks.checkpoints import ORIGINALS, craft, small_segments, write_original
+
+PLANE = [name for name in ORIGINALS if name.startswith("belt") and "segments" not in name]
+STRINGS = [name for name in ORIGINALS if name.startswith("string")]
+ONE_COORDINATE = [name for name in ORIGINALS if not name.startswith(("belt", "string"))]
+EXPECTED = (Values, Rows, FixedRows)
+State = dict[str, Any]
+
+
+def set_number(name: str, at: Any, value: float) -> Callable[[State], None]:
+    def change(state: State) -> None:
+        state[name] = state[name].copy()
+        state[name][at] = value
+
+    return change
+
+
+def refusal(original: str, change: Callable[[State], None], folder: Path) -> str:
+    """Return the message with which a crafted checkpoint is refused."""
+    path = write_original(original, folder)
+    craft(path, change)
+    before = path.read_bytes()
+    with small_segments(original), pytest.raises(fs.InputError) as refused:
+        fs.resume(path)
+    assert path.read_bytes() == before
+    assert str(refused.value).startswith(f"{path}: cannot resume this run: its checkpoint does not")
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("name", ORIGINALS)
+def test_what_is_not_changed_is_resumed(name: str, tmp_path: Path) -> None:
+    path = write_original(name, tmp_path)
+    craft(path, lambda state: None)
+    with small_segments(name):
+        assert fs.resume(path).status == "done"
+
+
+@pytest.mark.parametrize("name", [*PLANE, *STRINGS])
+@pytest.mark.parametrize(
+    ("array", "at", "value"),
+    [
+        ("contact_bodies", 0, 2.0**31),
+        ("contact_bodies", 0, 2.0**52),
+        ("contact_bodies", 0, -1.0),
+        ("contact_bodies", 3, 5e3),
+        ("contact_bodies", 0, 8.0),
+        ("contact_offsets", -1, 2.0**40),
+        ("contact_offsets", -1, 3.0),
+        ("contact_offsets", 0, -8.0),
+        ("contact_offsets", 1, 1e6),
+        ("contact_offsets", 1, np.nan),
+        ("contacts", (2, 0), 7.0),
+        ("pulleys", (2, 0), 1e-3),
+        ("counts", 0, -1.0),
+        ("counts", 0, 0.5),
+        ("y", 0, np.inf),
+    ],
+)
+def test_indices_of_belts_stay_within_their_arrays(
+    name: str, array: str, at: Any, value: float, tmp_path: Path
+) -> None:
+    found = refusal(name, set_number(f"stepping.{array}", at, value), tmp_path)
+    # Other candidates than the offsets count are those that do not go with the others.
+    assert f"'stepping.{array}' " in found or (array, value) == ("contact_bodies", 8.0)
+
+
+@pytest.mark.parametrize("name", STRINGS)
+@pytest.mark.parametrize(
+    ("array", "at", "value"),
+    [
+        ("runs", (0, 0), 23.0),
+        ("runs", (1, 0), 8.0),
+        ("runs", (2, 0), 24.0),
+        ("runs", (2, 0), 0.0),
+        ("runs", (3, 0), 2.0),
+        ("runs", (3, 0), -1.0),
+        ("run_count", 0, 1e5),
+        ("run_count", 0, 1.0),
+    ],
+)
+def test_runs_of_a_string_stay_within_its_points(
+    name: str, array: str, at: Any, value: float, tmp_path: Path
+) -> None:
+    found = refusal(name, set_number(f"stepping.{array}", at, value), tmp_path)
+    assert "'stepping.runs' " in found or f"'stepping.{array}' " in found or "bodies' " in found
+
+
+@pytest.mark.parametrize("name", ["belt rkf45", "string rkf45"])
+@pytest.mark.parametrize(
+    ("at", "value"), [(0, 1.0), (1, 1.0), (1, 0.0), (2, 0.0), (2, -1e-6), (3, -1.0), (3, np.nan)]
+)
+def test_the_clock_of_adaptive_steps_is_one_of_the_run(
+    name: str, at: int, value: float, tmp_path: Path
+) -> None:
+    assert "'stepping.clock' " in refusal(name, set_number("stepping.clock", at, value), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "array", "at", "value", "message"),
+    [
+        ("pulley events", "solver.t", (), 99.0, "holds 99, which is out of its range"),
+        ("pulley events", "solver.t", (), np.nan, "is not finite"),
+        ("pulley events", "solver.mode", (), 3.0, "holds 3, which is out of its range"),
+        ("pulley events", "solver.started", (), 0.5, "holds a number that is not whole"),
+        ("pulley events", "solver.held", (), -2.0, "holds -2, which is out of its range"),
+        ("pulley events", "chattering._times", -1, 0.0, "is not in ascending order"),
+        ("pulley rkf45", "stepper._h", (), 0.0, "is not a length of a step"),
+        ("pulley rkf45", "stepper._h", (), -1.0, "holds -1, which is out of its range"),
+        ("pulley rkf45", "stepper._error_before", (), -1.0, "holds -1, which is out of its"),
+        ("pulley rkf45", "stepper.t_old", (), 1.5, "does not go with the other numbers"),
+        ("pulley rkf45", "stepper.steps", (), -1.0, "holds -1, which is out of its range"),
+        ("pulley rkf45", "times.next", (), 0.7, "does not go with the other numbers"),
+        ("pulley rkf45", "buffer.rows", 0, 1.2, "is not in ascending order"),
+        ("pulley rkf45", "buffer.rows", 6, 4.0, "holds 4, which is out of its range"),
+        ("pulley rkf45", "transitions", (0, 2), 9.0, "holds 9, which is out of its range"),
+        ("pulley rkf45", "transitions", (0, 0), -1.0, "holds -1, which is out of its range"),
+        ("pulley rkf45", "transitions.contact", 0, b"\xff", "names no contact of it"),
+        ("pulley rkf45", "clock.solving", (), -1.0, "holds -1, which is out of its range"),
+        ("pulley published", "stepper._h", (), 1e-3, "does not go with the other numbers"),
+        ("belt moreau", "samples.time", 0, np.nan, "is not finite"),
+        ("belt moreau", "samples.sticking", (0, 0), 1e9, "holds 1e+09, which is out of its range"),
+        (
+            "belt moreau",
+            "stepping.counts",
+            0,
+            1e9,
+            "holds 1e+09, which is out of its range (row 0)",
+        ),
+        ("belt moreau", "stepping.counts", 2, 2.0, "holds 2, which is out of its range (row 2)"),
+        ("belt in segments", "stored", 0, 0.0, "does not fit"),
+        ("belt in segments", "stored", 1, 8.0, "does not fit"),
+        ("belt in segments", "stored", 2, 1e9, "does not fit"),
+    ],
+)
+def test_the_message_names_the_array_and_what_is_wrong(
+    name: str, array: str, at: Any, value: Any, message: str, tmp_path: Path
+) -> None:
+    found = refusal(name, set_number(array, at, value), tmp_path)
+    assert f"does not belong to this scenario or was changed: '{array}' {message}" in found
+
+
+def less_one(name: str) -> Callable[[State], None]:
+    return lambda state: state.update({name: state[name][:-1].copy()})
+
+
+def as_float32(name: str) -> Callable[[State], None]:
+    return lambda state: state.update({name: state[name].astype(np.float32)})
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("pulley rkf45", less_one("stepper.y"), "'stepper.y' is of another type or shape"),
+        ("pulley rkf45", less_one("buffer.rows"), "'buffer.rows' is of another type or shape"),
+        ("pulley rkf45", less_one("transitions"), "'transitions' is of another type or shape"),
+        ("pulley rkf45", as_float32("solver.t"), "'solver.t' is of another type or shape"),
+        ("pulley rkf45", lambda s: s.pop("solver.t"), "'solver.t' is missing"),
+        ("pulley rkf45", lambda s: s.update(a=np.zeros(2)), "'a' is unknown"),
+        ("belt rkf45", less_one("stepping.y"), "'stepping.y' is of another type or shape"),
+        ("belt rkf45", less_one("samples.x"), "'samples.x' is of another type or shape"),
+        ("belt rkf45", lambda s: s.pop("samples.time"), "'samples.time' is missing"),
+        ("belt rkf45", lambda s: s.pop("samples.x"), "'samples.x' is missing"),
+        (
+            "belt rkf45",
+            lambda s: s.update({"samples.z": s["samples.x"]}),
+            "'samples.z' is unknown",
+        ),
+        ("belt in segments", lambda s: s.pop("first.x"), "'first.x' is missing"),
+        ("belt in segments", less_one("stored"), "'stored' does not fit"),
+    ],
+)
+def test_arrays_are_those_of_the_run(
+    name: str, change: Callable[[State], None], message: str, tmp_path: Path
+) -> None:
+    assert message in refusal(name, change, tmp_path)
+
+
+def test_what_python_raises_later_is_no_defect(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: Any, on_step: Any) -> None:
+        raise ValueError("no change of sign")
+
+    monkeypatch.setattr(Solver, "run", fail)
+    found = refusal("pulley events", lambda state: None, tmp_path)
+    assert "no run continues from it (ValueError)" in found
+
+
+def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:
+    def progress(t: float) -> None:
+        raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine"):
+        fs.resume(write_original("pulley events", tmp_path), progress=progress)
+
+
+def test_a_method_without_checkpoints_takes_none(tmp_path: Path) -> None:
+    path = write_original("belt rkf45", tmp_path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["scenario"] = file.attrs["scenario"].replace('"rkf45"', '"radau"')
+        group = file["checkpoint"]
+        state = {name: item[...] for name, item in group.items() if not item.is_scale}
+        group.attrs["digest"] = state_digest(dict(file.attrs), state)
+    append_trailer(path)
+    with pytest.raises(fs.InputError, match="its backend leaves no state to resume from"):
+        fs.resume(path)
+
+
+@pytest.mark.parametrize("name", [*PLANE, *STRINGS])
+def test_steppers_of_belts_say_what_each_array_may_hold(name: str) -> None:
+    stepper = BeltDrive(fs.load(ORIGINALS[name][0]()))._stepper  # type: ignore[arg-type]
+    expected: dict[str, Expected] = stepper.checkpoint_values(1.0)
+    assert expected.keys() == stepper.checkpoint_arrays().keys()
+    assert all(isinstance(one, EXPECTED) for one in expected.values())
+
+
+def every(base: type) -> list[type]:
+    return [base, *(found for sub in base.__subclasses__() for found in every(sub))]
+
+
+@pytest.mark.parametrize("name", ONE_COORDINATE)
+def test_solvers_say_what_each_attribute_may_hold(name: str) -> None:
+    from frictionsim.scenario.kinds import mechanism_module
+
+    scenario = fs.load(ORIGINALS[name][0]())
+    simulation = mechanism_module(scenario.kind).simulation(scenario)
+    assert isinstance(simulation, SingleDofSimulation)
+    bases = (SampleTimes, SampleBuffer, ChatteringDetector, RungeKuttaFehlberg45, ScipyStepper)
+    for owner in (*every(Solver), *bases, *map(type, simulation._solver.checkpoint_parts.values())):
+        fields = owner.CHECKPOINT_FIELDS  # type: ignore[attr-defined]
+        assert all(isinstance(one, EXPECTED) for one in fields.values()), owner
+
+
+def test_what_values_may_be() -> None:
+    for expected, good, bad in (
+        (state_values.NUMBER, [-1e300, 0.0], [np.inf]),
+        (state_values.POSITIVE, [1e-300], [0.0]),
+        (state_values.FLAG, [0.0, 1.0], [0.5]),
+        (state_values.COUNT, [2.0**53], [2.0**54]),
+        (state_values.DIRECTION, [-1.0, 0.0, 1.0], [2.0]),
+        (state_values.TIME, [0.0, 2.0], [2.0000001]),
+        (state_values.SAMPLE, [np.nan, np.inf], []),
+        (Values(ascending=True), [1.0, 1.0, 2.0], [1.0, 0.9]),
+    ):
+        assert expected.fault(np.array(good), 2.0) == ""
+        assert not bad or expected.fault(np.array(bad), 2.0)
