@@ -113,9 +113,9 @@ def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None
     assert run_command_line(["solve", str(SCENARIO), "-q", "-o", part, *limit]) == 5
     codes = [5]
     while codes[-1] == 5:
-        codes.append(run_command_line(["resume", part, "-q"]))
+        codes.append(run_command_line(["resume", part, "-q", *limit]))
     assert codes == [5, 5, 5, 0]
-    assert run_command_line(["compare", part, whole, "--rtol", "0", "--atol", "0"]) == 0
+    assert Path(part).read_bytes() == Path(whole).read_bytes()
 
 
 @pytest.mark.parametrize("view", [(), ("--view", "heat")])
