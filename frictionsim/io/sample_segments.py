@@ -265,7 +265,11 @@ def segment_folders(result: Path) -> list[Path]:
     """Return the folders of segments beside a result file."""
     start = _start_of_names(result)
     parent = Path(os.path.realpath(result)).parent
-    return [folder for folder in parent.iterdir() if folder.name.startswith(start)]
+    return [
+        folder
+        for folder in parent.iterdir()
+        if folder.name.startswith(start) and FOLDER_NAME.fullmatch(folder.name)
+    ]
 
 
 def _start_of_names(result: Path) -> str:

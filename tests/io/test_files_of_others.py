@@ -353,7 +353,10 @@ def segmented(path: Path, reference: str) -> None:
     append_trailer(path)
 
 
-@pytest.mark.parametrize("name", ["thesis", "..", "a.samples-0000000g", "b/a.samples-00000000"])
+@pytest.mark.parametrize(
+    "name",
+    ["thesis", "..", ".", "a.samples-0000000g", "a.samples-000000000", "b/a.samples-00000000"],
+)
 def test_a_folder_that_no_run_has_made_is_not_touched(name: str, result: Path) -> None:
     for folder in {"thesis", name} - {".."}:
         Path(folder).mkdir(parents=True)
