@@ -2,17 +2,19 @@
 
 import csv
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
     from frictionsim.results import Record
 
 BYTES_OF_NUMBER = 40  # with its place in a list
 
 
-def write_channels(record: "Record", file: TextIO) -> None:
+def write_channels(record: "Record", file: "SupportsWrite[str]") -> None:
     """Write one line for each sample; the first line has the names with their units.
 
     A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.

@@ -1,13 +1,15 @@
 """The progress bar of a run on stderr."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
 from types import TracebackType
+from typing import IO, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+
+from frictionsim.io.terminal import Stderr, print_on_stderr
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 
@@ -21,7 +23,7 @@ class ProgressBar:
     """
 
     def __init__(self, duration: float) -> None:
-        console = Console(stderr=True)
+        console = Console(file=cast("IO[str]", Stderr()), stderr=True)
         self._progress = Progress(
             TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
             BarColumn(),
@@ -92,5 +94,5 @@ class RunProgress:
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
         """Announce the compilation of kernels, which takes `expected` seconds."""
-        print(f"compiling the kernels, once (about {expected:.0f} s)", file=sys.stderr)
+        print_on_stderr(f"compiling the kernels, once (about {expected:.0f} s)")
         yield

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from os import PathLike
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api.arguments import as_count, as_number, as_path
@@ -54,8 +55,10 @@ def solve(
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s
-        Limit of the wall time. A run that reaches it is `failed` and can be resumed, except with
-        SciPy's methods.
+        Limit of the wall time, from the call on. A run that reaches it is `failed` and can be
+        resumed, except with SciPy's methods. It is looked at before the first step and between
+        steps: the assembly of a large belt, a compilation of kernels and the writing of the result
+        come to their end.
     max_steps : int, optional
         Limit of steps, in the place of `solver.max_steps`. It is not recorded: the run can be
         resumed as after `max_wall`, and comes to the same file as an unlimited one.
@@ -142,21 +145,27 @@ def resume(
 
 
 class Limits(NamedTuple):
-    """Budgets of a part of a run: wall time, s, and steps; None for none."""
+    """Budgets of a part of a run: wall time, s, and steps; None for none.
+
+    `since` is when the wall time began to count, s, as of `perf_counter`.
+    """
 
     max_wall: float | None
     max_steps: int | None
+    since: float
 
 
 def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -> Limits:
-    """Check arguments before anything is read; return the limits."""
+    """Check arguments before anything is read; return the limits, which count from now."""
+    since = perf_counter()
     if max_wall is not None:
         as_number("max_wall", max_wall, "s")
     if not (isinstance(progress, bool) or callable(progress)):
         raise ArgumentError(
             "progress", f"expected True, False or a function of the time, got {progress!r}"
         )
-    return Limits(max_wall, None if max_steps is None else as_count("max_steps", max_steps))
+    steps = None if max_steps is None else as_count("max_steps", max_steps)
+    return Limits(max_wall, steps, since)
 
 
 def _destination(
@@ -186,7 +195,7 @@ def _simulate(
     stop = nullcontext(None) if destination is None else StopAfterStep()
     with stop as interruption, _shown(progress, scenario) as shown:
         on_step = shown if interruption is None else interruption.after(shown)
-        limited, steps = _with_limit(on_step, limits.max_wall, scenario), limits.max_steps
+        limited, steps = _with_limit(on_step, limits, scenario), limits.max_steps
         try:
             segments = None if destination is None else destination.segments()
             done = run(scenario, limited, _checkpoint_writer(destination), state, segments, steps)
@@ -254,15 +263,17 @@ def _nothing(t: float) -> None:
 
 
 def _with_limit(
-    on_step: Callable[[float], Any], max_wall: float | None, scenario: Scenario
+    on_step: Callable[[float], Any], limits: Limits, scenario: Scenario
 ) -> Callable[[float], Any]:
     """Return an `on_step` that also stops the run at a wall time, s, if there is a limit."""
-    if max_wall is None:
+    if limits.max_wall is None:
         return on_step
     from frictionsim.simulation.wall_time import LimitedSteps
 
     solver = scenario.solver
-    return LimitedSteps(on_step, max_wall, solver.duration, solver.after_budget)
+    return LimitedSteps(
+        on_step, limits.max_wall, solver.duration, solver.after_budget, limits.since
+    )
 
 
 def _checkpoint_writer(

@@ -1,13 +1,14 @@
 """The application, the options that several commands have, and how errors end a command."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from frictionsim import __version__
+from frictionsim.cli.messages import print_text
 from frictionsim.errors import EXIT_BAD_INPUT
+from frictionsim.io.terminal import print_on_stderr
 
 app = typer.Typer(
     name="frictionsim",
@@ -55,7 +56,7 @@ Verbose = Annotated[
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        print(__version__)
+        print_text(__version__)
         raise typer.Exit
 
 
@@ -70,5 +71,5 @@ def program(
     ] = False,
 ) -> None:
     if context.invoked_subcommand is None:
-        print(context.get_help(), file=sys.stderr)
+        print_on_stderr(context.get_help())
         raise typer.Exit(EXIT_BAD_INPUT)

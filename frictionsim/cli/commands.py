@@ -5,7 +5,6 @@ prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
 from pathlib import Path
-from signal import SIGINT
 from typing import Annotated, Any
 
 import typer
@@ -24,17 +23,21 @@ from frictionsim.cli.app import (
     app,
 )
 from frictionsim.cli.completion import backends as backends_of
-from frictionsim.cli.messages import print_error, print_json, print_text, warn
+from frictionsim.cli.ending import ending_of, printed_by_typer
+from frictionsim.cli.messages import (
+    print_beside_files,
+    print_data,
+    print_error,
+    print_json,
+    print_text,
+    warn,
+)
 from frictionsim.cli.sources import check_read_once, load_scenario, scenarios_in
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
     EXIT_DONE,
-    EXIT_NOT_WRITTEN,
-    EXIT_SIGNAL,
-    EXIT_SOLVER_FAILED,
     ArgumentError,
-    FrictionsimError,
     ScenarioError,
 )
 
@@ -54,36 +57,15 @@ def run_command_line(arguments: list[str]) -> int:
         )
         return EXIT_BAD_INPUT
     try:
-        code = app(arguments, standalone_mode=False, prog_name="frictionsim")
-    except ArgumentError as error:
-        print_error(f"--{error.argument.replace('_', '-')}: {error.text}")
-        return error.exit_code
-    except FrictionsimError as error:
-        print_error(str(error))
-        return error.exit_code
-    except typer.TyperException as error:
-        from frictionsim.cli.usage import usage_message
-
-        print_error(usage_message(error, arguments))
-        return EXIT_BAD_INPUT
-    except (KeyboardInterrupt, typer.Abort):
-        return EXIT_SIGNAL + SIGINT
-    except SystemExit as stop:  # raised on a broken pipe
-        return stop.code if isinstance(stop.code, int) else EXIT_DEFECT
-    except MemoryError:
-        print_error("out of memory; a larger output.interval records fewer samples")
-        return EXIT_SOLVER_FAILED
-    except OSError as error:
-        where = "cannot print the output" if error.filename is None else error.filename
-        print_error(f"{where}: {error.strerror}")
-        return EXIT_NOT_WRITTEN
-    except Exception as error:
-        if "--debug" in arguments:
+        with printed_by_typer(arguments):
+            code = app(arguments, standalone_mode=False, prog_name="frictionsim")
+    except BaseException as error:
+        message, code = ending_of(error, arguments)
+        if code == EXIT_DEFECT and "--debug" in arguments:
             raise
-        from frictionsim.cli.defect import defect_message
-
-        print_error(defect_message(error))
-        return EXIT_DEFECT
+        if message:
+            print_error(message)
+        return code
     return code if isinstance(code, int) else EXIT_DONE
 
 
@@ -297,10 +279,8 @@ def cost(
     files = Files(output, csv, plot)
     files.check(no_clobber)
     study = run_study(loaded, wanted)
-    if as_json:
-        print_json(study.to_json())
-    else:
-        print_text(study.summary())
+    show = print_beside_files if any(files) else print_data
+    show(study.to_json() if as_json else study.summary())
     files.write(study)
     if study.status != "done":
         print_error(

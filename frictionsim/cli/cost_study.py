@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import frictionsim as fs
 from frictionsim.api.studies import Progress
-from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.monitor import CLEAR_LINE, monitor_run
 from frictionsim.errors import ArgumentError, OutputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import COSTS, RESULT, check_apart, check_target
+from frictionsim.io.terminal import is_terminal, visible, write_on_stderr
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -156,13 +157,13 @@ class _StatusLine:
     """Shows the current setting in one line of a terminal; the line is erased at the end."""
 
     def __enter__(self) -> "_StatusLine":
-        self._shown = sys.stderr.isatty()
+        self._shown = is_terminal(sys.stderr)
         return self
 
     def __call__(self, text: str) -> None:
         if self._shown:
-            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+            write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
 
     def __exit__(self, *_: object) -> None:
         if self._shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+            write_on_stderr(CLEAR_LINE)

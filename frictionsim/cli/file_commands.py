@@ -1,5 +1,6 @@
 """The commands on files: show, compare, plot, new and schema."""
 
+from contextlib import suppress
 from os.path import isdir
 from pathlib import Path
 from typing import Annotated
@@ -9,8 +10,15 @@ import typer
 import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, ResultFile, app
 from frictionsim.cli.completion import kinds, kinds_and_scenarios, views
-from frictionsim.cli.messages import opened_stdout, print_error, print_json, print_text, warn
+from frictionsim.cli.messages import (
+    print_beside_files,
+    print_error,
+    print_json,
+    print_text,
+    warn,
+)
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError, OutputError
+from frictionsim.io.terminal import ReaderGone, Stdout
 
 
 @app.command()
@@ -31,8 +39,10 @@ def show(
     elif as_csv:
         from frictionsim.api.channel_csv import write_channels
 
-        with opened_stdout() as stdout:
+        stdout = Stdout()
+        with suppress(ReaderGone):
             write_channels(found.record, stdout)
+            stdout.flush()
     elif scenario:
         print_text(found.record.attributes["scenario"].rstrip("\n"))
         return
@@ -128,12 +138,11 @@ def plot(
         fs.open(result), output or result.with_suffix(".png"), view, body, no_clobber=no_clobber
     )
     if as_json:
-        print_json(
+        print_beside_files(
             {"result": str(result), "pictures": list(map(str, pictures)), "skipped": reasons}
         )
         return
-    for picture in pictures:
-        print_text(str(picture))
+    print_beside_files("\n".join(map(str, pictures)))
     for reason in reasons:
         print_error(f"view skipped: {reason}")
 
@@ -175,7 +184,7 @@ def new(
         print_text(text.rstrip("\n"))
         return
     _write_new(file, text)
-    print_text(str(file))
+    print_beside_files(str(file))
 
 
 def _write_new(file: Path, text: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
 from frictionsim.cli.log_lines import log_on_stderr
-from frictionsim.cli.messages import print_error, print_json, print_text, warn
+from frictionsim.cli.messages import print_beside_files, print_error, warn
 from frictionsim.cli.monitor import RunMonitor, monitor_run
 from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (
@@ -68,17 +68,34 @@ class Report:
         self._as_json, self.quiet, self.several = as_json, quiet, several
         self._objects: list[dict[str, Any]] = []
         self.exit_code = EXIT_DONE
+        self.waiting = 0  # scenarios that are not begun yet
         log_on_stderr(verbose)
 
     @contextmanager
-    def monitored(self, scenario: "Scenario") -> Iterator[RunMonitor]:
+    def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[RunMonitor]:
         """Return the context of a run that can be stopped and shows its progress."""
         shown = not (self.quiet or self._as_json)
-        with monitor_run(scenario.solver.duration, shown, quiet=self.quiet) as monitor:
+        with (
+            monitor_run(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
+            monitor.limited(max_wall, self._give_up),
+        ):
             yield monitor
+        if monitor.signal and self.waiting:  # one that came while the result was written
+            self.exit_code = EXIT_SIGNAL + monitor.signal
 
-    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> int:
-        """Print the summary and how the run ended, and return its exit code.
+    def _give_up(self) -> None:
+        """Print what there is before the process ends in the middle of a run."""
+        self.report_waiting()
+        if self.several:
+            self.close()
+
+    def report_waiting(self) -> None:
+        """Say how many scenarios were not begun."""
+        if self.waiting:
+            print_error(f"not solved: {self.waiting} of the scenarios, after this one")
+
+    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
+        """Print the summary and how the run ended.
 
         Parameters
         ----------
@@ -94,12 +111,11 @@ class Report:
         if self._as_json:
             self._objects.append(result.to_json() | {"scenario": source})
         elif not self.quiet:
-            print_text(result.summary())
+            print_beside_files(result.summary())
         if result.error_estimate and not result.errors:
             print_error(f"warning: {result.error_estimate}")
         _report_end(result, whole)
         self.exit_code = max(self.exit_code, result.exit_code)
-        return result.exit_code
 
     def add_error(self, error: FrictionsimError, source: str) -> None:
         """Print the error that kept one of several scenarios from being solved."""
@@ -109,7 +125,7 @@ class Report:
     def close(self) -> None:
         """Print the JSON: one object, or a list of them if there are several scenarios."""
         if self._as_json:
-            print_json(self._objects if self.several else self._objects[0])
+            print_beside_files(self._objects if self.several else self._objects[0])
 
 
 def run_jobs(jobs: Sequence[Job], report: Report) -> None:
@@ -122,21 +138,23 @@ def run_jobs(jobs: Sequence[Job], report: Report) -> None:
     InputError, OutputError
         As `run_job`, if there is one job.
     """
-    for job in jobs:
+    for number, job in enumerate(jobs, start=1):
+        report.waiting = len(jobs) - number
         try:
-            code = run_job(job, report)
+            run_job(job, report)
         except (InputError, OutputError) as error:
             if not report.several:
                 raise
             report.add_error(error, job.source)
             continue
-        if code > EXIT_SIGNAL:
+        if report.exit_code > EXIT_SIGNAL:
+            report.report_waiting()
             break
     report.close()
 
 
-def run_job(job: Job, report: Report) -> int:
-    """Run a job, write its result, print its summary and return its exit code.
+def run_job(job: Job, report: Report) -> None:
+    """Run a job, write its result and print its summary.
 
     Raises
     ------
@@ -146,7 +164,7 @@ def run_job(job: Job, report: Report) -> int:
     known = job.scenario.warnings()
     warn(known)  # before the run, so that the user can stop it
     # Written within the monitor, so that a first signal does not interrupt the writing.
-    with report.monitored(job.scenario) as monitor:
+    with report.monitored(job.scenario, job.max_wall) as monitor:
         result = fs.solve(
             job.scenario,
             output=job.target,
@@ -156,7 +174,7 @@ def run_job(job: Job, report: Report) -> int:
             estimate_error=job.estimate_error,
             progress=monitor,
         )
-    return report.add(result, job.source, known, job.target)
+    report.add(result, job.source, known, job.target)
 
 
 def resume_job(job: Resumption, report: Report) -> None:
@@ -170,7 +188,7 @@ def resume_job(job: Resumption, report: Report) -> None:
     incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
     known = incomplete.scenario.warnings()
     warn(known)
-    with report.monitored(incomplete.scenario) as monitor:
+    with report.monitored(incomplete.scenario, max_wall) as monitor:
         result = fs.resume(
             incomplete,
             output=job.output,

@@ -5,6 +5,8 @@ Imported where something runs: `logging` takes a tenth of the time of --help to 
 
 import logging
 
+from frictionsim.cli.messages import print_error
+
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 
 
@@ -16,14 +18,15 @@ def log_on_stderr(verbose: int) -> None:
     verbose : int
         How often -v was given.
     """
-    handler = logging.StreamHandler()
-    handler.setFormatter(_Format())
     logger = logging.getLogger("frictionsim")
-    logger.handlers = [handler]
+    logger.handlers = [_Lines()]
     logger.setLevel(LEVELS[min(verbose, 2)])
 
 
-class _Format(logging.Formatter):
-    def format(self, record: logging.LogRecord) -> str:
+class _Lines(logging.Handler):
+    """Prints records as messages: one that cannot be printed does not end the run."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a record."""
         level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "
-        return f"frictionsim: {level}{record.getMessage()}"
+        print_error(f"{level}{record.getMessage()}")

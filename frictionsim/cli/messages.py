@@ -1,15 +1,16 @@
 """Messages on stderr; text and JSON on stdout."""
 
-import os
-import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from typing import Any, TextIO
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import Any
+
+from frictionsim.errors import OutputError
+from frictionsim.io.terminal import ReaderGone, Stdout, print_on_stderr
 
 
 def print_error(message: str) -> None:
     """Print a message on stderr, after the name of the program."""
-    print(f"frictionsim: {message}", file=sys.stderr)
+    print_on_stderr(f"frictionsim: {message}")
 
 
 def warn(warnings: Iterable[str], source: str = "") -> None:
@@ -30,37 +31,49 @@ def print_text(text: str) -> None:
 
     Raises
     ------
-    OSError
+    OutputError
         If it cannot be printed for another reason.
     """
-    with opened_stdout() as stdout:
-        print(text, file=stdout)
-
-
-@contextmanager
-def opened_stdout() -> Iterator[TextIO]:
-    """Return the context of writing to stdout, which ends after the reader of a pipe has gone.
-
-    What is printed later is discarded, as is everything if stdout is closed.
-
-    Raises
-    ------
-    OSError
-        If something cannot be printed for another reason.
-    """
-    if sys.stdout is None:
-        with open(os.devnull, "w", encoding="utf-8") as null:
-            yield null
-        return
-    try:
-        yield sys.stdout
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    stdout = Stdout()
+    with suppress(ReaderGone):
+        stdout.write(f"{text}\n")
+        stdout.flush()
 
 
 def print_json(data: Any) -> None:
-    """Print data on stdout; they must not contain non-finite numbers."""
+    """Print data on stdout; they must not contain non-finite numbers.
+
+    Raises
+    ------
+    OutputError
+        As `print_text`.
+    """
     from json import dumps
 
     print_text(dumps(data, indent=2, allow_nan=False))
+
+
+def print_data(data: Any) -> None:
+    """Print text as it is, and other data as JSON.
+
+    Raises
+    ------
+    OutputError
+        As `print_text`.
+    """
+    if isinstance(data, str):
+        print_text(data)
+    else:
+        print_json(data)
+
+
+def print_beside_files(data: Any) -> None:
+    """Print what a command says besides the files it writes, as `print_data`.
+
+    The files are what it is for: if stdout cannot be written, as on a full disk, that is told on
+    stderr, and the exit code stays that of the run.
+    """
+    try:
+        print_data(data)
+    except OutputError as error:
+        print_error(f"warning: {error}; the files of this command are not affected")

@@ -1,29 +1,36 @@
-"""Monitoring of a run in progress: stop signals and progress bar."""
+"""Monitoring of a run in progress: stop signals, wall-time limit and progress bar."""
 
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from threading import Thread
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
 from time import monotonic
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.errors import EXIT_SIGNAL, Interrupted
+from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL, Interrupted
+from frictionsim.io.terminal import is_terminal, print_on_stderr, write_on_stderr
 
 if TYPE_CHECKING:
     from socket import socket
 
     from frictionsim.api.progress import ProgressBar
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# A lost connection sends SIGHUP, which Windows does not have.
+STOP_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 NO_SIGNAL = b"\0"
 CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
 STEPS_BETWEEN_UPDATES = 256  # of the bar; reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0
 # `timeout` and shells signal both the process and its group: a signal may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
+# The limit is looked at after each step, too, which has something to keep.
+SECONDS_AFTER_LIMIT = 0.1
+SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
 
 class RunMonitor:
@@ -37,19 +44,26 @@ class RunMonitor:
         Show a progress bar if stderr is a terminal.
     quiet : bool
         Do not announce compilation.
+
+    Attributes
+    ----------
+    signal : int
+        The first stop signal since the first step; 0 if there was none.
     """
 
     def __init__(self, duration: float, with_progress: bool, quiet: bool) -> None:
         self._duration = duration
         self._quiet = quiet
-        self._with_progress = with_progress and sys.stderr.isatty()
+        self._with_progress = with_progress and is_terminal(sys.stderr)
         self._started = monotonic()
         # Origin of the pace shown: a resumed run does not start at t = 0.
         self._pace_clock, self._pace_t = self._started, 0.0
         self._last_t = 0.0
         self._calls = 0
-        self._signal = 0
+        self.signal = 0
         self._signalled = 0.0
+        self._compiling = False
+        self._replaced: dict[int, Any] = {}
         self._bar: ProgressBar | None = None
 
     def __call__(self, t: float) -> None:
@@ -65,13 +79,28 @@ class RunMonitor:
         Interrupted
             If a stop signal was received.
         """
-        if self._signal:
-            raise Interrupted(self._signal, t)
+        if self.signal:
+            raise Interrupted(self.signal, t)
         if self._calls == 0:
+            self._handle_signals()
             self._reset_pace(t)
         self._calls += 1
         if self._with_progress and self._calls % STEPS_BETWEEN_UPDATES == 0:
             self._show(t)
+
+    def _handle_signals(self) -> None:
+        """Have the first signal wait for the end of the step, and for a result being written.
+
+        Before the first step there is nothing to keep, and the default action stands: it also
+        ends what C code does for a minute, such as the assembly of a large belt.
+        """
+        for number in STOP_SIGNALS:
+            # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
+            if number not in self._replaced and signal.getsignal(number) not in (
+                signal.SIG_IGN,
+                None,
+            ):
+                self._replaced[number] = signal.signal(number, self._on_signal)
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
@@ -87,12 +116,11 @@ class RunMonitor:
             Expected duration of the compilation.
         """
         if not self._quiet:
-            clear = CLEAR_LINE if sys.stderr.isatty() else ""
-            print(
-                f"{clear}frictionsim: compiling the kernels for this combination of effects, once"
-                f" (about {expected:.0f} s)",
-                file=sys.stderr,
-                flush=True,
+            if is_terminal(sys.stderr):
+                write_on_stderr(CLEAR_LINE)
+            print_on_stderr(
+                "frictionsim: compiling the kernels for this combination of effects, once"
+                f" (about {expected:.0f} s)"
             )
         from socket import socketpair  # imported here: compilations are rare
 
@@ -101,11 +129,16 @@ class RunMonitor:
         previous = signal.set_wakeup_fd(writer.fileno())
         waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         waiting.start()
-        if self._signal:  # received before the socket was set up
-            self._exit_now(self._signal)
+        self._handle_signals()
+        self._compiling = True
+        if self.signal:  # received before the socket was set up
+            self._exit_now(self.signal)
         try:
             yield
         finally:
+            self._compiling = False
+            if self._calls == 0:
+                self._restore_signals()
             signal.set_wakeup_fd(previous)
             writer.send(NO_SIGNAL)
             waiting.join()
@@ -119,12 +152,56 @@ class RunMonitor:
 
     def _exit_now(self, number: int) -> None:
         """End the process during a compilation; there are no new samples to keep."""
-        kept = "files already written are kept" if self._calls else "nothing was written"
         name = signal.Signals(number).name
-        message = f"frictionsim: interrupted by {name} while compiling kernels; {kept}\n"
-        with suppress(OSError):  # stderr may be closed
-            os.write(2, message.encode())
+        print_on_stderr(f"frictionsim: interrupted by {name} while compiling kernels; {self._kept}")
         os._exit(EXIT_SIGNAL + number)
+
+    @property
+    def _kept(self) -> str:
+        return "files already written are kept" if self._calls else "nothing was written"
+
+    @contextmanager
+    def limited(self, seconds: float | None, before_exit: Callable[[], Any]) -> Iterator[None]:
+        """Return the context of a run that a wall-time limit also ends before its first step.
+
+        After it, the run stops by itself between two steps, and what it has is written.
+
+        Parameters
+        ----------
+        seconds : float or None, s
+            The limit, which counts from now; None for no limit.
+        before_exit : callable
+            Called before the process ends.
+        """
+        if seconds is None:
+            yield
+            return
+        over = Event()
+        watching = Thread(
+            target=self._wait_for_limit, args=(seconds, over, before_exit), daemon=True
+        )
+        watching.start()
+        try:
+            yield
+        finally:
+            over.set()
+            watching.join()
+
+    def _wait_for_limit(self, seconds: float, over: Event, before_exit: Callable[[], Any]) -> None:
+        if over.wait(min(seconds + SECONDS_AFTER_LIMIT, SECONDS_OF_A_WAIT)):
+            return
+        if self._calls and not self._compiling:
+            return
+        where, help_ = "before the first step", "raise the limit or simulate fewer bodies"
+        if self._compiling:
+            where = "while compiling kernels"
+            help_ = "'frictionsim warm-up' compiles them beforehand"
+        print_on_stderr(
+            f"frictionsim: wall-time limit --max-wall {seconds:g} s reached {where}; {self._kept};"
+            f" {help_}"
+        )
+        before_exit()
+        os._exit(EXIT_BUDGET_EXCEEDED)
 
     def _reset_pace(self, t: float) -> None:
         self._pace_clock, self._pace_t = monotonic(), t
@@ -143,24 +220,31 @@ class RunMonitor:
         self._bar.show(t, (monotonic() - self._pace_clock) / done if done > 0.0 else None)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        if self._signal:
+        if self.signal:
             if monotonic() - self._signalled > SECONDS_FOR_ONE_SIGNAL:
                 os._exit(EXIT_SIGNAL + number)  # a second signal: do not wait for the step
             return
-        self._signal = number
+        self.signal = number
         self._signalled = monotonic()
 
+    def _restore_signals(self) -> None:
+        for number, handler in self._replaced.items():
+            signal.signal(number, handler)
+        self._replaced.clear()
+
     def close(self) -> None:
-        """Remove the progress bar."""
+        """Remove the progress bar; signals have their earlier action again."""
+        self._restore_signals()
         if self._bar is not None:
             self._bar.close()
 
 
 @contextmanager
 def monitor_run(duration: float, with_progress: bool, quiet: bool = False) -> Iterator[RunMonitor]:
-    """Monitor a run: SIGINT or SIGTERM stops it after the current step, a second ends the process.
+    """Monitor a run: a stop signal stops it after the current step, a second ends the process.
 
-    During the compilation of kernels, the first signal ends the process.
+    Stop signals are SIGINT, SIGTERM and SIGHUP, unless the process ignores them. Before the first
+    step and during the compilation of kernels, the first signal ends the process.
 
     Parameters
     ----------
@@ -177,10 +261,7 @@ def monitor_run(duration: float, with_progress: bool, quiet: bool = False) -> It
         To be called with the time after each step.
     """
     monitor = RunMonitor(duration, with_progress, quiet)
-    previous = [signal.signal(number, monitor._on_signal) for number in STOP_SIGNALS]
     try:
         yield monitor
     finally:
-        for number, handler in zip(STOP_SIGNALS, previous, strict=True):
-            signal.signal(number, handler)
         monitor.close()

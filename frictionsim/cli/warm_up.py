@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from frictionsim.cli.app import Quiet, app
-from frictionsim.cli.messages import print_text
+from frictionsim.cli.messages import print_beside_files
 from frictionsim.cli.monitor import monitor_run
 
 
@@ -26,6 +26,6 @@ def warm_up(
             total, found = total + seconds, True
             if not quiet:
                 took = f"compiled in {seconds:.1f} s" if seconds else "compiled already"
-                print_text(f"{scenario}, {backend}: {took}")
+                print_beside_files(f"{scenario}, {backend}: {took}")
     if not quiet:
-        print_text(f"{total:.1f} s of compilation" if found else "no kernels to compile")
+        print_beside_files(f"{total:.1f} s of compilation" if found else "no kernels to compile")

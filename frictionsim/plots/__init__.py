@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import frictionsim.plots.parameters  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
 from frictionsim.plots.picture_file import check_format, save

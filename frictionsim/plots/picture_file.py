@@ -4,15 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from threading import RLock
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
-
-import matplotlib as mpl
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import PICTURE, check_replaceable, check_target
+from frictionsim.plots.parameters import default_parameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,8 +22,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".pdf": {"metadata": {"CreationDate": None}},
     ".svg": {"metadata": {"Date": None}},
 }
-
-_lock = RLock()
 
 
 def check_format(path: Path) -> None:
@@ -95,17 +91,9 @@ def _image(figure: "Figure", suffix: str) -> bytes:
 def rendering() -> Iterator[None]:
     """Allow one thread at a time to render, without warnings and with repeatable SVG.
 
-    Filters of warnings and parameters of matplotlib belong to the whole process: two threads that
-    change and restore them in turn would leave the values of the first. Only the one parameter is
-    restored, so that a change by the user in another thread is not lost.
+    Filters of warnings belong to the whole process, as parameters do.
     """
-    with _lock, catch_warnings():
+    # Without a salt the names of SVG elements are random.
+    with default_parameters(svg_hashsalt="frictionsim"), catch_warnings():
         simplefilter("ignore")  # the font may lack letters of the title
-        salt = mpl.rcParams["svg.hashsalt"]
-        mpl.rcParams["svg.hashsalt"] = (
-            "frictionsim"  # otherwise the names of SVG elements are random
-        )
-        try:
-            yield
-        finally:
-            mpl.rcParams["svg.hashsalt"] = salt
+        yield

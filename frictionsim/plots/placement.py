@@ -8,6 +8,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from frictionsim.errors import InputError
+from frictionsim.plots.parameters import default_parameters
 from frictionsim.plots.picture_file import png, rendering
 from frictionsim.plots.style import WIDTH
 
@@ -34,7 +35,8 @@ def drawn_in(
     ----------
     view : View
     figure : Figure or SubFigure, optional
-        An empty one.
+        An empty one; it is drawn into with the parameters of matplotlib that there are. A new one
+        has the defaults.
     ax : Axes, optional
         Empty Axes of a grid, in whose place the view is drawn.
     width : float, inches
@@ -55,8 +57,9 @@ def drawn_in(
     if ax is not None:
         return _replace(view, ax)
     if figure is None:
-        figure = Picture(figsize=(width, width), layout="constrained")
-        view(figure)
+        with default_parameters():
+            figure = Picture(figsize=(width, width), layout="constrained")
+            view(figure)
         return figure
     _check_empty(figure)
     return _fill(view, figure)

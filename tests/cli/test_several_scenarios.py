@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -240,9 +241,11 @@ def test_ctrl_c_between_and_in_runs_ends_the_command(here: Path) -> None:
         for line in process.stderr:
             if "the run starts" in line:
                 break
+        time.sleep(0.3)  # until the first step there is nothing to keep
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130
+    assert "frictionsim: not solved: 1 of the scenarios, after this one" in err
     assert "run interrupted: by SIGINT" in err
     assert "b.toml" not in out + err
     assert run_command_line(["show", "results/a.h5"]) == 0

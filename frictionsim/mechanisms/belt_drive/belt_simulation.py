@@ -137,7 +137,7 @@ class BeltDrive:
 
     def state(self) -> Arrays | None:
         """Return all that the rest of the run depends on; None where nothing could be saved."""
-        if not self._stepper.resumable:
+        if not (self._stepper.resumable and self._started):
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}

@@ -1,0 +1,135 @@
+"""Text on stdout and stderr: never a control character of others, and never the end of a run.
+
+Whatever is printed passes `visible`: the only place where control characters are dealt with.
+"""
+
+import os
+import re
+import sys
+from contextlib import suppress
+from typing import Any, TextIO
+
+from frictionsim.errors import OutputError
+
+# Control characters of ASCII but for tab and newline, those above ASCII, line and paragraph
+# separators, and marks that change the direction of writing: from a foreign file they could
+# set a terminal's title, erase its lines or show a text in another order.
+CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]"
+)
+NO_STREAM = (OSError, ValueError)  # full, without a reader; closed by the program itself
+
+
+def visible(text: str) -> str:
+    r"""Return text with its control characters as escapes: \x1b, \u202e.
+
+    Those that TOML allows in a text are escaped as TOML does, so that a scenario that is printed
+    can be read.
+    """
+    return CONTROL.sub(_escape, text)
+
+
+def _escape(found: re.Match[str]) -> str:
+    code = ord(found[0])
+    return f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}"
+
+
+def print_on_stderr(text: str) -> None:
+    """Print a line on stderr; what cannot be printed is lost, but nothing else is.
+
+    Messages are no part of what a run is for: a full disk for the log, or a reader that has gone,
+    changes neither the run nor its exit code.
+    """
+    write_on_stderr(f"{visible(text)}\n")
+
+
+def write_on_stderr(text: str) -> None:
+    """Write text of this program on stderr, such as escape sequences, as `print_on_stderr`."""
+    stream = sys.stderr
+    if stream is None:  # print() would take stdout instead
+        return
+    with suppress(*NO_STREAM):
+        stream.write(text)
+        stream.flush()
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal; False if it is closed."""
+    with suppress(*NO_STREAM):
+        return stream is not None and stream.isatty()
+    return False
+
+
+class Stderr:
+    """The stderr of others' code, as of a progress bar: writing to it never fails.
+
+    It is looked up anew each time, as by `print`: tests and notebooks replace it.
+    """
+
+    encoding = "utf-8"
+
+    def write(self, text: str) -> int:
+        """Write text that holds escape sequences on purpose."""
+        write_on_stderr(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Do nothing: each text is written at once."""
+
+    def isatty(self) -> bool:
+        """Return whether it is a terminal."""
+        return is_terminal(sys.stderr)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(sys.stderr, name)
+
+
+class ReaderGone(Exception):
+    """The reader of the pipe on stdout has gone, as `head` does: no more is wanted."""
+
+
+class Stdout:
+    """Stdout as a file for text whose origin is not known.
+
+    What is written to a closed stdout is discarded.
+    """
+
+    def write(self, text: str) -> int:
+        """Write text with its control characters escaped.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written, as to a full disk.
+        ReaderGone
+        """
+        self._try("write", visible(text))
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what is still in a buffer.
+
+        Raises
+        ------
+        OutputError, ReaderGone
+        """
+        self._try("flush")
+
+    def _try(self, method: str, *arguments: str) -> None:
+        if sys.stdout is None:
+            return
+        try:
+            getattr(sys.stdout, method)(*arguments)
+        except BrokenPipeError:
+            _discard_stdout()
+            raise ReaderGone from None
+        except OSError as error:
+            raise OutputError(f"cannot print the output: {error.strerror or error}") from None
+
+
+def _discard_stdout() -> None:
+    """Lead stdout to nowhere: what is in its buffer would fail again and again."""
+    with suppress(OSError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)

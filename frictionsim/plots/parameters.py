@@ -1,0 +1,81 @@
+"""matplotlib's parameters at their defaults, so that a picture does not depend on who draws it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import RLock
+from typing import Any
+from warnings import catch_warnings, simplefilter
+
+from frictionsim.errors import InputError, OutputError
+
+try:
+    import matplotlib as mpl
+    import matplotlib.font_manager  # which keeps a list of fonts in a folder
+except UnicodeDecodeError as error:
+    raise InputError(
+        f"cannot draw: the file matplotlibrc, of this folder or the user, is not text: {error}"
+    ) from None
+except OSError as error:
+    raise OutputError(
+        f"cannot draw: matplotlib found no folder for its settings and fonts ({error}); set"
+        " MPLCONFIGDIR to one that can be written to"
+    ) from None
+
+# Of matplotlib.style: what is about windows and files and not about how a picture looks.
+NOT_OF_STYLE = {
+    "backend",
+    "backend_fallback",
+    "date.epoch",
+    "docstring.hardcopy",
+    "figure.max_open_warning",
+    "figure.raise_window",
+    "interactive",
+    "savefig.directory",
+    "timezone",
+    "tk.window_focus",
+    "toolbar",
+    "webagg.address",
+    "webagg.open_in_browser",
+    "webagg.port",
+    "webagg.port_retries",
+}
+
+_lock = RLock()
+
+
+@contextmanager
+def default_parameters(**further: Any) -> Iterator[None]:
+    """Have matplotlib's parameters at their defaults, in one thread at a time.
+
+    A file `matplotlibrc`, of the user or in the working folder, would else change a picture, or
+    end it: `text.usetex` needs LaTeX.
+
+    Parameters belong to the whole process: two threads that change and restore them in turn would
+    leave the values of the first. Only those that differ are changed, and only those that nobody
+    has changed since are restored, so that a change by the user in another thread is not lost.
+
+    Parameters
+    ----------
+    **further
+        Parameters with another value than the default, with _ for the dot of their names.
+    """
+    current: Any = mpl.rcParams  # whose names are typed one by one
+    defaults: Any = mpl.rcParamsDefault
+    wanted = dict(defaults) | {k.replace("_", ".", 1): v for k, v in further.items()}
+    with _lock:
+        before = {
+            name: current[name]
+            for name, value in wanted.items()
+            if name not in NOT_OF_STYLE and current[name] != value
+        }
+        _set(current, {name: wanted[name] for name in before})
+        try:
+            yield
+        finally:
+            _set(current, {k: v for k, v in before.items() if current[k] == wanted[k]})
+
+
+def _set(parameters: Any, values: dict[str, Any]) -> None:
+    with catch_warnings():
+        simplefilter("ignore")  # of parameters that are deprecated
+        parameters.update(values)
