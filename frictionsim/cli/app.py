@@ -14,7 +14,7 @@ app = typer.Typer(
     name="frictionsim",
     help="Simulate mechanisms governed by dry friction.",
     epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
-    " 4 result not written, 5 step or time limit reached, 130/143 interrupted.",
+    " 4 result not written, 5 step or time limit reached, 129/130/143 interrupted.",
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,  # halves the start-up time of --help
     pretty_exceptions_enable=False,

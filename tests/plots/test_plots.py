@@ -259,3 +259,19 @@ def test_a_picture_replaces_no_other_file(result: Record, tmp_path: Path) -> Non
         with pytest.raises(OutputError, match="the existing file is not a picture and is not"):
             plot(result, picture)
         assert picture.read_text() == "notes of mine"
+
+
+def test_a_matplotlibrc_changes_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even one that needs LaTeX; it is that of the working folder or of the user."""
+    import matplotlib as mpl
+
+    import frictionsim as fs
+
+    result = fs.solve(SCENARIOS / "pulley.toml")
+    plot(result.record, tmp_path / "a.png")
+    of_user = {"text.usetex": True, "font.size": 20.0, "savefig.transparent": True}
+    for name, value in of_user.items():
+        monkeypatch.setitem(mpl.rcParams, name, value)
+    plot(result.record, tmp_path / "b.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert {name: mpl.rcParams[name] for name in of_user} == of_user

@@ -1,0 +1,138 @@
+"""A command in a process of its own, with its files, to be compared with the undisturbed one."""
+
+import os
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import NamedTuple
+
+from tests.attacks.promise import BrokenPromise
+from tests.support.scenarios import ROOT, SCENARIOS
+
+SECONDS = 60.0
+# Each with the files that it writes.
+COMMANDS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("solve pulley.toml -o a.h5", ("a.h5",)),
+    ("solve pulley.toml -o a.h5 -q", ("a.h5",)),
+    ("solve pulley.toml -o a.h5 --json", ("a.h5",)),
+    ("solve pulley.toml -o a.h5 -vv --set output.interval=9", ("a.h5",)),
+    ("solve pulley.toml -o a.h5 --set output.checkpoint=1e-9", ("a.h5",)),
+    ("solve pulley.toml -o a.h5 --max-steps 50", ()),  # how long it took is in it
+    ("solve - -o a.h5", ("a.h5",)),
+    ("resume part.h5 -o a.h5 --json", ("a.h5",)),
+    ("show p.h5 --json", ()),
+    ("show p.h5 --csv", ()),
+    ("show p.h5 --scenario", ()),
+    ("check pulley.toml --json", ()),
+    ("check missing.toml", ()),
+    ("static pulley.toml", ()),
+    ("compare p.h5 p.h5", ()),
+    ("compare p.h5 part.h5 --json", ()),
+    ("compare p.h5 missing.h5", ()),
+    ("new pulley new.toml", ("new.toml",)),
+    ("plot p.h5 -o a.png", ("a.png",)),
+    ("cost pulley.toml --backends events --tolerances 1e-3 --repeats 1 --csv a.csv", ()),
+    ("--help", ()),
+    ("--version", ()),
+    ("solve", ()),
+)
+
+
+class Outcome(NamedTuple):
+    """What a command did: its exit code, what it printed and the files it wrote."""
+
+    code: int
+    out: str
+    err: str
+    files: dict[str, bytes]
+
+
+@cache
+def originals() -> Path:
+    """Return a folder with a scenario, a whole result and a part of one."""
+    folder = Path(mkdtemp(prefix="attack-"))
+    shutil.copy(SCENARIOS / "pulley.toml", folder)
+    for line in ("solve pulley.toml -q -o p.h5", "solve pulley.toml -q -o part.h5 --max-steps 100"):
+        run(line, folder)
+    return folder
+
+
+def prepare(folder: Path) -> None:
+    """Give a command what it reads."""
+    for path in originals().iterdir():
+        shutil.copy(path, folder)
+
+
+def command_line(line: str) -> str:
+    """Return a line for a shell that runs this package."""
+    return f"{sys.executable} -m frictionsim {line}"
+
+
+def run(
+    line: str,
+    folder: Path,
+    redirections: str = "",
+    environment: dict[str, str | None] | None = None,
+    before: str = "",
+) -> Outcome:
+    """Run a command; return what it did.
+
+    Parameters
+    ----------
+    line : str
+    folder : Path
+    redirections : str
+        In the words of bash.
+    environment : dict of str, optional
+        Variables to set, or to take away where the value is None.
+    before : str
+        What the shell does first, such as `ulimit -n 20;`.
+
+    Raises
+    ------
+    BrokenPromise
+        If it hangs, ends by a signal or prints a traceback.
+    """
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})}
+    given = {name: value for name, value in variables.items() if value is not None}
+    there = set(os.listdir(folder))
+    source = "< pulley.toml" if " - " in line and "<" not in redirections else ""
+    text = f"{before} {command_line(line)} {source} {redirections}"
+    try:
+        done = subprocess.run(
+            ["bash", "-c", text],
+            cwd=folder,
+            env=given,
+            capture_output=True,
+            timeout=SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise BrokenPromise(f"{text}: hangs") from None
+    out, err = (stream.decode(errors="replace") for stream in (done.stdout, done.stderr))
+    if done.returncode in (70, 134, 139) or "Traceback" in err:
+        raise BrokenPromise(f"{text}: exit {done.returncode}\n{err}")
+    files = {
+        name: (folder / name).read_bytes()
+        for name in sorted(set(os.listdir(folder)) - there)
+        if (folder / name).is_file()
+    }
+    return Outcome(done.returncode, out, err, files)
+
+
+@cache
+def undisturbed(line: str) -> Outcome:
+    """Return what a command does if nothing is in its way."""
+    folder = Path(mkdtemp(prefix="attack-"))
+    prepare(folder)
+    found = run(line, folder)
+    shutil.rmtree(folder)
+    return found
+
+
+def written(line: str) -> tuple[str, ...]:
+    """Return the files of a command whose bytes are the same each time."""
+    return dict(COMMANDS)[line]

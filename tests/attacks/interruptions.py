@@ -1,0 +1,83 @@
+"""Signals at random times to random commands: files stay whole, old or resumable."""
+
+import os
+import random
+import signal
+import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5_reader
+from tests.attacks.disturbed import (
+    COMMANDS,
+    SECONDS,
+    command_line,
+    originals,
+    prepare,
+    undisturbed,
+)
+from tests.attacks.promise import BrokenPromise
+from tests.support.scenarios import ROOT
+
+NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+LINES = tuple(line for line, _ in COMMANDS if " - " not in line)
+LATEST = 2.5  # s
+LONG = (
+    "solve pulley.toml -o a.h5 -q --backend rkf45 --set solver.max_step=2e-5",
+    "solve pulley.toml -o a.h5 --json --set output.checkpoint=0.05 --set solver.max_step=2e-5 --backend rkf45",
+)
+
+
+def attack(rng: random.Random, folder: Path) -> str:
+    """Signal a command once or twice and look at what it leaves."""
+    line = rng.choice(LONG if rng.random() < 0.5 else LINES)
+    number, times = rng.choice(NUMBERS), rng.choice((1, 1, 1, 2, 3))
+    prepare(folder)
+    before = {name: (folder / name).read_bytes() for name in os.listdir(originals())}
+    old = rng.random() < 0.3 and "a.h5" in line
+    if old:
+        (folder / "a.h5").write_bytes(before["p.h5"])
+    process = subprocess.Popen(
+        ["bash", "-c", f"exec {command_line(line)}"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for _ in range(times):
+        time.sleep(rng.uniform(0.0, LATEST / times))
+        process.send_signal(number)
+    case = f"{line}: {times} times {number.name}"
+    try:
+        _, err = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise BrokenPromise(f"{case}: deaf") from None
+    allowed = {-number, 128 + number, undisturbed(line).code}
+    # Python itself, before the package is reached, tells of Ctrl-C with a traceback.
+    early = process.returncode in (-signal.SIGINT, 1) and "frictionsim/cli" not in err
+    if process.returncode not in allowed and not early:
+        raise BrokenPromise(f"{case}: exit {process.returncode}\n{err}")
+    for name, content in before.items():
+        if (folder / name).read_bytes() != content:
+            raise BrokenPromise(f"{case}: {name} was changed")
+    return _left(case, folder, before["p.h5"] if old else None)
+
+
+def _left(case: str, folder: Path, old: bytes | None) -> str:
+    target = folder / "a.h5"
+    if not target.exists():
+        return "absent"
+    content = target.read_bytes()
+    if content == old:
+        return "old"
+    with suppress(Exception):
+        status = str(hdf5_reader.read(target).attributes["status"])
+        if status in ("interrupted", "failed"):
+            if run_command_line(["resume", str(target), "-q"]) not in (0, 5):
+                raise BrokenPromise(f"{case}: cannot be resumed")
+        return status
+    raise BrokenPromise(f"{case}: a.h5 is not sound")

@@ -1,0 +1,221 @@
+"""Signals before, in and after the steps of a run, and the wall-time limit of each stage."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from frictionsim.cli import monitor
+from frictionsim.cli.commands import run_command_line
+from frictionsim.cli.monitor import monitor_run
+from frictionsim.errors import Interrupted
+from tests.cli.conftest import Run, strict_json
+from tests.support.scenarios import ROOT, SCENARIOS
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+# The stage is replaced by C code that waits, in which no handler in Python would run.
+STALLED = """
+import sys, time
+from ctypes import CDLL
+import frictionsim.__main__ as entry
+from frictionsim.mechanisms import pulley
+def wait(*_):
+    print("waiting", flush=True)
+    CDLL(None).usleep(60_000_000)
+{place} = wait
+sys.argv = ["frictionsim", *{arguments}]
+entry.main()
+"""
+
+
+def stalled(place: str, arguments: list[str], folder: Path) -> "subprocess.Popen[str]":
+    program = STALLED.format(place=place, arguments=arguments)
+    return subprocess.Popen(
+        [sys.executable, "-c", program], cwd=folder, text=True, stdout=-1, stderr=-1,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_signal_ends_an_assembly_in_c(number: signal.Signals, tmp_path: Path) -> None:
+    with stalled("pulley.simulation", ["solve", PULLEY, "-o", "a.h5"], tmp_path) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "waiting\n"
+        process.send_signal(number)
+        process.communicate(timeout=20)
+    assert process.returncode == -number  # 130, 143 and 129 in a shell
+    assert os.listdir(tmp_path) == []
+
+
+def test_max_wall_ends_an_assembly(tmp_path: Path) -> None:
+    arguments = ["solve", PULLEY, "-o", "a.h5", "--max-wall", "0.2"]
+    with stalled("pulley.simulation", arguments, tmp_path) as process:
+        started = time.perf_counter()
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == 5
+    assert time.perf_counter() - started < 5.0
+    assert err == (
+        "frictionsim: wall-time limit --max-wall 0.2 s reached before the first step; nothing was"
+        " written; raise the limit or simulate fewer bodies\n"
+    )
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.fixture
+def left(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The exit codes with which the process would have ended."""
+    found: list[int] = []
+    monkeypatch.setattr("os._exit", found.append)
+    return found
+
+
+def wait_for(condition: Callable[[], Any]) -> None:
+    end = time.monotonic() + 10.0
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def test_max_wall_ends_a_compilation_and_prints_what_there_is(
+    left: list[int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed: list[int] = []
+    with (
+        monitor_run(1.0, with_progress=False, quiet=True) as on_step,
+        on_step.limited(0.01, lambda: printed.append(1)),
+        on_step.compiling(20.0),
+    ):
+        wait_for(lambda: left)
+    assert (left, printed) == ([5], [1])
+    assert capsys.readouterr().err == (
+        "frictionsim: wall-time limit --max-wall 0.01 s reached while compiling kernels; nothing"
+        " was written; 'frictionsim warm-up' compiles them beforehand\n"
+    )
+
+
+def test_a_run_with_steps_is_not_ended_by_the_clock(left: list[int]) -> None:
+    with (
+        monitor_run(1.0, with_progress=False) as on_step,
+        on_step.limited(0.01, lambda: None),
+    ):
+        on_step(0.0)
+        time.sleep(monitor.SECONDS_AFTER_LIMIT + 0.2)
+    assert left == []
+
+
+@pytest.fixture
+def defaults() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in NUMBERS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_signals_are_handled_from_the_first_step_to_the_end(
+    number: signal.Signals, defaults: None
+) -> None:
+    signal.signal(number, signal.SIG_DFL)
+    with monitor_run(1.0, with_progress=False) as on_step:
+        assert signal.getsignal(number) is signal.SIG_DFL
+        on_step(0.0)
+        signal.raise_signal(number)
+        with pytest.raises(Interrupted, match=f"by {number.name} at t = 0.5 s") as stop:
+            on_step(0.5)
+    assert stop.value.exit_code == 128 + number
+    assert signal.getsignal(number) is signal.SIG_DFL
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_signal_that_the_process_ignores_stays_ignored(
+    number: signal.Signals, defaults: None
+) -> None:
+    signal.signal(number, signal.SIG_IGN)
+    with monitor_run(1.0, with_progress=False, quiet=True) as on_step, on_step.compiling(1.0):
+        on_step(0.0)
+        assert signal.getsignal(number) is signal.SIG_IGN
+
+
+def test_the_entry_point_leaves_an_ignored_sigint(defaults: None) -> None:
+    from frictionsim import __main__ as entry
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    entry._restore_default_of_sigint()
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    entry._restore_default_of_sigint()
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+
+
+def test_a_signal_while_a_result_is_written_keeps_it_and_stops_the_others(
+    told: Run, monkeypatch: pytest.MonkeyPatch, defaults: None
+) -> None:
+    from frictionsim.io.destination import Destination
+
+    write = Destination.write
+
+    def interrupted(self: Destination, run: object) -> object:
+        signal.raise_signal(signal.SIGTERM)
+        return write(self, run)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Destination, "write", interrupted)
+    other = str(SCENARIOS / "pulley_return.toml")
+    out, err = told("solve", PULLEY, other, "--json", code=143)
+    assert [found["status"] for found in strict_json(out)] == ["done"]
+    assert err == "frictionsim: not solved: 1 of the scenarios, after this one\n"
+    assert os.listdir("results") == ["pulley.h5"]
+    assert told("solve", PULLEY, "-q", code=0) == ("", "")
+
+
+def test_what_was_solved_is_printed_before_the_clock_ends_the_process(
+    told: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import frictionsim as fs
+    from frictionsim.cli.job import Report
+
+    report = Report(as_json=True, quiet=False, verbose=0, several=True)
+    report.add(fs.solve(PULLEY), PULLEY, (), Path("a.h5"))
+    report.waiting = 2
+    report._give_up()
+    captured = capsys.readouterr()
+    assert [found["status"] for found in strict_json(captured.out)] == ["done"]
+    assert captured.err == "frictionsim: not solved: 2 of the scenarios, after this one\n"
+
+
+def test_max_wall_counts_from_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In Python, too: what is read and assembled is a part of it."""
+    import frictionsim as fs
+    from frictionsim.api import solving
+
+    load = solving.with_overrides
+
+    def slow(*arguments: Any) -> Any:
+        time.sleep(0.3)
+        return load(*arguments)
+
+    monkeypatch.setattr(solving, "with_overrides", slow)
+    result = fs.solve(PULLEY, max_wall=0.25)
+    assert (result.status, result.exit_code) == ("failed", 5)
+
+
+def test_a_compilation_does_not_begin_after_the_limit() -> None:
+    from frictionsim.errors import BudgetExceeded
+    from frictionsim.simulation.wall_time import LimitedSteps
+
+    limited = LimitedSteps(lambda t: None, 1e-9, 1.0)
+    with pytest.raises(BudgetExceeded, match="reached before kernels were compiled"):
+        limited.compiling(20.0)
+
+
+def test_the_command_line_is_deaf_to_nothing_after_a_run(told: Run) -> None:
+    before = [signal.getsignal(number) for number in NUMBERS]
+    assert run_command_line(["solve", PULLEY, "-q"]) == 0
+    assert [signal.getsignal(number) for number in NUMBERS] == before

@@ -1,0 +1,197 @@
+"""Closed, full and broken streams, and what foreign text may do to a terminal."""
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from frictionsim.cli import messages
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io.terminal import visible
+from tests.cli.conftest import Run, strict_json
+from tests.cli.test_environment import PULLEY, shell
+
+ODD = ["--set", "output.interval=9"]  # which is warned of
+
+
+class Failing(io.StringIO):
+    """A stream to which nothing can be written."""
+
+    def write(self, text: str) -> int:
+        raise OSError(28, "No space left on device")
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(
+    "stream", [None, Failing(), "closed"], ids=["none", "failing and a terminal", "closed"]
+)
+def test_stderr_changes_neither_run_nor_exit_code(
+    stream: object, told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if stream == "closed":
+        stream = io.StringIO()
+        stream.close()
+    with monkeypatch.context() as patched:
+        patched.setattr(sys, "stderr", stream)
+        checkpoints = ["--set", "output.checkpoint=1e-9"]
+        codes = [
+            run_command_line(["solve", PULLEY, "-o", "a.h5", "-vv", *ODD, *checkpoints]),
+            run_command_line(["compare", "a.h5", "missing.h5"]),
+            run_command_line(["cost", PULLEY, "--backends", "none"]),
+        ]
+    assert codes == [0, 2, 2]
+    assert "done" in told("show", "a.h5")[0]
+
+
+@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full", "2> >(exit)"])
+def test_a_lost_stderr_keeps_json_pure(redirection: str, tmp_path: Path) -> None:
+    if "full" in redirection and not Path("/dev/full").exists():
+        pytest.skip("needs a full device")
+    done = shell(f"frictionsim solve {PULLEY} --json {' '.join(ODD)} {redirection}", tmp_path)
+    assert done.returncode == 0
+    assert strict_json(done.stdout)["status"] == "done"
+
+
+def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None:
+    """What C code prints on stderr would be written into it."""
+    program = (
+        "import os, sys, frictionsim.__main__ as m; m._open_closed_streams();"
+        " number = os.open('a', os.O_CREAT | os.O_WRONLY);"
+        " os.write(number, b'%d %s' % (number, str(os.get_inheritable(2)).encode()))"
+    )
+    closed = subprocess.run(
+        ["sh", "-c", 'exec "$0" -c "$1" <&- >&- 2>&-', sys.executable, program],
+        cwd=tmp_path, check=False,
+    )  # fmt: skip
+    assert closed.returncode == 0
+    number, inheritable = (tmp_path / "a").read_text().split()
+    assert (int(number) > 2, inheritable) == (True, "True")
+
+
+@pytest.mark.parametrize("options", [[], ["--json"]])
+def test_a_full_stdout_keeps_the_exit_code_of_a_run(
+    options: list[str], told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(sys, "stdout", Failing())
+        assert run_command_line(["solve", PULLEY, "-o", "a.h5", *options]) == 0
+        assert run_command_line(["plot", "a.h5", *options]) == 0
+        assert run_command_line(["show", "a.h5", *options]) == 4
+    assert Path("a.png").exists()
+
+
+def test_a_reader_that_leaves_ends_the_csv(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Left(io.StringIO):
+        calls = 0
+
+        def write(self, text: str) -> int:
+            Left.calls += 1
+            raise BrokenPipeError(32, "Broken pipe")
+
+        def fileno(self) -> int:
+            raise OSError
+
+    told("solve", PULLEY, "-q", "-o", "a.h5")
+    monkeypatch.setattr(sys, "stdout", Left())
+    for command in (["show", "a.h5", "--csv"], ["show", "a.h5"], ["--help"]):
+        Left.calls = 0
+        assert run_command_line(command) == 0
+        assert Left.calls == 1
+
+
+def test_an_error_of_a_file_is_not_one_of_printing(
+    told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("frictionsim.cli.commands.fs.static", broken)
+    assert told("static", PULLEY, code=4)[1] == "frictionsim: Input/output error\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("static", "out of memory; allow the process more (see 'ulimit -v')"),
+        ("solve", "out of memory; a larger output.interval, or fewer output.channels, records"),
+    ],
+)
+@pytest.mark.parametrize(
+    "error",
+    [MemoryError(), OSError(12, "Cannot allocate memory"), RuntimeError("can't start new thread")],
+    ids=repr,
+)
+def test_a_lack_of_memory_is_told_in_the_words_of_the_command(
+    command: str, said: str, error: Exception, told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(f"frictionsim.cli.commands.fs.{command}", fail)
+    _, err = told(command, PULLEY, code=1)
+    assert err.startswith(f"frictionsim: {said}")
+
+
+def test_a_library_that_memory_does_not_suffice_for() -> None:
+    from frictionsim.cli.ending import ending_of
+
+    error = ImportError("libx.so: failed to map segment from shared object")
+    assert ending_of(error, ["solve"]) == (
+        "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
+        " 'ulimit -u')",
+        1,
+    )
+    assert ending_of(ImportError("no module named x"), ["solve"])[1] == 70
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("\x1b]0;title\x07", r"\x1b]0;title\x07"),
+        ("a\rb\x7f\x9b", r"a\x0db\x7f\u009b"),
+        ("\u202eabc\u2066\u200f\u2028", r"\u202eabc\u2066\u200f\u2028"),
+        ("tab\tand\nnewline, θ ü 日本語", "tab\tand\nnewline, θ ü 日本語"),
+    ],
+)
+def test_control_characters_are_shown_as_escapes(
+    text: str, shown: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert visible(text) == shown
+    messages.print_error(text)
+    messages.print_text(text)
+    messages.warn([text])
+    captured = capsys.readouterr()
+    assert captured.err == f"frictionsim: {shown}\nfrictionsim: warning: {shown}\n"
+    assert captured.out == f"{shown}\n"
+
+
+def test_a_log_and_a_progress_line_go_through_the_same_filter(
+    told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from frictionsim.cli.cost_study import _StatusLine
+
+    name = "a\x1b[2J.toml"
+    Path(name).write_text(Path(PULLEY).read_text())
+    _, err = told("solve", name, "-v", "-q", "-o", "a\x9b.h5")
+    assert r"scenario a\x1b[2J.toml" in err
+    assert r"result written: a\u009b.h5" in err
+    screen = io.StringIO()
+    screen.isatty = lambda: True  # type: ignore[method-assign]
+    monkeypatch.setattr(sys, "stderr", screen)
+    with _StatusLine() as show:
+        show("x\x1b[2J")
+    assert screen.getvalue() == "\r\x1b[Kx\\x1b[2J\r\x1b[K"
+
+
+def test_a_printed_scenario_with_marks_of_direction_is_still_one(told: Run) -> None:
+    told("solve", PULLEY, "-q", "-o", "a.h5", "--set", 'title="a\u202eb\u0085c"')
+    out, _ = told("show", "a.h5", "--scenario")
+    assert r"\u202e" in out
+    Path("again.toml").write_text(out)
+    from frictionsim import load
+
+    assert load("again.toml").title == "a\u202eb\u0085c"
