@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
-STEPS_BETWEEN_CALLS = 2000  # some hundredths of a second, in which nobody is told anything
+# Some hundredths of a second, in which nobody is told anything: fewer steps of more bodies.
+STEPS_BETWEEN_CALLS = 2000
+BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
 
@@ -82,6 +84,8 @@ class BeltDrive:
         SolverError, Interrupted
         """
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
+        bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
+        steps = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
         while True:
             while times.next <= stepper.t * (1.0 + CLOSE):
                 t = times.next
