@@ -188,7 +188,7 @@ def resume_job(job: Resumption, report: Report) -> None:
     incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
     known = incomplete.scenario.warnings()
     warn(known)
-    with report.monitored(incomplete.scenario, max_wall) as monitor:
+    with report.monitored(incomplete.scenario, job.max_wall) as monitor:
         result = fs.resume(
             incomplete,
             output=job.output,
