@@ -109,7 +109,7 @@ def test_a_table_or_picture_replaces_no_other_file(tmp_path: Path) -> None:
     study = fs.cost(PULLEY, laws=["set-valued"], backends=["events"], tolerances=[1e-4], repeats=1)
     mine = tmp_path / "mine.csv"
     mine.write_text("kind = 'pulley'\n")
-    with pytest.raises(fs.OutputError, match=r"mine\.csv: the existing file is not a table of"):
+    with pytest.raises(fs.OutputError, match=r"mine\.csv: cannot write the table: the existing"):
         study.save(mine)
     assert mine.read_text() == "kind = 'pulley'\n"
     table = tmp_path / "table.csv"

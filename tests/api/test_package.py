@@ -133,6 +133,10 @@ LEAVES = {
     "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber"},
     "frictionsim.io.replaceable": {"COSTS", "RESULT", "check_apart", "check_target"},
+    # text of others on streams that may fail
+    "frictionsim.io.terminal": {
+        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
+    },
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture", "save"},
     # JSON of `static`, the name of the standard input

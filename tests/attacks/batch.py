@@ -25,6 +25,8 @@ def run_cases(attack: str, seed: int, first: int, count: int) -> None:
     """Try cases of an attack, each in an empty folder."""
     module = importlib.import_module(f"tests.attacks.{attack}")
     report = os.fdopen(os.dup(1), "w", buffering=1)  # cases may close or replace their stdout
+    if hasattr(module, "warm_up"):
+        module.warm_up()
     for number in range(first, first + count):
         print(number, file=report)
         with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):

@@ -14,14 +14,25 @@ from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[2]
 SECONDS_PER_CASE = 10.0
-SECONDS_TO_START = 60.0  # of a process: imports, and the files that its cases change
+# Of cases that start processes: the command, the undisturbed one and the next one after it.
+SECONDS_WITH_PROCESSES = 90.0
+WITH_PROCESSES = ("kills", "streams", "environments", "interruptions")
+SECONDS_TO_START = 120.0  # of a process: imports, kernels, and the files that its cases change
 STDERR_LENGTH = 3000
 
-# How many of ten thousand cases; those that start processes take a thousand times as long.
+# How many of a million cases; those that start processes take a hundred times as long.
 SHARES = {
-    "toml": 2500,
-    "csv_signals": 2000,
-    "extremes": 1500,
+    "toml": 335_000,
+    "csv_signals": 150_000,
+    "extremes": 130_000,
+    "hdf5_bytes": 200_000,
+    "hdf5_structure": 150_000,
+    "checkpoints": 22_500,  # more than a thousand of each original
+    "targets": 10_000,
+    "kills": 1000,
+    "streams": 500,
+    "environments": 500,
+    "interruptions": 500,
 }
 
 
@@ -92,7 +103,7 @@ def _of_one_process(attack: str, seed: int, first: int, count: int) -> Iterator[
                 process.kill()
                 yield Case(attack, number, "slow", f"no end after {seconds:g} s")
                 return
-            seconds = SECONDS_PER_CASE
+            seconds = SECONDS_WITH_PROCESSES if attack in WITH_PROCESSES else SECONDS_PER_CASE
             if not line:
                 break
             if line.strip().isdecimal():

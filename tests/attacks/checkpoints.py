@@ -208,7 +208,14 @@ def state_of(name: str) -> dict[str, Any]:
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Resume a run from a crafted checkpoint: refused, or a sound file comes of it."""
-    return attack_on(rng.choice(list(ORIGINALS)), rng, folder)
+    name = rng.choice(list(ORIGINALS))
+    return f"{name}: {attack_on(name, rng, folder)}"
+
+
+def warm_up() -> None:
+    """Make all originals."""
+    for name in ORIGINALS:
+        original(name)
 
 
 def attack_on(name: str, rng: random.Random, folder: Path) -> str:

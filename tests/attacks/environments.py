@@ -3,7 +3,7 @@
 import random
 from pathlib import Path
 
-from tests.attacks.disturbed import COMMANDS, prepare, run, undisturbed, written
+from tests.attacks.disturbed import COMMANDS, originals, prepare, run, undisturbed, written
 from tests.attacks.promise import BrokenPromise
 
 VARIABLES: dict[str, tuple[str | None, ...]] = {
@@ -58,3 +58,8 @@ def attack(rng: random.Random, folder: Path) -> str:
         if found.files.get(name) != expected.files.get(name):
             raise BrokenPromise(f"{case}: {name} is another file")
     return f"exit {found.code}"
+
+
+def warm_up() -> None:
+    """Make the files that the commands use."""
+    originals()

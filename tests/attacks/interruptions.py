@@ -82,3 +82,8 @@ def _left(case: str, folder: Path, old: bytes | None) -> str:
     if status == "interrupted" and run_command_line(["resume", str(target), "-q"]) != 0:
         raise BrokenPromise(f"{case}: cannot be resumed")
     return status
+
+
+def warm_up() -> None:
+    """Make the files that the commands use."""
+    originals()

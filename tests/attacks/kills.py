@@ -115,3 +115,8 @@ def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
     elif target == "a.h5" and run_command_line(["resume", str(path), "-q"]) == 0:
         return "interrupted"
     raise BrokenPromise(f"{target} is neither old nor whole: {described}")
+
+
+def warm_up() -> None:
+    """Make the results that are drawn and replaced."""
+    _whole()

@@ -5,7 +5,7 @@ import random
 from contextlib import suppress
 from pathlib import Path
 
-from tests.attacks.disturbed import COMMANDS, Outcome, prepare, run, undisturbed, written
+from tests.attacks.disturbed import COMMANDS, Outcome, originals, prepare, run, undisturbed, written
 from tests.attacks.promise import BrokenPromise
 
 STDOUT = ("", ">&-", ">/dev/full", "> >(exit)", "> >(head -c 10 >/dev/null)")
@@ -43,3 +43,8 @@ def _compare(case: str, found: Outcome, expected: Outcome, line: str, stdout: st
             json.loads(found.out)
             return
         raise BrokenPromise(f"{case}: no JSON: {found.out!r:.500}")
+
+
+def warm_up() -> None:
+    """Make the files that the commands use."""
+    originals()

@@ -140,3 +140,8 @@ def _check(
         is_result = path.name not in before and described.startswith(("['solve'", "['resume'"))
         if is_result and outcome(["show", str(path)], described) != "exit 0":
             raise BrokenPromise(f"{path.name} cannot be read: {described}")
+
+
+def warm_up() -> None:
+    """Make the files that are replaced or not."""
+    _originals()

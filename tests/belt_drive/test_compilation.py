@@ -23,10 +23,11 @@ from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
+from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
 ANNOUNCED = "frictionsim: compiling the kernels for this combination of effects, once (about "
-OLD = b"the result of yesterday"
+OLD = old_result()
 
 
 class Listening:
