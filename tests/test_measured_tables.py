@@ -145,6 +145,17 @@ def test_the_page_has_the_depths_of_the_table() -> None:
     assert_same_figures(shown, measured)
 
 
+def test_the_page_has_the_energy_balances_above_the_targets() -> None:
+    rows = numbers("energy")
+    above = [row for row in rows if row[5]]
+    below = [row for row in rows if row not in above and float(row[3]) <= float(row[4])]
+    assert {row[4] for row in below} == {"1e-09", "1e-06"}
+    assert all(float(row[6]) < 0.3 * float(row[3]) for row in above)  # second order in the step
+    shown = page_rows("| scenario | method | energy balance | with |", "../accuracy")
+    assert shown == [[row[0], row[2], row[3], row[5], row[6]] for row in above]
+    assert [row[0] for row in rows if row not in below + above] == ["belt_drive_published"]
+
+
 def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:
     measured = {row[0].split(" [")[0]: row[2:] for row in numbers("belt_paper")}
     shown = {row[0]: row[2:] for row in page_rows("| | paper | exact stick, 150 bodies |")}

@@ -63,6 +63,8 @@ class RunMonitor:
         self.signal = 0
         self._signalled = 0.0
         self._compiling = False
+        # Those of the program around it: within a run, that of `fs.solve` may be in the place.
+        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
         self._replaced: dict[int, Any] = {}
         self._bar: ProgressBar | None = None
 
@@ -95,12 +97,11 @@ class RunMonitor:
         ends what C code does for a minute, such as the assembly of a large belt.
         """
         for number in STOP_SIGNALS:
+            before = self._before[number]
             # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
-            if number not in self._replaced and signal.getsignal(number) not in (
-                signal.SIG_IGN,
-                None,
-            ):
-                self._replaced[number] = signal.signal(number, self._on_signal)
+            if number not in self._replaced and before not in (signal.SIG_IGN, None):
+                signal.signal(number, self._on_signal)
+                self._replaced[number] = before
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:

@@ -11,6 +11,7 @@ from time import perf_counter
 
 from tests.benchmarks.results_common import RESULTS, command, provenance, say
 from tests.benchmarks.results_drawn import drawn_belts
+from tests.benchmarks.results_energy import energy
 from tests.benchmarks.results_laws import laws
 from tests.benchmarks.results_mesh import mesh
 from tests.benchmarks.results_paper import paper
@@ -77,6 +78,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "paper": paper,
     "wrap": wrap,
     "seat": seat,
+    "energy": energy,
     "drawn": drawn_belts,
 }
 

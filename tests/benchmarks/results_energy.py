@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult
-from tests.benchmarks.results_common import SCENARIOS, Table, say, solve, warning_on, write
+from frictionsim.simulation.simulate import RunResult, run
+from tests.benchmarks.results_common import SCENARIOS, Table, say, warning_on, write
 
 TARGETS = {"belt_drive": 1e-6}
 TARGET = 1e-9  # of one coordinate
@@ -37,12 +37,13 @@ def energy(pattern: str = "*.toml") -> None:
 def measure(name: Path) -> tuple[Any, ...]:
     """Return the row of a scenario."""
     scenario = load(SCENARIOS / f"{name}.toml")
-    found, target = solve(str(name)), TARGETS.get(scenario.kind, TARGET)
+    found, target = run(scenario, _nothing), TARGETS.get(scenario.kind, TARGET)
     balance, again, then, warning = _balance(found), "", "", warning_on(found)
-    if balance > target:
+    # Below its transition speed the published law of belts is not resolved at any tolerance.
+    if balance > target and scenario.law != "creep":
         overrides = _finer(found)
         again = " ".join(overrides)
-        second = solve(str(name), *overrides)
+        second = run(scenario.replace(overrides), _nothing)
         then, warning = f"{_balance(second):.1e}", warning or warning_on(second)
     say(f"{name}: {balance:.1e} {again} {then}")
     backend = scenario.solver.backend
@@ -50,6 +51,10 @@ def measure(name: Path) -> tuple[Any, ...]:
         *(name.as_posix(), scenario.law or "none", backend, f"{balance:.1e}", f"{target:g}"),
         *(again, then, warning),
     )
+
+
+def _nothing(t: float) -> None:
+    """Let a run go on."""
 
 
 def _balance(found: RunResult) -> float:

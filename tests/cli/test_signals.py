@@ -210,7 +210,7 @@ def test_a_compilation_does_not_begin_after_the_limit() -> None:
     from frictionsim.errors import BudgetExceeded
     from frictionsim.simulation.wall_time import LimitedSteps
 
-    limited = LimitedSteps(lambda t: None, 1e-9, 1.0)
+    limited = LimitedSteps(lambda t: None, 1e-9, 1.0, "raise it")
     with pytest.raises(BudgetExceeded, match="reached before kernels were compiled"):
         limited.compiling(20.0)
 
