@@ -2,19 +2,25 @@
 
 import csv
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
-    from _typeshed import SupportsWrite
-
     from frictionsim.results import Record
+
+
+class Writable(Protocol):
+    """What text can be written to."""
+
+    def write(self, text: str, /) -> object:
+        """Write text."""
+
 
 BYTES_OF_NUMBER = 40  # with its place in a list
 
 
-def write_channels(record: "Record", file: "SupportsWrite[str]") -> None:
+def write_channels(record: "Record", file: Writable) -> None:
     """Write one line for each sample; the first line has the names with their units.
 
     A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.

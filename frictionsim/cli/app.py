@@ -10,6 +10,13 @@ from frictionsim.cli.messages import print_text
 from frictionsim.errors import EXIT_BAD_INPUT
 from frictionsim.io.terminal import print_on_stderr
 
+
+class Process:
+    """Whether this process runs one command only, so that a limit may end it at any time."""
+
+    runs_one_command = False
+
+
 app = typer.Typer(
     name="frictionsim",
     help="Simulate mechanisms governed by dry friction.",

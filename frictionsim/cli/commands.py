@@ -16,6 +16,7 @@ from frictionsim.cli.app import (
     MaxWall,
     NoClobber,
     Overrides,
+    Process,
     Quiet,
     ResultFile,
     ScenarioFile,
@@ -44,8 +45,16 @@ from frictionsim.errors import (
 OF_THIS_MODULE = ("solve", "resume", "check", "static", "cost")
 
 
-def run_command_line(arguments: list[str]) -> int:
-    """Run a command and return its exit code; errors are printed to stderr."""
+def run_command_line(arguments: list[str], runs_one_command: bool = False) -> int:
+    """Run a command and return its exit code; errors are printed to stderr.
+
+    Parameters
+    ----------
+    arguments : list of str
+    runs_one_command : bool
+        The process is there for this command: a limit on wall time may end it in C code.
+    """
+    Process.runs_one_command = runs_one_command
     # Commands of this module start faster without those of the other.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
         from frictionsim.cli import file_commands, warm_up  # noqa: F401  register theirs

@@ -10,6 +10,7 @@ from time import monotonic
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL, Interrupted
 from frictionsim.io.terminal import is_terminal, print_on_stderr, write_on_stderr
 
@@ -174,7 +175,7 @@ class RunMonitor:
         before_exit : callable
             Called before the process ends.
         """
-        if seconds is None:
+        if seconds is None or not Process.runs_one_command:
             yield
             return
         over = Event()

@@ -172,10 +172,9 @@ def replaced_atomically(path: Path, what: str = "result") -> Iterator[Path]:
             raise _not_written(path, what, reason)
         target = _place(path)
         with part_of(target, PRIVATE if target.exists() else NEW) as part:
-            yield part.path
-            with part.path.open("r+b") as file:
-                _take_over_mode(file.fileno(), target)
-                os.fsync(file.fileno())
+            yield part.content
+            _take_over_mode(part.descriptor, target)
+            os.fsync(part.descriptor)
             if os.name == "nt":
                 part.release()  # what is open cannot be renamed
             _replace_or_keep(part.path, target, path, what)

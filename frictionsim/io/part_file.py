@@ -7,16 +7,20 @@ the same target removes it. On Windows a file that is open cannot be removed, wh
 """
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 from stat import S_ISREG
 
-if sys.platform != "win32":
+try:
     import fcntl
+except ImportError:  # Windows
+    HAS_LOCKS = False
+else:
+    HAS_LOCKS = True
 
+OPENED = Path("/proc/self/fd")  # of Linux
 START, END, END_UNLOCKED = ".frictionsim-", ".part", ".unlocked-part"
 # With one of these HDF5 locks each file that it writes, and cannot where there is a lock already.
 HDF5_LOCKS = "HDF5_USE_FILE_LOCKING"
@@ -29,11 +33,23 @@ class PartFile:
     Attributes
     ----------
     path : Path
+        For renaming it.
+    content : Path
+        For opening it: that of the open file where the system has such names. In a folder that
+        others may write to, somebody may have put a link in the place of `path`.
     """
 
     def __init__(self, path: Path, descriptor: int) -> None:
         self.path = path
+        opened = OPENED / str(descriptor)
+        self.content = opened if opened.exists() else path
         self._descriptor: int | None = descriptor
+
+    @property
+    def descriptor(self) -> int:
+        """Of the open file."""
+        assert self._descriptor is not None, "the part was released"
+        return self._descriptor
 
     def release(self) -> None:
         """Give the lock up."""
@@ -62,7 +78,7 @@ def part_of(target: Path, mode: int) -> Iterator[PartFile]:
     try:
         yield part
     finally:
-        if sys.platform == "win32":
+        if not HAS_LOCKS:
             part.release()
         with suppress(OSError):
             part.path.unlink()
@@ -95,7 +111,7 @@ def _created(target: Path, mode: int) -> PartFile:
 
 def _is_locked(descriptor: int) -> bool:
     """Lock a new part, and return whether it is still there."""
-    if sys.platform == "win32":
+    if not HAS_LOCKS:
         return True
     try:
         # Shared: of what a part is renamed to, HDF5 locks readers out while there is another lock.
@@ -108,7 +124,7 @@ def _is_locked(descriptor: int) -> bool:
 
 
 def _remove_unlocked(path: Path) -> None:
-    if sys.platform == "win32":
+    if not HAS_LOCKS:
         with suppress(OSError):
             path.unlink()
         return

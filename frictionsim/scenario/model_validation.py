@@ -5,8 +5,8 @@ from pathlib import Path
 from sys import float_info
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from annotated_types import Gt
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from frictionsim.errors import OUT_OF_RANGE
 
@@ -94,8 +94,13 @@ def _too_small(table: BaseModel, above: KeyPath = ()) -> Iterator[tuple[KeyPath,
             for key, item in items:
                 if isinstance(item, BaseModel):
                     yield from _too_small(item, (*path, key))
-        elif isinstance(value, float) and 0.0 < value < MIN_NUMBER and Gt(0) in field.metadata:
+        elif isinstance(value, float) and 0.0 < value < MIN_NUMBER and _is_positive(field):
             yield path, f"expected at least {MIN_NUMBER:g}, got {value:.3g}"
+
+
+def _is_positive(field: FieldInfo) -> bool:
+    """Return whether the model refuses zero."""
+    return any(getattr(bound, "gt", None) == 0 for bound in field.metadata)
 
 
 def key_text(key: KeyPath) -> str:

@@ -27,6 +27,7 @@ from frictionsim.results import (
     failures,
 )
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import (
     dump_part,
     load_part,
@@ -188,7 +189,7 @@ def run(
     if checkpoint is not None:
         LOG.info("the run is resumed")
         with doubted():
-            _restore(simulation, clock, checkpoint, scenario.solver.duration)
+            _restore(simulation, clock, checkpoint, scenario)
     monitor = on_step
     if on_checkpoint is not None:
         on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
@@ -207,7 +208,7 @@ def _with_limit(scenario: "Scenario", max_steps: int | None) -> "Scenario":
 
 
 def _restore(
-    simulation: "Simulation", clock: _Clock, checkpoint: "dict[str, Any]", duration: float
+    simulation: "Simulation", clock: _Clock, checkpoint: "dict[str, Any]", scenario: "Scenario"
 ) -> None:
     """Load a state, and check that it has nothing else in it.
 
@@ -216,10 +217,10 @@ def _restore(
     InputError
         If it does not fit the scenario.
     """
-    if simulation.state() is None:
+    if not METHODS[scenario.solver.backend].resumable:
         raise InputError("its backend leaves no state to resume from")
     simulation.restore(checkpoint)
-    load_part(clock, "clock", checkpoint, duration)
+    load_part(clock, "clock", checkpoint, scenario.solver.duration)
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
 
 

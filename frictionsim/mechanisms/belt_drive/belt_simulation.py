@@ -85,7 +85,7 @@ class BeltDrive:
         """
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
         bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
-        steps = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
+        between_calls = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
         while True:
             while times.next <= stepper.t * (1.0 + CLOSE):
                 t = times.next
@@ -97,7 +97,7 @@ class BeltDrive:
             if not stepper.prepared:
                 return True
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), STEPS_BETWEEN_CALLS)
+            steps = min(self._steps_left(stepper.t), between_calls)
             limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)
