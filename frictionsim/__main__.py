@@ -20,6 +20,8 @@ def main() -> None:
     # The imports allocate hundreds of thousands of objects and free none; collecting garbage
     # would take longer than simulating a pulley.
     gc.disable()
+    # Pictures are files here, and a notebook may say what it shows its own with.
+    os.environ["MPLBACKEND"] = "agg"
     # pydantic would search all installed packages for plugins.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
 

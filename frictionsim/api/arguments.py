@@ -12,7 +12,10 @@ def as_path(argument: str, value: str | PathLike[str]) -> Path:
     """Return a path; raise ArgumentError if the value is of another type."""
     if not isinstance(value, str | PathLike):
         raise ArgumentError(argument, f"expected a path, got {_shown(value)}")
-    return Path(fsdecode(value))
+    path = fsdecode(value)
+    if "\0" in path:
+        raise ArgumentError(argument, f"expected a path, got one with a zero byte: {path!r:.60}")
+    return Path(path)
 
 
 def as_number(argument: str, value: Any, unit: str = "") -> float:

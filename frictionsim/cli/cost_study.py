@@ -9,7 +9,7 @@ from frictionsim.api.studies import Progress
 from frictionsim.cli.monitor import CLEAR_LINE, monitor_run
 from frictionsim.errors import ArgumentError, OutputError
 from frictionsim.io.atomic_write import check_no_clobber
-from frictionsim.io.replaceable import COSTS, RESULT, check_apart, check_target
+from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5, check_apart, check_target
 from frictionsim.io.terminal import is_terminal, visible, write_on_stderr
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Files(NamedTuple):
 
             check_picture(self.plot)
         if self.output is not None:
-            check_target(self.output, RESULT)
+            check_target(self.output, COSTS_IN_HDF5)
         if self.csv is not None:
             check_target(self.csv, COSTS)
 

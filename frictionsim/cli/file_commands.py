@@ -196,7 +196,12 @@ def _write_new(file: Path, text: str) -> None:
     """
     try:
         with file.open("x", encoding="utf-8") as opened:
-            opened.write(text)
+            try:
+                opened.write(text)
+                opened.flush()
+            except OSError:
+                file.unlink()  # what was written of it
+                raise
     except OSError as error:
         if isdir(file):  # false for a name that is too long, where Path.is_dir fails
             why = "this is a folder; give a file name"

@@ -194,7 +194,7 @@ class RunMonitor:
             return
         if self._calls and not self._compiling:
             return
-        where, help_ = "before the first step", "raise the limit or simulate fewer bodies"
+        where, help_ = "before the first step", "raise the limit"
         if self._compiling:
             where = "while compiling kernels"
             help_ = "'frictionsim warm-up' compiles them beforehand"

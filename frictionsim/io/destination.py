@@ -206,7 +206,7 @@ class Destination:
                 folder.rmdir()
             else:
                 return f". The new result is in {place}: move it from there"
-        return ""
+        return ". It could not be written anywhere else and is lost: make space, and run it again"
 
     def _resumable(self, written: set[Path]) -> str:
         """Return what is to be said of a checkpoint, for the message; empty if there is none."""

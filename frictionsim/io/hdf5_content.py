@@ -72,10 +72,13 @@ class Identity(NamedTuple):
         Of the run; None if it does not say.
     segments : str or None
         Its attribute of that name.
+    is_table : bool
+        It holds a table of costs, not the result of a run.
     """
 
     status: str | None = None
     segments: str | None = None
+    is_table: bool = False
 
 
 def identity(path: str) -> Identity:
@@ -83,9 +86,10 @@ def identity(path: str) -> Identity:
     try:
         with h5py.File(path, "r") as file:
             found = texts_of(file, Budget(file.id.get_filesize()))
+            is_table = file.get("cost", getlink=True) is not None
     except Exception:  # whatever h5py says of a damaged file
         return Identity()
-    return Identity(found.get("status"), found.get(SEGMENTS))
+    return Identity(found.get("status"), found.get(SEGMENTS), is_table)
 
 
 def record(path: str) -> Record:

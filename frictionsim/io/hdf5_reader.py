@@ -74,6 +74,11 @@ def may_be_done(path: Path) -> bool:
     return _identity(path).status not in ("interrupted", "failed")
 
 
+def is_table(path: Path) -> bool:
+    """Return whether a file holds a table of costs; false if it cannot be read."""
+    return _identity(path).is_table
+
+
 def folder_of_segments(path: Path) -> Path | None:
     """Return the folder with the segments of an incomplete result; None if it has none."""
     reference = _identity(path).segments

@@ -75,14 +75,12 @@ and overrides, command, law, effects, quantities, audit and solver are missing.
 """
 
 import os
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
-from frictionsim.errors import OutputError
 from frictionsim.io.atomic_write import replaced_atomically, write_atomically
 from frictionsim.io.checksum import append_trailer, checksum_trailer
 from frictionsim.io.chunks import (
@@ -92,7 +90,8 @@ from frictionsim.io.chunks import (
     is_long,
     segment_rows,
 )
-from frictionsim.io.replaceable import RESULT, check_replaceable
+from frictionsim.io.hdf5_on_disk import reported, write_on_disk
+from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, check_replaceable
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
@@ -106,7 +105,7 @@ from frictionsim.results import Channel, Record
 from frictionsim.simulation.record import record_of, scenario_attributes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
@@ -162,23 +161,13 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     """
     check_replaceable(path, RESULT)
     if is_long(record.channels):
-        with replaced_atomically(path) as part, _reported(path):
-            # Who writes a part has a lock on it, which a second one of HDF5 would not get past.
-            with h5py.File(part, "w", track_order=True, locking=False) as file:
-                _fill(file, record, checkpoint)
+        with replaced_atomically(path) as part, reported(path):
+            least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
+            write_on_disk(part, least, lambda file: _fill(file, record, checkpoint))
             append_trailer(part)
         return
     image = _image(record, checkpoint)
     write_atomically(image + checksum_trailer(image), path)
-
-
-@contextmanager
-def _reported(path: Path) -> "Iterator[None]":
-    """Report an error of HDF5, which says little of what is wrong with a disk."""
-    try:
-        yield
-    except RuntimeError as error:
-        raise OutputError(f"{path}: cannot write the result: {error}") from None
 
 
 def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
@@ -218,7 +207,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
             texts.dims[0].attach_scale(scale)
         file.flush()
         image = bytes(file.id.get_file_image())
-    check_replaceable(path, RESULT)
+    check_replaceable(path, COSTS_IN_HDF5)
     write_atomically(image + checksum_trailer(image), path, "table")
 
 

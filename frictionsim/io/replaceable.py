@@ -42,12 +42,23 @@ class Kind(NamedTuple):
     recognises: Callable[[Path], bool]
 
 
-def _is_result(path: Path) -> bool:
+def _is_sealed(path: Path) -> bool:
+    """Return whether a file is HDF5 with the line of our checksum."""
     with path.open("rb") as file:
         if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
             return False
         file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
         return file.read(LENGTH).startswith(MARK)
+
+
+def _is_result(path: Path) -> bool:
+    return _is_sealed(path) and not _is_table_of_hdf5(path)
+
+
+def _is_table_of_hdf5(path: Path) -> bool:
+    from frictionsim.io.hdf5_reader import is_table
+
+    return _is_sealed(path) and is_table(path)
 
 
 def _is_picture(path: Path) -> bool:
@@ -63,6 +74,7 @@ def _is_table(path: Path) -> bool:
 
 RESULT = Kind("result", "a result", _is_result)
 PICTURE = Kind("picture", "a picture", _is_picture)
+COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
 COSTS = Kind("table", "a table of costs", _is_table)
 
 

@@ -19,6 +19,7 @@ from frictionsim.scenario.schema import Params, inconsistent
 MAX_BYTES = 16 * 1024 * 1024  # more than a million points of a log
 MAX_LINES = 1_000_000
 MAX_TEXT = 60  # characters of a line or cell in a message
+MAX_NAME, MAX_NAMES = 24, 20  # characters of a column's name in a message, and names
 NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
 DELIMITERS = (";", "\t", ",")  # searched for in this order where none is given
 UNITS = {"time": "s", "speed": "rad/s"}
@@ -178,7 +179,9 @@ def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:  # which need not have an end: a device, a pipe
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise OSError(0, "this is a device or a pipe")  # which may have no end, or no writer
+        with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
         text = content[:MAX_BYTES].decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except (OSError, ValueError) as error:
@@ -298,7 +301,8 @@ def _no_such_column(
         )
     header = max(above, key=lambda row: (len(set(names.values()) & set(row.cells)), len(row.cells)))
     key, name = next((k, n) for k, n in names.items() if n not in header.cells)
-    known = [cell for cell in header.cells if cell]
+    # Shortened: a file that was not meant may hold anything.
+    known = [cell[:MAX_NAME] for cell in header.cells if cell][:MAX_NAMES]
     return inconsistent((key,), f"line {header.line} of '{path}': {unknown('column', name, known)}")
 
 

@@ -15,7 +15,8 @@ MAX_DEPTH = 32  # scenarios are six deep
 
 _HEADER = re.compile(r"^[ \t]*\[", re.MULTILINE)
 _STATEMENT = re.compile(r"^[ \t]*[^#\s][^\n]*=", re.MULTILINE)
-_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
+# Begins where a word begins: else a long word would be searched again from each of its letters.
+_PART = r"""(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?:{_PART}){{{MAX_DEPTH}}}")
 
 

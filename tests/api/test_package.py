@@ -132,7 +132,7 @@ LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber"},
-    "frictionsim.io.replaceable": {"COSTS", "RESULT", "check_apart", "check_target"},
+    "frictionsim.io.replaceable": {"COSTS", "COSTS_IN_HDF5", "check_apart", "check_target"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),

@@ -270,3 +270,27 @@ def test_an_unreadable_whole_result_is_not_taken_for_the_same(
     capsys.readouterr()
     assert run_command_line(["resume", "a.partial.h5"]) == 4
     assert "a.h5: the existing file cannot be read as a result" in capsys.readouterr().err
+
+
+def test_a_table_of_costs_and_a_result_do_not_replace_each_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    pulley = str(SCENARIOS / "pulley.toml")
+    cost = ["cost", pulley, "--laws", "set-valued", "--backends", "events", "--repeats", "1"]
+    cost += ["--tolerances", "1e-3", "-o"]
+    solve = ["solve", pulley, "-q", "-o"]
+    assert run_command_line([*solve, "a.h5"]) == 0
+    assert run_command_line([*cost, "b.h5"]) == 0
+    before = Path("a.h5").read_bytes(), Path("b.h5").read_bytes()
+    capsys.readouterr()
+    assert run_command_line([*cost, "a.h5"]) == 4
+    assert run_command_line([*solve, "b.h5"]) == 4
+    assert (Path("a.h5").read_bytes(), Path("b.h5").read_bytes()) == before
+    assert capsys.readouterr().err == (
+        "frictionsim: a.h5: cannot write the table: the existing file is not a table of costs and"
+        " is not overwritten; give another name\n"
+        "frictionsim: b.h5: cannot write the result: the existing file is not a result and is not"
+        " overwritten; give another name\n"
+    )
+    assert run_command_line([*cost, "b.h5"]) == 0

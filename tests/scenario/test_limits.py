@@ -1,5 +1,6 @@
 """Numbers, texts and files that are too large or too small are refused where they are read."""
 
+import os
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,25 @@ def test_keys_below_many_lines_have_the_line_of_what_is_around_them() -> None:
     text = "a = " + "\n".join(lines) + "\nb = 1\n"
     assert tomllib.loads(text)["b"] == 1
     assert key_lines(text).get(("a",), 1) == 1
+
+
+@pytest.mark.parametrize(
+    "line", ["#" + "a" * 900_000, 'x = "' + "a" * 900_000, "a" * 900_000, "[" + "a" * 900_000]
+)
+def test_a_long_line_is_read_once(line: str) -> None:
+    """Searched from each of its letters it would take minutes."""
+    with pytest.raises(ScenarioError):
+        loads(f'kind = "pulley"\n{line}\n')
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
+@pytest.mark.parametrize("path", ["pipe", "/dev/zero"])
+def test_csv_files_are_no_pipes_or_devices(path: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ScenarioError, match=r"cannot read '.*' \(this is a device or a pipe\)"):
+        load(
+            {**pulley(), "drive": {"force": {"csv": str(tmp_path / path)}, "direction": "vertical"}}
+        )
 
 
 @pytest.mark.parametrize("content", [b"0, 1\n" * (MAX_LINES + 1), b" " * (MAX_CSV + 1)])
