@@ -7,6 +7,7 @@ a trailer must match, but a missing one is accepted.
 
 import os
 from pathlib import Path
+from typing import BinaryIO
 from zlib import crc32
 
 MARK = b"\nfrictionsim crc32 "
@@ -22,17 +23,24 @@ def checksum_trailer(image: bytes) -> bytes:
 def checksum_mismatch(path: Path) -> bool:
     """Return whether a file has a trailer that does not match its content."""
     with path.open("rb") as file:
-        left = file.seek(0, os.SEEK_END) - LENGTH
-        file.seek(max(left, 0))
-        trailer = file.read(LENGTH)
-        if not trailer.startswith(MARK):
-            return False
-        file.seek(0)
-        checksum = 0
-        while left > 0:
-            block = file.read(min(left, BLOCK))
-            checksum = crc32(block, checksum)
-            left -= len(block)
+        return mismatch_within(file)
+
+
+def mismatch_within(file: BinaryIO) -> bool:
+    """Return `checksum_mismatch` of an open file."""
+    left = file.seek(0, os.SEEK_END) - LENGTH
+    file.seek(max(left, 0))
+    trailer = file.read(LENGTH)
+    if not trailer.startswith(MARK):
+        return False
+    file.seek(0)
+    checksum = 0
+    while left > 0:
+        block = file.read(min(left, BLOCK))
+        if not block:  # it was cut meanwhile
+            return True
+        checksum = crc32(block, checksum)
+        left -= len(block)
     return trailer != MARK + b"%08x\n" % checksum
 
 

@@ -31,9 +31,9 @@ import numpy as np
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.checksum import checksum_mismatch, checksum_of, checksum_trailer
+from frictionsim.io.checksum import checksum_of, checksum_trailer
 from frictionsim.io.part_file import START as PART
-from frictionsim.io.segment_file import SegmentFile, segment_image
+from frictionsim.io.segment_file import SegmentFile, is_folder, open_regular, segment_image
 
 MARK = ".samples-"
 DIGITS = 8  # hexadecimal, after the mark
@@ -78,7 +78,7 @@ class SampleSegments:
 
     def free_bytes(self) -> int:
         """Return how much space the disk has, and what is in the folder already."""
-        own = sum(file.stat().st_size for file in self.folder.glob(f"*{SUFFIX}"))
+        own = sum(file.lstat().st_size for file in self.folder.glob(f"*{SUFFIX}"))
         return shutil.disk_usage(self.folder.parent).free + own
 
     def path(self, number: int) -> Path:
@@ -95,8 +95,11 @@ class SampleSegments:
         """
         self._make_folder()
         image = segment_image(self.checksum, recorded, kept)
+        path = self.path(number)
         try:
-            write_atomically(image, self.path(number))
+            if path.is_symlink():  # it would be written to where that leads
+                path.unlink(missing_ok=True)
+            write_atomically(image, path)
         except OutputError as error:
             raise OutputError(
                 f"{error}. The samples before these are kept: make space, or give another place"
@@ -105,14 +108,16 @@ class SampleSegments:
         self.checksum = checksum_of(image[-len(checksum_trailer(b"")) :])
 
     def _make_folder(self) -> None:
-        if self.folder.is_dir():
+        if is_folder(self.folder):
             return
         try:
+            if self.folder.is_symlink():
+                raise OSError("there is a link of that name")
             # Another process that finds it without an owner takes it for left over: try again.
             for _ in range(9):
                 with suppress(FileNotFoundError):
                     self.folder.mkdir(exist_ok=True)
-                    (self.folder / OWNER).write_text(str(os.getpid()))
+                    _write_owner(self.folder)
                 if in_use(self.folder):
                     return
             self.folder.mkdir()
@@ -157,6 +162,8 @@ class SampleSegments:
     def _file(self, number: int) -> SegmentFile:
         if self._opened is None or self._opened[0] != number:
             self.close()
+            if not is_folder(self.folder):
+                raise OSError("no folder, or a link to one")
             self._opened = number, SegmentFile(self.path(number))
         return self._opened[1]
 
@@ -185,18 +192,13 @@ class SampleSegments:
         """
         before = 0
         for number in range(count):
-            path = self.path(number)
-            if not path.is_file() or checksum_mismatch(path):
-                raise self._missing(number)
             self.close()
             try:
-                after = self._file(number).after
+                file = self._file(number)
+                found = file.checksum()
             except (OSError, ValueError):
                 raise self._missing(number) from None
-            with path.open("rb") as raw:
-                raw.seek(-len(checksum_trailer(b"")), os.SEEK_END)
-                found = checksum_of(raw.read())
-            if after != before:
+            if file.after != before:
                 raise self._missing(number)
             before = found
         self.close()
@@ -225,12 +227,27 @@ class SampleSegments:
                 ) from None
         else:
             self.check(count, checksum)
-            with suppress(OSError):
-                (self.folder / OWNER).write_text(str(os.getpid()))
+            self._take_possession()
         self.checksum, number = checksum, count
-        while self.path(number).exists():
+        while os.path.lexists(self.path(number)):
             self.path(number).unlink()
             number += 1
+
+    def _take_possession(self) -> None:
+        """State that this process writes in the folder now.
+
+        Raises
+        ------
+        InputError
+            If the folder is another user's, who could put links there meanwhile.
+        """
+        if hasattr(os, "geteuid") and self.folder.lstat().st_uid != os.geteuid():
+            raise InputError(
+                f"{self.folder}: cannot go on with these samples of an incomplete result: the"
+                " folder belongs to another user; resume into another file with -o"
+            )
+        with suppress(OSError):
+            _write_owner(self.folder)
 
     def inherit(self, folder: Path) -> None:
         """Have `restore` take the segments from another folder, which stays as it is."""
@@ -239,21 +256,36 @@ class SampleSegments:
     def _take(self, number: int) -> None:
         assert self._inherited is not None
         source, target = self._inherited / self.path(number).name, self.path(number)
+        with suppress(FileNotFoundError):
+            target.unlink()
         try:
-            os.link(source, target)
-        except OSError:  # another file system, or one without links
-            shutil.copyfile(source, target)
+            os.link(source, target, follow_symlinks=False)
+        except (OSError, NotImplementedError):  # another file system, or one without links
+            with open_regular(source) as file, target.open("xb") as copy:
+                shutil.copyfileobj(file, copy)
 
     def remove(self) -> None:
         """Remove the segments, and the folder if nothing else is in it."""
         self.close()
-        if self.folder.is_symlink():
+        if not is_folder(self.folder):
             return
         with suppress(OSError):
             for file in self.folder.iterdir():
                 if _is_ours(file.name):
                     file.unlink()
             self.folder.rmdir()
+
+
+def _write_owner(folder: Path) -> None:
+    """Write the number of this process into a folder, anew: what is there may be a link."""
+    part = folder / f"{PART}{os.urandom(8).hex()}"
+    with part.open("x") as file:
+        file.write(str(os.getpid()))
+    try:
+        part.replace(folder / OWNER)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _is_ours(name: str) -> bool:
@@ -286,10 +318,7 @@ def _start_of_names(result: Path) -> str:
 def in_use(folder: Path) -> bool:
     """Return whether the run that writes segments may still go on."""
     try:
-        file = folder / OWNER
-        if not file.is_file():  # to open a pipe waits for who writes to it
-            return False
-        with file.open("rb") as opened:
+        with open_regular(folder / OWNER) as opened:
             owner = int(opened.read(20))
     except (OSError, ValueError):
         return False

@@ -12,11 +12,12 @@ It is not of HDF5, as this process reads it itself: HDF5 may crash on a damaged 
 import json
 import os
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from typing import Any
 
 import numpy as np
 
-from frictionsim.io.checksum import checksum_trailer
+from frictionsim.io.checksum import checksum_of, checksum_trailer, mismatch_within
 from frictionsim.io.chunks import chunk_rows, compressed_chunks
 from frictionsim.io.stored_array import StoredArray
 
@@ -60,6 +61,31 @@ def segment_image(after: int, recorded: dict[str, Any], kept: dict[str, Any]) ->
     return image + checksum_trailer(image)
 
 
+def is_folder(path: Path) -> bool:
+    """Return whether a path is a folder and no link to one, which may be anywhere."""
+    try:
+        return S_ISDIR(path.lstat().st_mode)
+    except OSError:
+        return False
+
+
+def open_regular(path: Path) -> Any:
+    """Open a regular file for reading bytes; raise OSError if it is a link or a pipe.
+
+    The folder may be of anyone: a link in it may lead to any file, and a pipe is waited for.
+    """
+    if path.is_symlink():  # where there is no O_NOFOLLOW
+        raise OSError("a link")
+    flags = os.O_RDONLY
+    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
+        flags |= getattr(os, name, 0)
+    descriptor = os.open(path, flags)
+    if S_ISREG(os.fstat(descriptor).st_mode):
+        return os.fdopen(descriptor, "rb")
+    os.close(descriptor)
+    raise OSError("not a regular file")
+
+
 class SegmentFile:
     """A segment that is open for reading.
 
@@ -74,14 +100,19 @@ class SegmentFile:
     """
 
     def __init__(self, path: Path) -> None:
-        if not path.is_file():
-            raise OSError("not a regular file")
-        self._file: Any = path.open("rb")
+        self._file: Any = open_regular(path)
         try:
             self._read_description(os.fstat(self._file.fileno()).st_size)
         except BaseException:
             self._file.close()
             raise
+
+    def checksum(self) -> int:
+        """Return the checksum of the file; raise ValueError if it does not match or is missing."""
+        if mismatch_within(self._file):
+            raise ValueError("the checksum does not match")
+        self._file.seek(-len(checksum_trailer(b"")), os.SEEK_END)
+        return checksum_of(self._file.read())
 
     def _read_description(self, size: int) -> None:
         start = self._file.read(len(BEGINNING) + DIGITS + 1)

@@ -141,7 +141,7 @@ def test_a_new_run_replaces_an_incomplete_one_with_its_segments(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.parametrize("damage", ["missing", "changed", "other"])
+@pytest.mark.parametrize("damage", ["missing", "changed", "other", "link"])
 def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
@@ -153,6 +153,8 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
         content = bytearray(second.read_bytes())
         content[len(content) // 2] ^= 1
         second.write_bytes(content)
+    elif damage == "link":
+        second.symlink_to(second.rename(tmp_path / "elsewhere"))
     else:
         shutil.copy(first, second)
     with pytest.raises(InputError) as refused:
