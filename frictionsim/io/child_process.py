@@ -14,8 +14,8 @@ import pickle
 import signal
 import struct
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from math import ceil
 from time import monotonic
 from typing import Any, NamedTuple, NoReturn
@@ -25,6 +25,9 @@ LENGTH = struct.Struct("<Q")
 MAX_BUFFERS = 100_000
 # With a handler of Python or of `faulthandler` the child would print, or go on.
 DEADLY = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGALRM", "SIGXCPU", "SIGPIPE")
+# Ctrl-C and a closed terminal go to this process and its child alike; this one decides.
+TO_PARENT = ("SIGINT", "SIGTERM", "SIGHUP")
+FROM_OUTSIDE = ("SIGKILL", *TO_PARENT)
 CODE = """\
 import sys
 sys.path[:] = {path!r}
@@ -54,6 +57,10 @@ class ChildFailed(Exception):
     """The child has not answered; the message says why, to follow a colon."""
 
 
+class EndedFromOutside(ChildFailed):
+    """Another process or the system has ended the child, which says nothing of its work."""
+
+
 def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Any:
     """Return what a function returns, called in a child process.
 
@@ -71,7 +78,7 @@ def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     Raises
     ------
     ChildFailed
-        If it crashed, took too long or too much memory.
+        If it crashed, took too long or too much memory, or was ended (`EndedFromOutside`).
     Exception
         That the function raised.
     """
@@ -82,6 +89,11 @@ def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     except OSError as error:
         reason = error.strerror or error
         raise ChildFailed(f"no process can be started to read it in: {reason}") from None
+    if answer is None and _name_of(status) in FROM_OUTSIDE:
+        raise EndedFromOutside(
+            f"the process that reads it was ended from outside ({_name_of(status)}), as by a system"
+            " that is short of memory; try again"
+        )
     if answer is None:
         raise ChildFailed(_why(status, monotonic() - begun, limits))
     returned, found = answer
@@ -113,25 +125,24 @@ def _fork(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) 
     import warnings
 
     read_end, write_end = os.pipe()
+    process = None
     try:
-        # Python 3.12 warns of threads, also of those of numpy's linear algebra, which do not
-        # matter: the child uses none.
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)
-            process = os.fork()
-    except BaseException:
-        os.close(read_end)
-        os.close(write_end)
-        raise
-    if process == 0:
-        _answer_and_exit(work, arguments, limits, write_end)
-    try:
-        os.close(write_end)
+        try:
+            # Python 3.12 warns of threads, also of those of numpy's linear algebra, which do not
+            # matter: the child uses none.
+            with warnings.catch_warnings(), _signals_wait():
+                warnings.simplefilter("ignore", DeprecationWarning)
+                process = os.fork()
+                if process == 0:
+                    _answer_and_exit(work, arguments, limits, write_end)
+        finally:
+            os.close(write_end)
         answer = _received(read_end, limits.memory)
-    except BaseException:  # as KeyboardInterrupt
-        with suppress(OSError):
-            os.kill(process, signal.SIGKILL)
-        _status_of(process)
+    except BaseException:  # as KeyboardInterrupt, which may have waited for the end of the fork
+        if process is not None:
+            with suppress(OSError):
+                os.kill(process, signal.SIGKILL)
+            _status_of(process)
         raise
     finally:
         os.close(read_end)
@@ -149,13 +160,14 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     import subprocess
 
     code = CODE.format(path=[entry for entry in sys.path if isinstance(entry, str)])
-    process = subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", code],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-    )
+    with _signals_wait():
+        process = subprocess.Popen(
+            [sys.executable, "-W", "ignore", "-c", code],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        )
     assert process.stdin is not None
     assert process.stdout is not None
     with process.stdin, process.stdout:
@@ -169,6 +181,23 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
             process.kill()
             process.wait()
             raise
+
+
+@contextmanager
+def _signals_wait() -> Iterator[None]:
+    """Return the context in which a child is started: `_isolate` has it ignore `TO_PARENT`.
+
+    Until then they wait, in the child as here; here they come when the context ends.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    numbers = [getattr(signal, name) for name in TO_PARENT if hasattr(signal, name)]
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def main() -> NoReturn:
@@ -214,6 +243,9 @@ def _isolate(limits: Limits) -> None:
             if hasattr(signal, name):
                 with suppress(OSError):
                     signal.signal(getattr(signal, name), signal.SIG_DFL)
+        for name in TO_PARENT:
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
@@ -322,10 +354,15 @@ def _why(status: int | None, seconds: float, limits: Limits) -> str:
             f"HDF5 did not come to an end within {limits.seconds:.0f} s: {harmful}, or its disk"
             " does not answer"
         )
-    if status is not None and status < 0:
-        with suppress(ValueError):
-            return f"HDF5 crashed on it ({signal.Signals(-status).name}): {harmful}"
-    return f"HDF5 crashed on it: {harmful}"
+    name = _name_of(status)
+    return f"HDF5 crashed on it{f' ({name})' if name else ''}: {harmful}"
+
+
+def _name_of(status: int | None) -> str:
+    """Return the name of the signal that has ended a child; empty if none has."""
+    with suppress(ValueError):
+        return signal.Signals(-status).name if status is not None and status < 0 else ""
+    return ""
 
 
 def _out_of_memory(limits: Limits) -> str:

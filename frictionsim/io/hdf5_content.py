@@ -33,6 +33,7 @@ from frictionsim.io.result_format import (
     COUNTS,
     READABLE_VERSIONS,
     SEGMENTS,
+    STATUSES,
     numbered_members,
     state_digest,
 )
@@ -87,6 +88,8 @@ def identity(path: str) -> Identity:
         with h5py.File(path, "r") as file:
             found = texts_of(file, Budget(file.id.get_filesize()))
             is_table = file.get("cost", getlink=True) is not None
+    except MemoryError:
+        raise
     except Exception:  # whatever h5py says of a damaged file
         return Identity()
     return Identity(found.get("status"), found.get(SEGMENTS), is_table)
@@ -171,11 +174,13 @@ def _opened(path: str) -> Iterator[Any]:
 
 
 def _attributes(file: Any, budget: Budget) -> dict[str, str]:
-    """Return the root attributes; raise KeyError if a required one is missing."""
+    """Return the root attributes; raise KeyError or ValueError if one is missing or wrong."""
     found = texts_of(file, budget)
     missing = [name for name in ATTRIBUTES if name not in found]
     if missing:
         raise KeyError(*missing)
+    if found["status"] not in STATUSES:
+        raise ValueError("a status that no run has")
     return found
 
 

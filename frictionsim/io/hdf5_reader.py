@@ -19,7 +19,7 @@ from frictionsim.errors import InputError, near_files
 from frictionsim.io import hdf5_content
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
-from frictionsim.io.child_process import ChildFailed, Limits, run_in_child
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, run_in_child
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
 from frictionsim.io.hdf5_structure import data_limit
@@ -108,9 +108,11 @@ def _identity(path: Path) -> Identity:
         return Identity()
     if key not in _identities:
         try:
-            found = _in_child(hdf5_content.identity, path)
+            found = _answer(hdf5_content.identity, path)
         except InputError:
             found = Identity()
+        except (ChildFailed, OSError):  # another time it may be read: nothing is known of it
+            return Identity()
         if len(_identities) >= MAX_IDENTITIES:
             _identities.clear()
         _identities[key] = found
@@ -126,12 +128,28 @@ def _in_child(work: Callable[[str], Any], path: Path) -> Any:
         If the file cannot be read, or HDF5 did not survive it.
     """
     try:
-        size = _size_of_hdf5(path)
-        return run_in_child(work, (str(path),), _limits(size))
+        return _answer(work, path)
     except OSError:
         raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from None
     except ChildFailed as failed:
         raise InputError(f"{path}: cannot read this result: {failed}") from None
+
+
+def _answer(work: Callable[[str], Any], path: Path) -> Any:
+    """Return what a function of `hdf5_content` makes of a file.
+
+    Raises
+    ------
+    ChildFailed, OSError
+        If there is no answer.
+    InputError
+        If the file is damaged.
+    """
+    limits = _limits(_size_of_hdf5(path))
+    try:
+        return run_in_child(work, (str(path),), limits)
+    except EndedFromOutside:
+        return run_in_child(work, (str(path),), limits)
 
 
 def _limits(size: int) -> Limits:

@@ -7,6 +7,7 @@ FORMAT_VERSION = 2
 SEGMENTED_VERSION = 3  # of an incomplete result whose first samples are in segments
 READABLE_VERSIONS = (1, 2, 3)
 SEGMENTS = "segments"  # the attribute that refers to them
+STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
 # The datasets of /solver.
 COUNTS = {

@@ -17,7 +17,7 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.io import child_process
-from frictionsim.io.child_process import ChildFailed, Limits, run_in_child
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, run_in_child
 from tests.support.scenarios import ROOT
 
 LIMITS = Limits(10.0, 1.0, 1 << 30)
@@ -50,6 +50,13 @@ def fill_memory() -> None:
     np.ones(1 << 30)
 
 
+def stop_group(numbers: list[int]) -> str:
+    """Have what Ctrl-C and a closed terminal send arrive here, as in all processes of a group."""
+    for number in numbers:
+        os.kill(os.getpid(), number)
+    return "read"
+
+
 def exit_early() -> None:
     os._exit(0)
 
@@ -79,6 +86,38 @@ def test_a_crash_is_an_error_with_the_name_of_the_signal(
         run_in_child(crash, (signal.SIGSEGV,), LIMITS)
     assert str(failed.value) == f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="POSIX")
+def test_what_stops_the_parent_does_not_end_the_child(way: str) -> None:
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+    assert run_in_child(stop_group, (numbers,), LIMITS) == "read"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
+def test_a_stop_while_the_child_starts_is_only_of_the_parent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
+    isolate = child_process._isolate
+
+    def late(limits: Limits) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        isolate(limits)
+
+    monkeypatch.setattr(child_process, "_isolate", late)
+    assert run_in_child(arrays, (1,), LIMITS)["c"] == "text"
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="POSIX")
+def test_a_child_that_others_kill_says_nothing_of_the_file(way: str) -> None:
+    with pytest.raises(EndedFromOutside) as failed:
+        run_in_child(crash, (signal.SIGKILL,), LIMITS)
+    assert str(failed.value) == (
+        "the process that reads it was ended from outside (SIGKILL), as by a system that is short"
+        " of memory; try again"
+    )
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
