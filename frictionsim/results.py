@@ -32,6 +32,8 @@ MODES: Flags = (
     (SLACK, "slack"),
 )
 
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"  # what a file of results begins with
+
 
 class Channel(NamedTuple):
     """Unit and description of a recorded channel.

@@ -16,7 +16,7 @@ SUFFIXES = (".h5", ".hdf5", ".nc")
 NEW, PRIVATE = 0o666, 0o600  # modes of a file that is new, and of one whose mode is still to be set
 PERMISSIONS, OF_GROUP = 0o777, 0o070
 PROBE = bytes(4096)
-LONGEST_NAME = 255  # bytes
+MAX_NAME_LENGTH = 255  # bytes
 
 # On Windows a file cannot be replaced while a program has it open: a reader is waited for.
 SECONDS_FOR_READERS = 5.0
@@ -267,7 +267,7 @@ def name_beside(target: Path) -> Path:
     """Return a name that no file has yet: a.new.h5 for a.h5, or a.new2.h5; a long one is cut."""
     for number in count(1):
         mark = ".new" if number == 1 else f".new{number}"
-        longest = LONGEST_NAME - len(os.fsencode(mark + target.suffix))
+        longest = MAX_NAME_LENGTH - len(os.fsencode(mark + target.suffix))
         stem = os.fsencode(target.stem)[:longest].decode(errors="ignore")
         kept = target.with_name(f"{stem}{mark}{target.suffix}")
         if not os.path.lexists(kept):

@@ -23,10 +23,10 @@ from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, 
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
 from frictionsim.io.hdf5_structure import data_limit
-from frictionsim.io.result_format import HDF5_SIGNATURE, SEGMENTS
+from frictionsim.io.result_format import SEGMENTS
 from frictionsim.io.sample_segments import SegmentsAndTail, segments_of
 from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
-from frictionsim.results import Record
+from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
 SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths

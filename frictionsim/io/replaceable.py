@@ -17,7 +17,7 @@ from typing import NamedTuple
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import check_place
 from frictionsim.io.checksum import LENGTH, MARK
-from frictionsim.io.result_format import HDF5_SIGNATURE
+from frictionsim.results import HDF5_SIGNATURE
 
 TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")

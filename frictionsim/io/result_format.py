@@ -2,7 +2,6 @@
 
 from typing import Any
 
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 FORMAT_VERSION = 2
 SEGMENTED_VERSION = 3  # of an incomplete result whose first samples are in segments
 READABLE_VERSIONS = (1, 2, 3)

@@ -40,7 +40,7 @@ DIGITS = 8  # hexadecimal, after the mark
 FOLDER_NAME = re.compile(rf".+{re.escape(MARK)}[0-9a-f]{{{DIGITS}}}", re.DOTALL)
 SUFFIX = ".segment"
 FILE_NAME = re.compile(rf"[0-9]{{6,}}{re.escape(SUFFIX)}")
-LONGEST_STEM = 200  # bytes
+MAX_STEM_LENGTH = 200  # bytes
 OWNER = "run"
 MAX_SEGMENTS = 10**9  # segments, and samples of each
 
@@ -310,7 +310,7 @@ def _start_of_names(result: Path) -> str:
     A long name of a result is replaced by a digest of it.
     """
     stem = result.name.removesuffix(result.suffix)
-    if len(os.fsencode(stem)) > LONGEST_STEM:
+    if len(os.fsencode(stem)) > MAX_STEM_LENGTH:
         stem = sha256(os.fsencode(stem)).hexdigest()[:16]
     return f"{stem}{MARK}"
 

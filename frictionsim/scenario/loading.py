@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
-from frictionsim.io.result_format import HDF5_SIGNATURE
+from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.model_validation import (
     MAX_KEY_LENGTH,
     KeyPath,

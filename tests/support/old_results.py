@@ -1,7 +1,7 @@
 """What stands for an older result where nobody reads it: it bears the line with our checksum."""
 
 from frictionsim.io.checksum import checksum_trailer
-from frictionsim.io.result_format import HDF5_SIGNATURE
+from frictionsim.results import HDF5_SIGNATURE
 
 
 def old_result(content: bytes = b"the result of yesterday") -> bytes:
