@@ -2,8 +2,9 @@
 
     python -m tests.attacks.batch ATTACK SEED FIRST COUNT
 
-prints a line for each case: its number when it starts, then its outcome as JSON. A process that
-ends early was ended by the case that it printed last.
+prints two lines of JSON for each case: its number when it starts, then its number and outcome. A
+process that ends early was ended by the first case without an outcome. What cases themselves write
+to stdout goes nowhere: it would stand between these lines.
 """
 
 import contextlib
@@ -15,6 +16,7 @@ import random
 import sys
 import tempfile
 from pathlib import Path
+from typing import TextIO
 
 from tests.attacks.promise import BrokenPromise
 
@@ -24,13 +26,23 @@ MEMORY = 2 << 30  # address space, bytes; the program and its libraries take hal
 def run_cases(attack: str, seed: int, first: int, count: int) -> None:
     """Try cases of an attack, each in an empty folder."""
     module = importlib.import_module(f"tests.attacks.{attack}")
-    report = os.fdopen(os.dup(1), "w", buffering=1)  # cases may close or replace their stdout
+    report = _take_stdout()
     if hasattr(module, "warm_up"):
         module.warm_up()
     for number in range(first, first + count):
-        print(number, file=report)
+        print(json.dumps({"number": number}), file=report)
         with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
-            print(json.dumps(_outcome(module, attack, seed, number, Path(name))), file=report)
+            found = _outcome(module, attack, seed, number, Path(name))
+        print(json.dumps({"number": number, **found}), file=report)
+
+
+def _take_stdout() -> TextIO:
+    """Return the stdout of this process, and lead descriptor 1 of its cases to the null device."""
+    report = os.fdopen(os.dup(1), "w", buffering=1)  # not inherited by what the cases start
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    return report
 
 
 def _outcome(module: object, attack: str, seed: int, number: int, folder: Path) -> dict[str, str]:

@@ -3,12 +3,14 @@
 import json
 import os
 import queue
+import signal
 import subprocess
 import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -64,29 +66,18 @@ def cases(attack: str, seed: int, first: int, count: int) -> Iterator[Case]:
     """
     number, end, slow = first, first + count, -1
     while number < end:
-        for found in _of_one_process(attack, seed, number, end - number):
-            if found.outcome == "slow" and found.number != slow:
-                slow = number = found.number
-                break
-            yield found
-            number = found.number + 1
+        with closing(_of_one_process(attack, seed, number, end - number)) as of_one_process:
+            for found in of_one_process:
+                if found.outcome == "slow" and found.number != slow:
+                    slow = number = found.number
+                    break
+                yield found
+                number = found.number + 1
 
 
-def _of_one_process(attack: str, seed: int, first: int, count: int) -> Iterator[Case]:
+def _of_one_process(attack: str, seed: int, first: int, count: int) -> Generator[Case]:
     """Yield what came of the cases of one process, up to the one that ended it."""
-    command = [sys.executable, "-m", "tests.attacks.batch", attack, *map(str, (seed, first, count))]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(
-        command,
-        cwd=ROOT,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    ) as process:
+    with _process(attack, seed, first, count) as process:
         lines: queue.Queue[str] = queue.Queue()
         errors: list[str] = []
         threads = [
@@ -96,25 +87,68 @@ def _of_one_process(attack: str, seed: int, first: int, count: int) -> Iterator[
         for thread in threads:
             thread.start()
         number, seconds = first, SECONDS_TO_START
+        end_of_case = time.monotonic() + seconds
         while True:
             try:
-                line = lines.get(timeout=seconds)
+                line = lines.get(timeout=max(0.0, end_of_case - time.monotonic()))
             except queue.Empty:
-                process.kill()
                 yield Case(attack, number, "slow", f"no end after {seconds:g} s")
                 return
-            seconds = SECONDS_WITH_PROCESSES if attack in WITH_PROCESSES else SECONDS_PER_CASE
             if not line:
                 break
-            if line.strip().isdecimal():
-                number = int(line)
+            found = _reported(line, number)
+            if found is None:
                 continue
-            found = json.loads(line)
-            yield Case(attack, number, found.get("outcome", "broken"), found.get("broken", ""))
+            seconds = SECONDS_WITH_PROCESSES if attack in WITH_PROCESSES else SECONDS_PER_CASE
+            end_of_case = time.monotonic() + seconds
+            if len(found) > 1:
+                yield Case(attack, number, found.get("outcome", "broken"), found.get("broken", ""))
+                number += 1
+        last = first + count - 1
+        try:
+            code = process.wait(SECONDS_PER_CASE)
+        except subprocess.TimeoutExpired:
+            yield Case(attack, min(number, last), "slow", "its process does not end")
+            return
         threads[1].join(SECONDS_PER_CASE)
-        if process.wait() != 0:
+        if number <= last or code != 0:  # a case may end the process with 0, by os._exit(0)
+            early = "process ended early, " if number <= last else ""
             captured = "".join(errors)[-STDERR_LENGTH:]
-            yield Case(attack, number, "crash", f"exit {process.returncode}: {captured}")
+            yield Case(attack, min(number, last), "crash", f"{early}exit {code}: {captured}")
+
+
+def _reported(line: str, number: int) -> dict[str, Any] | None:
+    """Return what a line of `batch` says of a case; None if the line is not of it."""
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) and found.get("number") == number else None
+
+
+@contextmanager
+def _process(attack: str, seed: int, first: int, count: int) -> Iterator["subprocess.Popen[str]"]:
+    """Start a process for cases; at the end of the block end it and all that it started."""
+    command = [sys.executable, "-m", "tests.attacks.batch", attack, *map(str, (seed, first, count))]
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            if hasattr(os, "killpg"):
+                with suppress(ProcessLookupError, PermissionError):  # all have ended
+                    os.killpg(process.pid, signal.SIGKILL)
+            else:  # Windows
+                process.kill()
 
 
 def _read_lines(stream: Any, put: Any) -> None:
@@ -183,14 +217,20 @@ def run_campaign(tally: Tally, total: int, seed: int, workers: int, batch: int) 
         Processes at a time.
     batch : int
         Cases of one process.
+
+    Raises
+    ------
+    RuntimeError
+        If cases could not be tried, or not be counted.
     """
     wanted = {name: -(-total * share // sum(SHARES.values())) for name, share in SHARES.items()}
     given = {name: tally.done(name) for name in wanted}
     numbers = {name: tally.end(name) for name in wanted}
     lock = threading.Lock()
+    errors: list[Exception] = []
 
     def work() -> None:
-        while True:
+        while not errors:
             with lock:  # the attack that is furthest behind
                 name = min(wanted, key=lambda each: given[each] / wanted[each])
                 first = numbers[name]
@@ -200,10 +240,15 @@ def run_campaign(tally: Tally, total: int, seed: int, workers: int, batch: int) 
                 given[name] += count
                 numbers[name] += count
             started = time.monotonic()
-            tally.add(list(cases(name, seed, first, count)), time.monotonic() - started)
+            try:
+                tally.add(list(cases(name, seed, first, count)), time.monotonic() - started)
+            except Exception as error:
+                errors.append(error)
 
     threads = [threading.Thread(target=work, daemon=True) for _ in range(workers)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
+    if errors:
+        raise RuntimeError(f"the campaign ended early: {errors[0]}") from errors[0]

@@ -15,6 +15,8 @@ LEGAL = {
     "show": {0, 2},
     "cost": {0, 1, 2, 4, 5},
 }
+# In messages; a case has two gigabytes (`batch.MEMORY`), and none may need more.
+BROKEN_BY = ("Traceback", "out of memory")
 
 
 class BrokenPromise(Exception):
@@ -33,13 +35,13 @@ def outcome(arguments: list[str], description: str) -> str:
     Raises
     ------
     BrokenPromise
-        If the exit code is not a documented one, or an error has no message.
+        If the exit code is not a documented one, an error has no message, or memory ran out.
     """
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = run_command_line(arguments)
     captured = err.getvalue()
-    legal = code in LEGAL[arguments[0]] and "Traceback" not in captured
+    legal = code in LEGAL[arguments[0]] and not any(words in captured for words in BROKEN_BY)
     said = code == 0 or captured.startswith("frictionsim: ") or arguments[0] == "compare"
     if legal and said:
         return f"exit {code}"

@@ -2,13 +2,17 @@
 
 import json
 import random
+import subprocess
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.attacks import campaign
+from frictionsim.cli.ending import ending_of
+from tests.attacks import campaign, promise
 from tests.attacks.campaign import SHARES, Case, Tally, cases, run_campaign
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.scenarios import SCENARIOS
@@ -43,42 +47,102 @@ def test_no_promise_is_broken(attack: str) -> None:
 
 # A case knows its number by the first draw of its generator.
 ODD = """
-import os, time
+import os, subprocess, time
 from pathlib import Path
 
 def attack(rng, folder):
     number = {draws!r}.index(rng.random())
+    print("a stray line", number, flush=True)
+    os.write(1, b'7\\n{{"number": 0, "outcome": "forged"}}\\n')
     if number == 1:
         os.abort()
     if number == 3 and not Path({once!r}).exists():
-        Path({once!r}).touch()
+        started = subprocess.Popen(["sleep", "60"], stderr=subprocess.DEVNULL)
+        Path({once!r}).write_text(str(started.pid))
         time.sleep(60)
     if number == 5:
         raise ValueError("a traceback")
+    if number == 6:
+        os._exit(0)
+    if number == 7:
+        raise SystemExit
     return "fine"
 """
 
 
 @pytest.fixture
 def odd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """An attack whose cases crash, hang once, and raise an error."""
+    """An attack whose cases crash, hang once, raise an error, end with 0, and write to stdout."""
     name = f"odd_{tmp_path.name}"
     path = Path(campaign.__file__).with_name(f"{name}.py")
-    draws = [random.Random(f"{name} 0 {number}").random() for number in range(7)]
+    draws = [random.Random(f"{name} 0 {number}").random() for number in range(9)]
     path.write_text(ODD.format(draws=draws, once=str(tmp_path / "once")))
     monkeypatch.setattr(campaign, "SECONDS_PER_CASE", 1.0)
     yield name
     path.unlink()
 
 
-def test_a_crash_and_an_error_cost_their_cases_and_a_hang_is_tried_again(odd: str) -> None:
-    found = list(cases(odd, 0, 0, 7))
-    assert [case.number for case in found] == list(range(7))
+def test_a_crash_and_an_error_cost_their_cases_and_a_hang_is_tried_again(
+    odd: str, tmp_path: Path
+) -> None:
+    found = list(cases(odd, 0, 0, 9))
+    assert [case.number for case in found] == list(range(9))
     assert [case.outcome for case in found] == [
-        *("fine", "crash", "fine", "fine", "fine", "broken", "fine"),
+        *("fine", "crash", "fine", "fine", "fine", "broken", "crash", "crash", "fine"),
     ]
-    assert "exit -6" in found[1].broken
+    assert "process ended early, exit -6" in found[1].broken
     assert found[5].broken == "ValueError: a traceback"
+    for case in found[6:8]:
+        assert case.broken == "process ended early, exit 0: "
+    assert not _runs(int((tmp_path / "once").read_text()))  # what the hanging case had started
+
+
+def _runs(pid: int) -> bool:
+    """Return whether a process is there, and not only waits for its parent to take notice."""
+    found = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
+    return found.stdout.strip()[:1] not in ("", "Z")
+
+
+def test_lines_on_stdout_that_are_not_of_the_batch_are_ignored(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    written = ["a stray line", "3", "[]", '{"number": 8, "outcome": "forged"}']
+    own = ['{"number": 4}', '{"number": 4, "outcome": "fine"}']
+    batch = f"print({chr(10).join([*written, own[0], *written, own[1], *written])!r})"
+
+    @contextmanager
+    def process(*_: Any) -> Iterator["subprocess.Popen[str]"]:
+        pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen([sys.executable, "-c", batch], text=True, **pipes) as started:
+            yield started
+
+    monkeypatch.setattr(campaign, "_process", process)
+    assert list(cases("toml", 0, 4, 1)) == [Case("toml", 4, "fine", "")]
+
+
+def test_a_campaign_that_cannot_try_its_cases_ends_with_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any) -> Iterator[Case]:
+        raise OSError("no process can be started")
+
+    monkeypatch.setattr(campaign, "cases", fail)
+    with pytest.raises(RuntimeError, match="ended early: no process can be started"):
+        run_campaign(Tally(tmp_path / "hard.json", 1), 40, 1, workers=2, batch=7)
+
+
+def test_a_case_that_needs_more_than_its_memory_breaks_a_promise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def out_of_memory(arguments: list[str]) -> int:
+        message, code = ending_of(MemoryError(), arguments)
+        print(f"frictionsim: {message}", file=sys.stderr)
+        return code
+
+    monkeypatch.setattr(promise, "run_command_line", out_of_memory)
+    for command in ("solve", "resume", "compare"):
+        with pytest.raises(BrokenPromise, match="exit 1, .frictionsim: out of memory"):
+            outcome([command, "a.h5"], "much memory")
 
 
 def test_an_undocumented_exit_code_breaks_a_promise(monkeypatch: pytest.MonkeyPatch) -> None:
