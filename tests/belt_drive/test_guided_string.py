@@ -9,12 +9,13 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
 from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.simulation.simulate import RunResult
-from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
+from tests.support.belt_scenarios import pair, scenario_of, shipped, stepped, trio
 from tests.support.drawn_belts import drawn
 from tests.support.scenarios import Scenario, changed, simulate
 from tests.support.string_reference import arcs_of, end_state
@@ -378,3 +379,11 @@ def test_a_slack_span_is_warned_of() -> None:
     much = {"mu_s": 10.0, "mu_k": 10.0}
     done = simulate(string(mechanism__belt__pretension=100.0, effects__belt_friction=much))
     assert any("does not sag, but is pressed together" in text for text in done.warnings)
+
+
+@pytest.mark.parametrize("center", [[0.25, 1e50], [-1e50, 0.0]])
+def test_an_arc_that_is_nothing_beside_the_belt_is_refused(center: list[float]) -> None:
+    data = pair(effects__contact=None, effects__bending=None)
+    data["mechanism"]["pulleys"][1]["center"] = center
+    with pytest.raises(InputError, match=r"mechanism\.belt\.bodies.*no number of bodies is en"):
+        fs.load(data)

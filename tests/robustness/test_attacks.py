@@ -141,7 +141,7 @@ def test_a_case_that_needs_more_than_its_memory_breaks_a_promise(
 
     monkeypatch.setattr(promise, "run_command_line", out_of_memory)
     for command in ("solve", "resume", "compare"):
-        with pytest.raises(BrokenPromise, match="exit 1, .frictionsim: out of memory"):
+        with pytest.raises(BrokenPromise, match=r"exit 1, .frictionsim: out of memory"):
             outcome([command, "a.h5"], "much memory")
 
 

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 ENOUGH = 4  # times as many as are needed: quantities depend little on their number then
 
+ROUNDING = 1e-12  # of the belt's length: what is shorter is lost in the sums of lengths
+
 
 def missing_points(
     path: "Path", names: "Sequence[str]", driven: "Collection[str]", points: int
@@ -23,6 +25,11 @@ def missing_points(
     have a point at least.
     """
     length, what = min(_pieces(path, names, driven))
+    if length <= path.length * ROUNDING:
+        return (
+            f"no number of bodies is enough for {what}, which is too short ({length:.3g} m) beside"
+            f" the belt's {path.length:.3g} m; change the centers and radii of the pulleys"
+        )
     needed = ceil(path.length / length)
     if points >= needed:
         return None
