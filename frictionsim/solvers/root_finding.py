@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from math import ulp
 
+from frictionsim.errors import StepUnderflow
+
 
 def bracket_root(
     f: Callable[[float], float], a: float, b: float, resolution: float = 0.0
@@ -26,8 +28,8 @@ def bracket_root(
 
     Raises
     ------
-    ValueError
-        If f(a) and f(b) have the same sign.
+    StepUnderflow
+        If f(a) and f(b) have the same sign: the callers have seen a change, which rounding hides.
 
     References
     ----------
@@ -35,7 +37,10 @@ def bracket_root(
     """
     x, f_x, y, f_y = a, f(a), b, f(b)  # newest point, and other end of the bracket
     if (f_x > 0.0) == (f_y > 0.0):
-        raise ValueError(f"no change of sign: f({a}) = {f_x}, f({b}) = {f_y}")
+        raise StepUnderflow(
+            f"between {a:.9g} and {b:.9g} rounding hides an event (no change of sign: {f_x:.3g} and"
+            f" {f_y:.3g}); check the scenario for numbers that are far too large or too small"
+        )
     fraction = 0.5
     while True:
         width = abs(y - x)

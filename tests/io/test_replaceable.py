@@ -257,8 +257,9 @@ def test_the_message_tells_of_an_older_part_that_a_checkpoint_replaced(
     monkeypatch.setattr("tempfile.mkdtemp", lambda prefix: str(here / "none"))
     assert solve("-o", "a.h5", "--set", "output.checkpoint=1e-3") == 4
     assert capsys.readouterr().err == (
-        "frictionsim: a.h5: cannot write the result: no room. The last checkpoint, which replaced"
-        " an older one, is in a.h5: 'frictionsim resume a.h5' continues the run\n"
+        "frictionsim: a.h5: cannot write the result: no room. It could not be written anywhere"
+        " else and is lost: make space, and run it again. The last checkpoint, which replaced an"
+        " older one, is in a.h5: 'frictionsim resume a.h5' continues the run\n"
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionsim.errors import StepUnderflow
 from frictionsim.solvers.root_finding import bracket_root
 
 pytestmark = pytest.mark.quick
@@ -52,5 +53,5 @@ def test_a_zero_counts_as_not_positive() -> None:
 
 
 def test_equal_signs_at_both_ends_are_an_error() -> None:
-    with pytest.raises(ValueError, match="no change of sign"):
+    with pytest.raises(StepUnderflow, match="no change of sign"):
         bracket_root(lambda x: 1.0 + x, 0.0, 1.0)
