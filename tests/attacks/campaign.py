@@ -234,7 +234,7 @@ def run_campaign(tally: Tally, total: int, seed: int, workers: int, batch: int) 
             with lock:  # the attack that is furthest behind
                 name = min(wanted, key=lambda each: given[each] / wanted[each])
                 first = numbers[name]
-                count = min(batch, max(1, wanted[name] // 10), wanted[name] - given[name])
+                count = min(batch, max(1, wanted[name] // 50), wanted[name] - given[name])
                 if count <= 0:
                     return
                 given[name] += count

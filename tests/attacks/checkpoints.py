@@ -150,8 +150,9 @@ def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
 def changed_array(rng: random.Random, values: Any, state: dict[str, Any]) -> Any:
     """Return an array with a few numbers, its shape or its type changed."""
     if values.dtype.kind == "S":
-        return rng.choice([np.array([rng.choice(TEXTS)] * len(values)), values[:-1], values * 1.0
-                           if values.dtype.kind == "f" else np.zeros(len(values))])  # fmt: skip
+        texts = np.atleast_1d(values)
+        others = np.array([rng.choice(TEXTS)] * len(texts))
+        return rng.choice([others, texts[:-1], np.zeros(len(texts))])
     way = rng.randrange(10)
     if way < 6 and values.size:
         found = values.copy()
