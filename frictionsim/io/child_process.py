@@ -134,6 +134,7 @@ def _fork(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) 
                 warnings.simplefilter("ignore", DeprecationWarning)
                 process = os.fork()
                 if process == 0:
+                    os.close(read_end)  # else it could wait for itself to read its answer
                     _answer_and_exit(work, arguments, limits, write_end)
         finally:
             os.close(write_end)
@@ -176,6 +177,7 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
                 process.stdin.write(pickle.dumps((work, arguments, limits)))
                 process.stdin.close()
             answer = _received(process.stdout.fileno(), limits.memory)
+            process.stdout.close()  # what was not received ends the child
             return answer, process.wait()
         except BaseException:
             process.kill()

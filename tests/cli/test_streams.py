@@ -37,7 +37,7 @@ def test_stderr_changes_neither_run_nor_exit_code(
         stream.close()
     with monkeypatch.context() as patched:
         patched.setattr(sys, "stderr", stream)
-        checkpoints = ["--set", "output.checkpoint=1e-9"]
+        checkpoints = ["--set", "output.checkpoint=0.02"]
         codes = [
             run_command_line(["solve", PULLEY, "-o", "a.h5", "-vv", *ODD, *checkpoints]),
             run_command_line(["compare", "a.h5", "missing.h5"]),

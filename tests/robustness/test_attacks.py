@@ -22,14 +22,14 @@ COUNTS = {
     "toml": 80,
     "csv_signals": 50,
     "extremes": 50,
-    "hdf5_bytes": 60,
-    "hdf5_structure": 50,
-    "checkpoints": 40,
-    "targets": 40,
+    "hdf5_bytes": 25,
+    "hdf5_structure": 25,
+    "checkpoints": 20,
+    "targets": 25,
     "kills": 2,
     "streams": 2,
     "environments": 2,
-    "interruptions": 2,
+    "interruptions": 1,
 }
 
 
