@@ -187,7 +187,14 @@ def attack(rng: random.Random, folder: Path) -> str:
             if name in file:  # not a link to nowhere
                 try:
                     done.append(rng.choice(WAYS)(rng, file, name))
-                except (ValueError, TypeError, OSError, KeyError, RuntimeError) as error:
+                except (
+                    ValueError,
+                    TypeError,
+                    OSError,
+                    KeyError,
+                    RuntimeError,
+                    MemoryError,
+                ) as error:
                     done.append(f"not done: {error}")  # HDF5 itself refuses it
     if rng.random() < 0.5:
         append_trailer(folder / TARGET)
