@@ -42,10 +42,7 @@ class WallTimeLimit:
             If the limit is reached.
         """
         if perf_counter() >= self._end:
-            raise BudgetExceeded(
-                f"wall-time limit --max-wall {self._seconds:g} s reached at t = {t:.9g} s of"
-                f" {self._duration:.9g} s; {self._advice}"
-            )
+            raise self._exceeded(f"at t = {t:.9g} s of {self._duration:.9g} s; {self._advice}")
 
     def check_before_compilation(self) -> None:
         """Check the clock where kernels are about to be compiled, which takes seconds.
@@ -56,10 +53,13 @@ class WallTimeLimit:
             If the limit is reached.
         """
         if perf_counter() >= self._end:
-            raise BudgetExceeded(
-                f"wall-time limit --max-wall {self._seconds:g} s reached before kernels"
-                " were compiled; raise the limit, or compile them with 'frictionsim warm-up'"
+            raise self._exceeded(
+                "before kernels were compiled; raise the limit, or compile them with 'frictionsim"
+                " warm-up'"
             )
+
+    def _exceeded(self, where: str) -> BudgetExceeded:
+        return BudgetExceeded(f"wall-time limit --max-wall {self._seconds:g} s reached {where}")
 
 
 class LimitedSteps:
