@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
+    from frictionsim.api.sweeping import open_sweep as open_sweep
+    from frictionsim.api.sweeping import sweep as sweep
     from frictionsim.api.warming import WarmedUp as WarmedUp
     from frictionsim.api.warming import warm_up as warm_up
     from frictionsim.errors import ArgumentError as ArgumentError
@@ -54,6 +56,8 @@ _MODULES = {
     "Result": "api.result",
     "cost": "api.studies",
     "Study": "api.studies",
+    "sweep": "api.sweeping",
+    "open_sweep": "api.sweeping",
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",

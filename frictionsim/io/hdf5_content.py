@@ -38,6 +38,7 @@ from frictionsim.io.result_format import (
     state_digest,
 )
 from frictionsim.io.stored_array import FileSource, stamp_of
+from frictionsim.io.sweep_table import VERSION_NAME as OF_SWEEPS
 from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.simulation.stored_channel import StoredChannel
 
@@ -75,11 +76,14 @@ class Identity(NamedTuple):
         Its attribute of that name.
     is_table : bool
         It holds a table of costs, not the result of a run.
+    is_sweep : bool
+        It holds a sweep.
     """
 
     status: str | None = None
     segments: str | None = None
     is_table: bool = False
+    is_sweep: bool = False
 
 
 def identity(path: str) -> Identity:
@@ -87,12 +91,13 @@ def identity(path: str) -> Identity:
     try:
         with h5py.File(path, "r") as file:
             found = texts_of(file, Budget(file.id.get_filesize()))
-            is_table = file.get("cost", getlink=True) is not None
+            is_table = file.get(COST, getlink=True) is not None
+            is_sweep = OF_SWEEPS in file.attrs
     except MemoryError:
         raise
     except Exception:  # whatever h5py says of a damaged file
         return Identity()
-    return Identity(found.get("status"), found.get(SEGMENTS), is_table)
+    return Identity(found.get("status"), found.get(SEGMENTS), is_table, is_sweep)
 
 
 def record(path: str) -> Record:
@@ -154,6 +159,11 @@ def _opened(path: str) -> Iterator[Any]:
     """Open a result file; errors within the context become InputError with the file's name."""
     try:
         with h5py.File(path, "r") as file:
+            if OF_SWEEPS in file.attrs:
+                raise InputError(
+                    f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}'"
+                    " draws it, and fs.open_sweep reads it"
+                )
             version = integers_of(file, "format_version")[0]
             if version not in READABLE_VERSIONS:
                 raise InputError(

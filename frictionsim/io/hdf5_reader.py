@@ -11,7 +11,7 @@ from collections.abc import Callable
 from os.path import isdir, isfile
 from pathlib import Path
 from stat import S_ISREG
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from frictionsim.io.sample_segments import SegmentsAndTail, segments_of
 from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
 from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
+
+if TYPE_CHECKING:
+    from frictionsim.io.sweep_table import SweepTable
 
 SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a slow disk
@@ -77,6 +80,25 @@ def may_be_done(path: Path) -> bool:
 def is_table(path: Path) -> bool:
     """Return whether a file holds a table of costs; false if it cannot be read."""
     return _identity(path).is_table
+
+
+def is_sweep(path: Path) -> bool:
+    """Return whether a file holds a sweep; false if it cannot be read."""
+    return _identity(path).is_sweep
+
+
+def read_sweep(path: Path) -> "SweepTable":
+    """Read the file of a sweep.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or is no sweep, or damaged.
+    """
+    from frictionsim.io import sweep_content  # rarely needed
+
+    found: SweepTable = _in_child(sweep_content.sweep, path)
+    return found
 
 
 def folder_of_segments(path: Path) -> Path | None:

@@ -17,6 +17,7 @@ MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
 MAX_ATTRIBUTES = 64  # of one object
 MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
 MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
+LONG_TEXTS = ("scenario", "study")
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
 FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is
@@ -151,7 +152,7 @@ def text_of(item: Any, name: str, budget: Budget) -> str:
         raise ValueError(f"{name} is not a text")
     value = item.attrs[name]
     text = str(value).encode("utf-8", "replace").decode()
-    if len(text) > (MAX_SCENARIO if name == "scenario" else MAX_TEXT):
+    if len(text) > (MAX_SCENARIO if name in LONG_TEXTS else MAX_TEXT):
         raise ValueError(f"{name} is too long")
     budget.take(4 * len(text), name)
     return text

@@ -1,8 +1,8 @@
 """What may be written to: a new file, or one of the kind that replaces it.
 
-A result replaces a result, a picture a picture and a table a table of costs. Any other file, as
-a scenario, a text, or HDF5 of another program, is refused whatever its name is. An empty file may
-be replaced by anything: programs that make names for new files leave such.
+A result replaces a result, a sweep a sweep, a picture a picture and a table a table of costs. Any
+other file, as a scenario, a text, or HDF5 of another program, is refused whatever its name is. An
+empty file may be replaced by anything: programs that make names for new files leave such.
 
 A file that bears the line with our checksum is ours, also where the checksum does not match: it is
 a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
@@ -52,7 +52,13 @@ def _is_sealed(path: Path) -> bool:
 
 
 def _is_result(path: Path) -> bool:
-    return _is_sealed(path) and not _is_table_of_hdf5(path)
+    return _is_sealed(path) and not _is_table_of_hdf5(path) and not _is_sweep(path)
+
+
+def _is_sweep(path: Path) -> bool:
+    from frictionsim.io.hdf5_reader import is_sweep
+
+    return _is_sealed(path) and is_sweep(path)
 
 
 def _is_table_of_hdf5(path: Path) -> bool:
@@ -75,6 +81,7 @@ def _is_table(path: Path) -> bool:
 RESULT = Kind("result", "a result", _is_result)
 PICTURE = Kind("picture", "a picture", _is_picture)
 COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
+SWEEP = Kind("sweep", "a sweep", _is_sweep)
 COSTS = Kind("table", "a table of costs", _is_table)
 
 

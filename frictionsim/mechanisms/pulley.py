@@ -93,6 +93,11 @@ class PulleyScenario(SingleDofScenario):
     drive: PulleyDrive
     effects: PulleyEffects = PulleyEffects()
 
+    @property
+    def needs_samples(self) -> bool:
+        """False: the quantities are those of the end, of events and of statics."""
+        return False
+
     def warnings(self) -> list[str]:
         """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius

@@ -134,6 +134,17 @@ def _validated(
     return scenario.with_origin(Origin(name or "", texts))
 
 
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file, which need not be a scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If it cannot be read.
+    """
+    return _parse(str(path), _read(path))
+
+
 def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
     """Return the scenario stored in a result file.
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model", bound="Scenario")
 
+Table = TypeVar("Table", bound=BaseModel)
+
 KeyPath = tuple[str | int, ...]
 
 # Products and quotients of several such numbers do not overflow.
@@ -67,6 +69,22 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | No
     # Of points, those in CSV files were read by now.
     _refuse([*_too_large(scenario.model_dump(by_alias=True)), *_too_small(scenario)])
     return scenario
+
+
+def validate_table(model: "type[Table]", data: dict[str, Any]) -> "Table":
+    """Return a table that is no scenario, of the data of a TOML file.
+
+    Raises
+    ------
+    ValidationFailure
+        If the data is invalid.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        from frictionsim.scenario.messages import error_message
+
+        raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
 
 
 def _refuse(faults: list[tuple[KeyPath, str]]) -> None:

@@ -240,6 +240,11 @@ class Scenario(Params):
         return sum(self.members_of(self.CHANNELS[name].axis) for name in recorded)
 
     @property
+    def needs_samples(self) -> bool:
+        """Whether quantities follow from samples besides those of start, events and end."""
+        return True
+
+    @property
     def effect_names(self) -> tuple[str, ...]:
         """The effects that are simulated."""
         effects = getattr(self, "effects", ())

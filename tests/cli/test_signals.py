@@ -24,8 +24,10 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 # The stage is replaced by C code that waits, in which no handler in Python would run.
 STALLED = """
-import sys, time
+import signal, sys, time
 from ctypes import CDLL
+if sys.platform != "win32":
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # which `nohup` has ignored
 import frictionsim.__main__ as entry
 from frictionsim.mechanisms import pulley
 def wait(*_):

@@ -1,0 +1,161 @@
+"""What is in the file of a sweep, read in the child process that `hdf5_reader` starts."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import prod
+from typing import Any
+
+import h5py
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.io.hdf5_structure import (
+    MAX_TEXT,
+    Budget,
+    checked_dataset,
+    integers_of,
+    members,
+    text_of,
+    texts_of,
+    values_of,
+)
+from frictionsim.io.sweep_table import (
+    RUN,
+    STATUS,
+    TEXTS,
+    VERSION,
+    VERSION_NAME,
+    Coordinate,
+    SweepTable,
+)
+
+ATTRIBUTES = (
+    "frictionsim_version",
+    "study",
+    "scenario",
+    "source",
+    "overrides",
+    "kind",
+    "title",
+    "design",
+    "status",
+    "reason",
+)
+TEXTS_AT_ONCE = 4096
+
+
+def sweep(path: str) -> SweepTable:
+    """Return the content of the file of a sweep.
+
+    Raises
+    ------
+    InputError
+        If it is no sweep, or damaged.
+    """
+    with _opened(path) as file:
+        budget = Budget(file.id.get_filesize())
+        found = texts_of(file, budget)
+        attributes = {name: found[name] for name in ATTRIBUTES}
+        datasets = {name: checked_dataset(item, name) for name, item in members(file, budget)}
+        return _table(attributes, datasets, budget)
+
+
+@contextmanager
+def _opened(path: str) -> Iterator[Any]:
+    """Open the file of a sweep; errors within the context become InputError with its name."""
+    try:
+        with h5py.File(path, "r") as file:
+            if VERSION_NAME not in file.attrs:
+                raise InputError(
+                    f"{path}: cannot read this sweep: it is HDF5, but not a sweep of frictionsim"
+                )
+            version = integers_of(file, VERSION_NAME)[0]
+            if version != VERSION:
+                raise InputError(
+                    f"{path}: cannot read this sweep: its format version is {version}, this"
+                    f" program reads version {VERSION}"
+                )
+            yield file
+    except (InputError, MemoryError):
+        raise
+    except OSError:
+        raise InputError(
+            f"{path}: cannot read this sweep: it is not a readable HDF5 file"
+        ) from None
+    except Exception:  # whatever h5py says of what is not as it should be
+        raise InputError(f"{path}: cannot read this sweep: it is damaged") from None
+
+
+def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget) -> SweepTable:
+    status = datasets.pop(STATUS)
+    statuses = tuple(
+        zip(
+            integers_of(status, "flag_values"),
+            text_of(status, "flag_meanings", budget).split(),
+            strict=True,
+        )
+    )
+    texts = {name: _some_texts(datasets.pop(name), status.shape, budget) for name in TEXTS}
+    coordinates, dimensions = _coordinates(datasets, status, budget)
+    values, units = {}, {}
+    for name, dataset in datasets.items():
+        if name == RUN or name in coordinates:
+            continue
+        if dataset.shape != status.shape:
+            raise ValueError(f"{name} is not of the shape of the sweep")
+        values[name] = np.asarray(values_of(dataset, budget), dtype=np.float64).reshape(-1)
+        units[name] = text_of(dataset, "units", budget)
+    outcome = values_of(status, budget).astype(np.int8).reshape(-1)
+    if not np.isin(outcome, [number for number, _ in statuses]).all():
+        raise ValueError("a run has a status that there is not")
+    return SweepTable(attributes, dimensions, coordinates, units, values, outcome, statuses, texts)
+
+
+def _coordinates(
+    datasets: dict[str, Any], status: Any, budget: Budget
+) -> tuple[dict[str, Coordinate], dict[str, int]]:
+    """Return the varied keys, and the lengths of the dimensions by name."""
+    if RUN in datasets:
+        names = text_of(status, "coordinates", budget).split()
+        dimensions = {RUN: int(datasets[RUN].shape[0])}
+    else:
+        names = [str(next(iter(dimension.keys()))) for dimension in status.dims]
+        dimensions = {key: int(datasets[key].shape[0]) for key in names}
+    if status.shape != tuple(dimensions.values()) or prod(status.shape) < 1:
+        raise ValueError("the sweep has another shape")
+    found = {}
+    for key in names:
+        dataset = datasets[key]
+        dimension = key if RUN not in datasets else RUN
+        if dataset.shape != (dimensions[dimension],):
+            raise ValueError(f"{key} does not have a value for each run")
+        words = text_of(dataset, "long_name", budget)
+        if h5py.check_string_dtype(dataset.dtype) is not None:
+            found[key] = Coordinate(dimension, list(_texts(dataset, budget)), "", words)
+        else:
+            unit = text_of(dataset, "units", budget)
+            found[key] = Coordinate(dimension, values_of(dataset, budget), unit, words)
+    return found, dimensions
+
+
+def _some_texts(dataset: Any, shape: tuple[int, ...], budget: Budget) -> dict[int, str]:
+    """Return the texts of a dataset that are not empty, by the number of the run."""
+    if dataset.shape != shape:
+        raise ValueError(f"{dataset.name} is not of the shape of the sweep")
+    return {number: text for number, text in enumerate(_texts(dataset, budget)) if text}
+
+
+def _texts(dataset: Any, budget: Budget) -> Iterator[str]:
+    """Yield the texts of a dataset in the order of the runs."""
+    if h5py.check_string_dtype(dataset.dtype) is None:
+        raise ValueError(f"{dataset.name} does not hold text")
+    budget.take(dataset.nbytes, dataset.name)
+    inner = prod(dataset.shape[1:])
+    rows = max(1, TEXTS_AT_ONCE // inner)
+    for start in range(0, dataset.shape[0], rows):
+        # Texts of any length may be in a file many times: the budget is asked for each.
+        for text in dataset.asstr(errors="replace")[start : start + rows].reshape(-1):
+            if len(text) > MAX_TEXT:
+                raise ValueError(f"{dataset.name}: a text is too long")
+            budget.take(len(text), dataset.name)
+            yield str(text)

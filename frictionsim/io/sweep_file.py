@@ -1,0 +1,126 @@
+"""The file of a sweep in HDF5, which is also one of netCDF-4 and opens in xarray.
+
+    /                    attributes of text, but the first:
+                         sweep_version       1
+                         Conventions         CF-1.11
+                         frictionsim_version
+                         study               the study in TOML, with the scenario in it: `sweep`
+                                             runs it again
+                         scenario            that is varied, TOML with defaults and overrides
+                         source, overrides   of that scenario, as in a result file
+                         kind, title
+                         design              grid, zip or sample
+                         status              done, or interrupted
+                         reason              why runs are left; empty if done
+    /<key>               the values of a varied key: of a grid the dimension scale of that name,
+                         else along `run`. Numbers, or text in TOML
+    /run                 the number of the run, from 0; not of a grid
+    /<quantity>          (key, key, ...) or (run): the quantities of the summary, NaN where one is
+                         not defined
+    /status              0 not run, 1 done, 2 failed, 3 done, but its audit failed
+    /failure, /reason, /warnings    text; empty if there is none
+
+The runs of a grid are numbered with the last key varying fastest. Everything has the attributes
+`units` and `long_name`, but for text, which has no unit. The file does not depend on the number of
+processes, on the order in which they were done, nor on interruptions, and ends with the line of a
+checksum, as the file of a result.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from frictionsim.io.atomic_write import replaced_atomically
+from frictionsim.io.checksum import append_trailer
+from frictionsim.io.hdf5_on_disk import reported, write_on_disk
+from frictionsim.io.replaceable import SWEEP, check_replaceable
+from frictionsim.io.result_format import CONVENTIONS
+from frictionsim.io.sweep_table import (
+    RUN,
+    STATUS,
+    TEXTS,
+    VERSION,
+    VERSION_NAME,
+    Coordinate,
+    SweepTable,
+)
+
+TEXT = h5py.string_dtype()
+COMPRESSED_FROM = 10_000  # runs
+
+
+def write_sweep(table: SweepTable, path: Path) -> None:
+    """Write the file of a sweep atomically: on any error the existing file is kept.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written, or would replace what is not a sweep.
+    """
+    check_replaceable(path, SWEEP)
+    least = sum(values.nbytes for values in table.values.values())
+    with replaced_atomically(path, "sweep") as part, reported(path):
+        write_on_disk(part, least, lambda file: _fill(file, table))
+        append_trailer(part)
+
+
+def _fill(file: Any, table: SweepTable) -> None:
+    file.attrs[VERSION_NAME] = VERSION
+    for name, text in ({"Conventions": CONVENTIONS} | table.attributes).items():
+        file.attrs[name] = text
+    scales = {}
+    if RUN in table.dimensions:
+        scales[RUN] = _add(file, RUN, np.arange(table.runs), "1", "number of the run, from 0")
+        scales[RUN].make_scale(RUN)
+    for key, coordinate in table.coordinates.items():
+        dataset = _add_coordinate(file, key, coordinate)
+        if coordinate.dimension == key:
+            dataset.make_scale(key)
+            scales[key] = dataset
+    dimensions = [scales[name] for name in table.dimensions]
+    if RUN in scales:
+        for key in table.coordinates:
+            file[key].dims[0].attach_scale(scales[RUN])
+    for name, values in table.values.items():
+        words = name.replace("_", " ")
+        _add(file, name, values.reshape(table.shape), table.units[name], words, dimensions)
+    status = _add(
+        file, STATUS, table.status.reshape(table.shape), "1", "outcome of the run", dimensions
+    )
+    numbers, meanings = zip(*table.statuses, strict=True)
+    status.attrs["flag_values"] = np.array(numbers, dtype=np.int8)
+    status.attrs["flag_meanings"] = " ".join(meanings)
+    for name, words in TEXTS.items():
+        _add_texts(file, name, table.text_array(name), words, dimensions)
+    if RUN in scales:
+        named = " ".join(table.coordinates)
+        for name in (*table.values, STATUS, *TEXTS):
+            file[name].attrs["coordinates"] = named
+
+
+def _add(file: Any, name: str, values: Any, unit: str, long_name: str, dimensions: Any = ()) -> Any:
+    dataset = file.create_dataset(name, data=values)
+    dataset.attrs["units"], dataset.attrs["long_name"] = unit, long_name
+    for dimension, scale in zip(dataset.dims, dimensions, strict=False):
+        dimension.attach_scale(scale)
+    return dataset
+
+
+def _add_coordinate(file: Any, key: str, coordinate: Coordinate) -> Any:
+    if isinstance(coordinate.values, list):
+        return _add_texts(file, key, np.array(coordinate.values, object), coordinate.long_name)
+    values = coordinate.values
+    if values.dtype == np.bool_:
+        values = values.astype(np.int8)
+    return _add(file, key, values, coordinate.unit or "1", coordinate.long_name)
+
+
+def _add_texts(file: Any, name: str, texts: Any, long_name: str, dimensions: Any = ()) -> Any:
+    storage = {"chunks": True, "compression": "gzip"} if texts.size >= COMPRESSED_FROM else {}
+    dataset = file.create_dataset(name, data=texts, dtype=TEXT, **storage)
+    dataset.attrs["long_name"] = long_name
+    for dimension, scale in zip(dataset.dims, dimensions, strict=False):
+        dimension.attach_scale(scale)
+    return dataset

@@ -1,0 +1,85 @@
+"""The content of the file of a sweep as plain data; `sweep_file` documents the file."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array, Flags
+
+VERSION_NAME, VERSION = "sweep_version", 1
+RUN, STATUS = "run", "status"
+TEXTS = {
+    "failure": "kind of failure",
+    "reason": "why the run failed, or which checks of its audit",
+    "warnings": "warnings, one per line",
+}
+
+
+class Coordinate(NamedTuple):
+    """The values of a varied key.
+
+    Attributes
+    ----------
+    dimension : str
+        Its own key in a grid, else `run`.
+    values : array of float64, int64, bool, or list of str
+        Values that are no numbers and no text are text in TOML.
+    unit : str
+        Empty of a key that is no number.
+    long_name : str
+    """
+
+    dimension: str
+    values: Any
+    unit: str
+    long_name: str
+
+
+class SweepTable(NamedTuple):
+    """The runs of a sweep; n is their number, in the order of the design.
+
+    Attributes
+    ----------
+    attributes : dict of str
+        Of the root, see `sweep_file`.
+    dimensions : dict of int
+        The lengths of the dimensions by name: the keys of a grid, or `run`.
+    coordinates : dict of Coordinate
+        By key.
+    units : dict of str
+        Of each quantity, by name.
+    values : dict of (n,)
+        Of each quantity; NaN where it is not defined.
+    status : (n,) of int8
+    statuses : Flags
+        The meanings of its values.
+    texts : dict of dict of str
+        `failure`, `reason` and `warnings` of the runs that have some, by number.
+    """
+
+    attributes: dict[str, str]
+    dimensions: dict[str, int]
+    coordinates: dict[str, Coordinate]
+    units: dict[str, str]
+    values: "dict[str, Array]"
+    status: Any
+    statuses: "Flags"
+    texts: dict[str, dict[int, str]]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The lengths of the dimensions."""
+        return tuple(self.dimensions.values())
+
+    @property
+    def runs(self) -> int:
+        """The number of runs, whether they were run or not."""
+        return len(self.status)
+
+    def text_array(self, name: str) -> Any:
+        """Return `failure`, `reason` or `warnings` of all runs in the shape of the sweep."""
+        import numpy as np
+
+        found = np.full(self.runs, "", dtype=object)
+        for number, text in self.texts[name].items():
+            found[number] = text
+        return found.reshape(self.shape)

@@ -1,0 +1,137 @@
+"""The outcomes of some runs of a sweep, and their form as bytes for files and other processes."""
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.results import Flags, Quantities
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array
+
+NOT_RUN, DONE, FAILED, AUDIT_FAILED = 0, 1, 2, 3
+STATUSES: Flags = (
+    (NOT_RUN, "not_run"),
+    (DONE, "done"),
+    (FAILED, "failed"),
+    (AUDIT_FAILED, "audit_failed"),
+)
+TEXTS = ("failure", "reason", "warnings")
+LENGTH_BYTES = 4
+
+
+class Outcome(NamedTuple):
+    """The outcome of a run.
+
+    Attributes
+    ----------
+    status : int
+        One of STATUSES.
+    quantities : Quantities
+        Of a failed run those of the samples up to its end.
+    failure, reason : str
+        As in a result file; empty if done.
+    warnings : str
+        One per line.
+    """
+
+    status: int
+    quantities: Quantities
+    failure: str = ""
+    reason: str = ""
+    warnings: str = ""
+
+
+class Block(NamedTuple):
+    """The outcomes of consecutive runs.
+
+    Attributes
+    ----------
+    first : int
+        The number of the first of these runs.
+    status : (n,) of int8
+    units : dict of str
+        By the name of each quantity that one of them has.
+    values : (quantities, n)
+        NaN where a quantity is not defined.
+    texts : dict of dict of str
+        The texts that are not empty, by name (TEXTS) and by the number of the run.
+    """
+
+    first: int
+    status: "np.ndarray[Any, np.dtype[np.int8]]"
+    units: dict[str, str]
+    values: "Array"
+    texts: dict[str, dict[int, str]]
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return len(self.status)
+
+    def to_bytes(self) -> bytes:
+        """Return the block as bytes, which `from_bytes` reads."""
+        head = json.dumps(
+            {
+                "first": self.first,
+                "count": self.runs,
+                "units": self.units,
+                "texts": [
+                    [name, number, text]
+                    for name, texts in self.texts.items()
+                    for number, text in texts.items()
+                ],
+            }
+        ).encode()
+        length = len(head).to_bytes(LENGTH_BYTES, "big")
+        values = np.ascontiguousarray(self.values, dtype="<f8")
+        return length + head + self.status.tobytes() + values.tobytes()
+
+    @classmethod
+    def from_bytes(cls, image: bytes) -> "Block":
+        """Return the block that bytes hold.
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError
+            If they hold none.
+        """
+        end = LENGTH_BYTES + int.from_bytes(image[:LENGTH_BYTES], "big")
+        head = json.loads(image[LENGTH_BYTES:end])
+        first, count, units = int(head["first"]), int(head["count"]), dict(head["units"])
+        status = np.frombuffer(image, np.int8, count, end)
+        values = np.frombuffer(image, "<f8", offset=end + count).reshape(len(units), count)
+        texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+        for name, number, text in head["texts"]:
+            texts[name][int(number)] = str(text)
+        return cls(first, status, units, values.astype(np.float64, copy=False), texts)
+
+
+def block_of(first: int, outcomes: Sequence[Outcome]) -> Block:
+    """Return the block of the outcomes of consecutive runs.
+
+    Parameters
+    ----------
+    first : int
+        The number of the first run.
+    outcomes : sequence of Outcome
+    """
+    units: dict[str, str] = {}
+    for outcome in outcomes:
+        for name, quantity in outcome.quantities.items():
+            units.setdefault(name, quantity.unit)
+    values = np.full((len(units), len(outcomes)), np.nan)
+    rows = {name: row for row, name in enumerate(units)}
+    texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+    for column, outcome in enumerate(outcomes):
+        for name, quantity in outcome.quantities.items():
+            if quantity.value is not None:
+                values[rows[name], column] = quantity.value
+        for name in TEXTS:
+            text = getattr(outcome, name)
+            if text:
+                texts[name][first + column] = text
+    status = np.array([outcome.status for outcome in outcomes], dtype=np.int8)
+    return Block(first, status, units, values, texts)

@@ -1,0 +1,212 @@
+"""The design of a sweep: which combinations of values are run, and in which order."""
+
+from collections.abc import Mapping
+from math import prod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.errors import InputError, unknown
+from frictionsim.io.sweep_table import RUN
+from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, Values
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array
+
+GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
+METHODS = ("sobol", "lhs", "random")
+MAX_SEED = 2**63 - 1
+
+
+class Sampling(NamedTuple):
+    """How a sample is drawn.
+
+    Attributes
+    ----------
+    runs : int
+        Number of combinations; with `indices` they are those of one of two samples.
+    method : str
+        One of METHODS.
+    seed : int
+    indices : bool
+        Run the combinations from which Sobol indices are computed as well: with d keys, two
+        samples A and B, and d samples that are A with one column of B; runs (d + 2) combinations.
+    """
+
+    runs: int
+    method: str = "sobol"
+    seed: int = 0
+    indices: bool = False
+
+
+class Design(NamedTuple):
+    """The combinations of values of a sweep; a run is one of them, counted from 0.
+
+    Attributes
+    ----------
+    kind : str
+        GRID, TOGETHER or SAMPLE.
+    keys : tuple of str
+    levels : tuple of sequences or arrays
+        Of a grid the values of each key, else the value of each key in each run.
+    """
+
+    kind: str
+    keys: tuple[str, ...]
+    levels: tuple[Any, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The numbers of values of the keys of a grid; else the number of runs."""
+        if self.kind == GRID:
+            return tuple(map(len, self.levels))
+        return (len(self.levels[0]),)
+
+    @property
+    def dimensions(self) -> tuple[str, ...]:
+        """The names of the dimensions of the results."""
+        return self.keys if self.kind == GRID else (RUN,)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return prod(self.shape)
+
+    def combinations(self, start: int, stop: int) -> list[tuple[Any, ...]]:
+        """Return the values of the keys in the runs from `start` up to `stop`; the last key of a
+        grid varies fastest.
+        """
+        if self.kind != GRID:
+            return list(zip(*(_plain(values[start:stop]) for values in self.levels), strict=True))
+        found, shape = [], self.shape
+        for number in range(start, stop):
+            rest, indices = number, []
+            for length in reversed(shape):
+                rest, index = divmod(rest, length)
+                indices.append(index)
+            pairs = zip(self.levels, reversed(indices), strict=True)
+            found.append(tuple(values[index] for values, index in pairs))
+        return found
+
+
+def _plain(values: Any) -> Any:
+    """Return numbers of numpy as those of Python."""
+    return values.tolist() if hasattr(values, "tolist") else values
+
+
+def design_of(
+    vary: Mapping[str, Values], together: bool = False, sampling: Sampling | None = None
+) -> Design:
+    """Return the design of a sweep.
+
+    Parameters
+    ----------
+    vary : mapping of str to Values
+        By key.
+    together : bool
+        Run the first values of all keys, then the second ones, and so on; else all combinations.
+    sampling : Sampling, optional
+        Of distributions.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    InputError
+        If the values do not go together, or are too many.
+    """
+    if not vary:
+        raise InputError("nothing is varied: give --vary KEY=VALUES, or a table [vary]")
+    keys = tuple(vary)
+    if sampling is not None:
+        if together:
+            raise InputError("zip and sample exclude each other: leave out one of them")
+        _check_sampling(vary, sampling)
+        return Design(SAMPLE, keys, tuple(_sample(list(vary.values()), sampling)))
+    levels = []
+    for key, values in vary.items():
+        if isinstance(values, Distribution):
+            raise InputError(
+                f"vary {key}: {values.text} is a distribution, of which a sample is drawn: give its"
+                " number of runs with --sample N"
+            )
+        levels.append(values.values)
+    lengths = {key: len(values) for key, values in zip(keys, levels, strict=True)}
+    count = prod(lengths.values())
+    if together:
+        if len(set(lengths.values())) > 1:
+            given = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+            raise InputError(f"zip: expected as many values of each key: {given}")
+        return Design(TOGETHER, keys, tuple(levels))
+    if count > MAX_RUNS:
+        product = " x ".join(map(str, lengths.values()))
+        raise InputError(
+            f"{product} = {count:.3g} combinations are more than the limit of {MAX_RUNS}; give"
+            " fewer values, or draw a sample of distributions"
+        )
+    return Design(GRID, keys, tuple(levels))
+
+
+def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:
+    for key, values in vary.items():
+        if isinstance(values, Levels):
+            raise InputError(
+                f"vary {key}: a sample needs a distribution, as uniform(0.1, 0.2), got"
+                f" {values.text}; a key that is the same in all runs is set with --set"
+            )
+    if sampling.method not in METHODS:
+        raise InputError(unknown("method", sampling.method, list(METHODS)))
+    if sampling.runs < 1:
+        raise InputError(f"sample: expected a number of runs above 0, got {sampling.runs}")
+    if not 0 <= sampling.seed <= MAX_SEED:
+        raise InputError(f"seed: expected a whole number from 0, got {sampling.seed}")
+    runs = sampling.runs * ((len(vary) + 2) if sampling.indices else 1)
+    if runs > MAX_RUNS:
+        raise InputError(f"sample: {runs} runs are more than the limit of {MAX_RUNS}")
+    if sampling.indices and sampling.runs & (sampling.runs - 1):
+        raise InputError(
+            f"sample: Sobol indices need a power of 2, as {_power_of_two_below(sampling.runs)},"
+            f" got {sampling.runs}"
+        )
+
+
+def _power_of_two_below(count: int) -> int:
+    return 1 << (count.bit_length() - 1)
+
+
+def _sample(distributions: "list[Any]", sampling: Sampling) -> "list[Array]":
+    """Return the values of each key in each run."""
+    import numpy as np
+
+    width = len(distributions)
+    if not sampling.indices:
+        points = _points(width, sampling)
+        return [d.quantiles(points[:, i]) for i, d in enumerate(distributions)]
+    both = _points(2 * width, sampling)
+    a, b = both[:, :width], both[:, width:]
+    blocks = [a, b]
+    for i in range(width):
+        mixed = a.copy()
+        mixed[:, i] = b[:, i]
+        blocks.append(mixed)
+    points = np.concatenate(blocks)
+    return [d.quantiles(points[:, i]) for i, d in enumerate(distributions)]
+
+
+def _points(width: int, sampling: Sampling) -> "Array":
+    """Return points in the unit cube, (count, width)."""
+    import numpy as np
+
+    if sampling.method == "random":
+        return np.random.default_rng(sampling.seed).random((sampling.runs, width))
+    import warnings
+
+    from scipy.stats import qmc
+
+    generator = np.random.default_rng(sampling.seed)
+    if sampling.method == "lhs":
+        return qmc.LatinHypercube(width, seed=generator).random(sampling.runs)
+    with warnings.catch_warnings():
+        # That a number of points is no power of two is for the documentation.
+        warnings.simplefilter("ignore", UserWarning)
+        return qmc.Sobol(width, seed=generator).random(sampling.runs)

@@ -1,0 +1,111 @@
+"""One run of a sweep: of its samples only what the quantities need."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from frictionsim.errors import EXIT_AUDIT_FAILED, FrictionsimError
+from frictionsim.parameter_study.block import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
+    Block,
+    Outcome,
+    block_of,
+)
+from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.results import defined
+from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.simulate import RunResult, run
+
+INTERNAL = "internal_error"
+DIGITS = 7  # of the number in the name of a result
+
+
+class Task(NamedTuple):
+    """Some consecutive runs.
+
+    Attributes
+    ----------
+    first : int
+        The number of the first one.
+    values : sequence of tuple
+        The values of the varied keys in each.
+    """
+
+    first: int
+    values: Sequence[tuple[Any, ...]]
+
+
+def run_task(combinations: Combinations, task: Task, series: Path | None = None) -> Block:
+    """Run some combinations one after the other.
+
+    Parameters
+    ----------
+    combinations : Combinations
+    task : Task
+    series : Path, optional
+        The folder for the result of each run.
+
+    Returns
+    -------
+    Block
+    """
+    outcomes = []
+    for number, values in enumerate(task.values, start=task.first):
+        target = None if series is None else series / f"run-{number:0{DIGITS}d}.h5"
+        outcomes.append(outcome_of(combinations, values, target))
+    return block_of(task.first, outcomes)
+
+
+def outcome_of(
+    combinations: Combinations, values: tuple[Any, ...], target: Path | None = None
+) -> Outcome:
+    """Run one combination; a run that fails has an outcome, too.
+
+    Parameters
+    ----------
+    combinations : Combinations
+    values : tuple
+    target : Path, optional
+        The file for its result, with all samples.
+    """
+    try:
+        scenario = combinations.scenario(values)
+        reduced = scenario if target is not None else without_samples(scenario)
+        done = run(reduced, _nothing)
+        if target is not None:
+            from frictionsim.io.hdf5_writer import write
+
+            write(done, target)
+    except FrictionsimError as error:
+        return Outcome(FAILED, {}, getattr(error, "failure", ""), str(error))
+    except Exception as error:  # the study goes on, and says of this run what happened
+        reason = f"internal error: {type(error).__name__}: {error}".replace("\n", " ")
+        return Outcome(FAILED, {}, INTERNAL, reason)
+    return _outcome(scenario, done)
+
+
+def without_samples(scenario: Scenario) -> Scenario:
+    """Return the scenario that samples start, events and end only, if that is enough.
+
+    The kind of the scenario says whether it is.
+    """
+    if scenario.needs_samples:
+        return scenario
+    changed = {"interval": scenario.solver.duration, "at_events": True, "checkpoint": None}
+    return scenario.model_copy(update={"output": scenario.output.model_copy(update=changed)})
+
+
+def _outcome(scenario: Scenario, done: RunResult) -> Outcome:
+    status = DONE if done.status == "done" else FAILED
+    if done.exit_code == EXIT_AUDIT_FAILED:
+        status = AUDIT_FAILED
+    # Those of the sampling are of series only, which have all samples.
+    about_sampling = [text for text in done.warnings if text.startswith("output.interval")]
+    warnings = [text for text in done.warnings if text not in about_sampling]
+    return Outcome(status, defined(done.quantities), done.failure, done.reason, "\n".join(warnings))
+
+
+def _nothing(t: float) -> None:
+    pass

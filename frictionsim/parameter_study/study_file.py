@@ -1,0 +1,159 @@
+"""A study as TOML, so that it can be kept and repeated.
+
+[study]
+scenario = "pulley.toml"            # relative to this file; or the tables of a scenario
+sample = 256                        # of the distributions below; without it all combinations
+method = "sobol"                    # or lhs, random
+seed = 1
+
+[set]                               # what is the same in all runs
+"solver.rtol" = 1e-6
+
+[vary]                              # keys as of --set
+"effects.shaft_friction.mu_s" = "uniform(0.1, 0.3)"
+"mechanism.load" = "normal(2224, 50)"
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import Field
+
+from frictionsim.errors import InputError
+from frictionsim.parameter_study.design import Sampling
+from frictionsim.parameter_study.values import Distribution, Values, values_of
+from frictionsim.scenario.loading import load, read_toml
+from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
+from frictionsim.scenario.schema import Params
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+
+TABLES = ("study", "set", "vary")
+
+
+class StudySettings(Params):
+    """`[study]`, beside its `scenario`: a file, or the tables of one."""
+
+    zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
+    sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
+    method: str = Field("sobol", description="How a sample is drawn: sobol, lhs or random.")
+    seed: int = Field(0, description="Seed of the sample.", ge=0)
+    indices: bool = Field(False, description="Run what Sobol indices are computed from.")
+    keep_series: bool = Field(False, description="Keep the result of each run.")
+
+
+class Study(NamedTuple):
+    """What a study file says.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    vary : dict of Values
+        By key.
+    together : bool
+    sampling : Sampling or None
+    keep_series : bool
+    """
+
+    scenario: "Scenario"
+    vary: dict[str, Values]
+    together: bool = False
+    sampling: Sampling | None = None
+    keep_series: bool = False
+
+
+def is_study(data: Mapping[str, Any]) -> bool:
+    """Return whether tables are those of a study, not of a scenario."""
+    return "study" in data
+
+
+def load_study(path: Path) -> Study:
+    """Read a study.
+
+    Raises
+    ------
+    InputError, ScenarioError
+        If it is not valid.
+    """
+    return study_of(read_toml(path), path.parent, str(path))
+
+
+def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
+    """Return the study of tables.
+
+    Parameters
+    ----------
+    data : mapping
+    folder : Path
+        Of file names in them.
+    name : str
+        For messages.
+
+    Raises
+    ------
+    InputError, ScenarioError
+        If they are not valid.
+    """
+    unknown = [key for key in data if key not in TABLES]
+    if unknown:
+        raise InputError(
+            f"{name}: {key_text((unknown[0],))}: unknown table of a study; known: [study], [set],"
+            " [vary]"
+        )
+    given = dict(_table(data, "study", name))
+    source = given.pop("scenario", None)
+    if not isinstance(source, str | dict):
+        raise InputError(
+            f"{name}: study.scenario: expected the file of a scenario, as"
+            ' scenario = "pulley.toml", or its tables'
+        )
+    try:
+        settings = validate_table(StudySettings, given)
+    except ValidationFailure as failure:
+        raise InputError(f"{name}: " + "; ".join(f"study.{x}" for x in failure.lines())) from None
+    fixed = dict(_leaves(_table(data, "set", name), ""))
+    scenario = load(folder / source if isinstance(source, str) else source, fixed)
+    vary = {key: values_of(key, given) for key, given in _leaves(_table(data, "vary", name), "")}
+    sampling = None
+    if settings.sample is not None:
+        sampling = Sampling(settings.sample, settings.method, settings.seed, settings.indices)
+    return Study(scenario, vary, settings.zip, sampling, settings.keep_series)
+
+
+def study_toml(study: Study) -> str:
+    """Return a study as TOML with its scenario in it, which `study_of` reads."""
+    import tomli_w
+
+    scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
+    settings: dict[str, Any] = {"zip": study.together, "keep_series": study.keep_series}
+    if study.sampling is not None:
+        count, method, seed, indices = study.sampling
+        settings |= {"sample": count, "method": method, "seed": seed, "indices": indices}
+    vary = {key: _written(values) for key, values in study.vary.items()}
+    return tomli_w.dumps({"study": settings | {"scenario": scenario}, "vary": vary})
+
+
+def _written(values: Values) -> Any:
+    if isinstance(values, Distribution):
+        return values.text
+    text = values.text
+    return text if text.startswith(("lin", "log")) else list(values.values)
+
+
+def _table(data: Mapping[str, Any], table: str, name: str) -> Mapping[str, Any]:
+    found = data.get(table, {})
+    if not isinstance(found, Mapping):
+        raise InputError(f"{name}: {table}: expected a table of keys")
+    return found
+
+
+def _leaves(table: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
+    """Yield keys with dots and their values, whether these are nested tables or quoted keys."""
+    for key, value in table.items():
+        name = f"{above}.{key}" if above else key
+        if isinstance(value, Mapping):
+            yield from _leaves(value, name)
+        else:
+            yield name, value

@@ -1,0 +1,252 @@
+"""A sweep: its plan, its runs, and the table that they make."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
+from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
+from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
+from frictionsim.parameter_study.keys import description_of
+from frictionsim.parameter_study.values import Values
+from frictionsim.scenario.overrides import toml_value
+from frictionsim.scenario.settings import Scenario
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array
+
+
+class SweepPlan(NamedTuple):
+    """What a sweep is to run.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The one that is varied.
+    vary : mapping of str to Values
+        As given, by key.
+    design : Design
+    sampling : Sampling or None
+    series : Path or None
+        The folder for the result of each run.
+    """
+
+    scenario: Scenario
+    vary: Mapping[str, Values]
+    design: Design
+    sampling: Sampling | None = None
+    series: Path | None = None
+
+    @property
+    def combinations(self) -> Combinations:
+        """What makes the scenario of each run."""
+        return Combinations(self.scenario, self.design.keys)
+
+
+def plan_of(
+    scenario: Scenario,
+    vary: Mapping[str, Values],
+    together: bool = False,
+    sampling: Sampling | None = None,
+    series: Path | None = None,
+) -> SweepPlan:
+    """Return the plan of a sweep, of which every combination is valid.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    vary : mapping of str to Values
+    together, sampling
+        As of `design_of`.
+    series : Path, optional
+
+    Returns
+    -------
+    SweepPlan
+
+    Raises
+    ------
+    InputError
+        If the values do not go together; if a combination is not valid, it is named.
+    """
+    return SweepPlan(scenario, vary, design_of(vary, together, sampling), sampling, series)
+
+
+class Execution(Protocol):
+    """Runs the parts of a sweep, here or elsewhere."""
+
+    def check(self, plan: SweepPlan, on_checked: Callable[[int], Any]) -> None:
+        """Check every combination; `on_checked` is called with the number of those checked since.
+
+        Raises
+        ------
+        InputError
+            For the first one that is not valid.
+        """
+
+    def blocks(self, plan: SweepPlan, left: Iterable[range]) -> Iterator[bytes]:
+        """Yield the outcomes of runs as `Block.to_bytes`, in any order.
+
+        Parameters
+        ----------
+        plan : SweepPlan
+        left : iterable of range
+            The runs that are left, in ascending order.
+        """
+
+
+def check_combinations(plan: SweepPlan, runs: range) -> None:
+    """Check some combinations.
+
+    Raises
+    ------
+    InputError
+        For the first one that is not valid.
+    """
+    combinations = plan.combinations
+    for values in plan.design.combinations(runs.start, runs.stop):
+        combinations.scenario(values)
+
+
+class Assembly:
+    """The outcomes of a sweep, put together from its blocks in any order.
+
+    Parameters
+    ----------
+    runs : int
+        The number of runs.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.status = np.full(count, NOT_RUN, dtype=np.int8)
+        self._columns: dict[str, Array] = {}
+        self._units: dict[str, str] = {}
+        self._first: dict[str, tuple[int, int]] = {}
+        self.texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+
+    def add(self, block: Block) -> None:
+        """Add the outcomes of some runs.
+
+        Raises
+        ------
+        ValueError
+            If they are no runs of the sweep.
+        """
+        runs = slice(block.first, block.first + block.runs)
+        if block.first < 0 or runs.stop > len(self.status):
+            raise ValueError("runs that the sweep does not have")
+        self.status[runs] = block.status
+        for position, (name, unit) in enumerate(block.units.items()):
+            if name not in self._columns:
+                self._columns[name] = np.full(len(self.status), np.nan)
+            place = (block.first, position)
+            if place < self._first.get(name, (len(self.status), 0)):
+                self._first[name], self._units[name] = place, unit
+            self._columns[name][runs] = block.values[position]
+        for name, texts in block.texts.items():
+            self.texts[name].update(texts)
+
+    @property
+    def left(self) -> list[range]:
+        """The runs that have no outcome yet."""
+        missing = np.flatnonzero(self.status == NOT_RUN)
+        if not missing.size:
+            return []
+        ends = np.flatnonzero(np.diff(missing) > 1)
+        starts = missing[np.concatenate(([0], ends + 1))]
+        stops = missing[np.concatenate((ends, [missing.size - 1]))] + 1
+        return [range(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+
+    def table(self, plan: SweepPlan, study: str, reason: str = "") -> SweepTable:
+        """Return the table of the sweep.
+
+        Parameters
+        ----------
+        plan : SweepPlan
+        study : str
+            The study in TOML.
+        reason : str
+            Why it stopped, if runs are left.
+        """
+        # As they appear from run to run, in whatever order the blocks came.
+        names = sorted(self._columns, key=lambda name: self._first[name])
+        return SweepTable(
+            attributes=attributes_of(plan, study, bool(self.left), reason),
+            dimensions=dict(zip(plan.design.dimensions, plan.design.shape, strict=True)),
+            coordinates=coordinates_of(plan),
+            units={name: self._units[name] for name in names},
+            values={name: self._columns[name] for name in names},
+            status=self.status,
+            statuses=STATUSES,
+            texts={name: dict(sorted(texts.items())) for name, texts in self.texts.items()},
+        )
+
+
+def attributes_of(plan: SweepPlan, study: str, unfinished: bool, reason: str) -> dict[str, str]:
+    """Return the attributes of the file of a sweep."""
+    scenario = plan.scenario
+    return {
+        "frictionsim_version": __version__,
+        "study": study,
+        "scenario": scenario.to_toml(),
+        "source": Path(scenario.origin.source).name,
+        "overrides": "\n".join(scenario.origin.overrides),
+        "kind": scenario.kind,
+        "title": scenario.title,
+        "design": plan.design.kind,
+        "status": "interrupted" if unfinished else "done",
+        "reason": reason if unfinished else "",
+    }
+
+
+def coordinates_of(plan: SweepPlan) -> dict[str, Coordinate]:
+    """Return the values of the varied keys, with their units."""
+    design = plan.design
+    found = {}
+    for key, values in zip(design.keys, design.levels, strict=True):
+        unit, words = description_of(type(plan.scenario), key)
+        dimension = key if design.kind == GRID else RUN
+        found[key] = Coordinate(dimension, typed_values(values, unit), unit, words)
+    return found
+
+
+def typed_values(values: Any, unit: str) -> Any:
+    """Return values of a key as an array of numbers, or as a list of text."""
+    if isinstance(values, np.ndarray):
+        return values
+    kinds = {type(value) for value in values}
+    if kinds == {bool}:
+        return np.array(values, dtype=np.bool_)
+    if kinds <= {int, float} and (unit or kinds == {int}):
+        return np.array(values, dtype=np.int64 if kinds == {int} and not unit else np.float64)
+    if kinds <= {int, float}:
+        return np.array(values, dtype=np.float64)
+    return [value if isinstance(value, str) else toml_value(value) for value in values]
+
+
+def run_sweep(
+    plan: SweepPlan,
+    assembly: Assembly,
+    execution: Execution,
+    on_block: Callable[[bytes, int], Any],
+) -> None:
+    """Run what is left of a sweep.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+    assembly : Assembly
+        With what is done; receives the rest.
+    execution : Execution
+    on_block : callable
+        Called with the bytes and number of runs of each block, before it is added; whatever it
+        raises ends the sweep.
+    """
+    for image in execution.blocks(plan, assembly.left):
+        block = Block.from_bytes(image)
+        on_block(image, block.runs)
+        assembly.add(block)
