@@ -159,7 +159,7 @@ def _range(
     if count == 1.0 and first != last:
         raise InputError(f"vary {key}: {text}: one value cannot be both the first and the last")
     if name == "log":
-        if first * last <= 0.0:
+        if min(first, last) <= 0.0:
             raise InputError(f"vary {key}: {text}: expected a and b above 0")
         found = np.geomspace(first, last, int(count)).tolist()
     else:

@@ -49,3 +49,50 @@ def test_the_study_in_the_file_runs_again(tmp_path: Path) -> None:
     found = fs.sweep(PULLEY, vary, LOOSE, sample=4, seed=3)
     again = fs.sweep(tomllib.loads(found.attrs["study"]))
     xarray.testing.assert_equal(found, again)
+
+
+def test_a_run_that_fails_is_a_row() -> None:
+    found = fs.sweep(PULLEY, {"solver.max_steps": [5, 10_000]}, LOOSE)
+    assert found["status"].values.tolist() == [2, 1]
+    assert found["failure"].values.tolist() == ["budget_exceeded", ""]
+    assert str(found["reason"].values[0]).startswith("limit of 5 steps reached at t = ")
+    assert np.isfinite(found["final_angle"].values[1])
+
+
+def test_an_error_in_the_program_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(scenario: fs.Scenario, on_step: object) -> None:
+        raise ZeroDivisionError("division\nby zero")
+
+    monkeypatch.setattr("frictionsim.parameter_study.single_run.run", broken)
+    found = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]})
+    assert found["failure"].values.tolist() == ["internal_error"] * 2
+    assert found["reason"].values[0] == "internal error: ZeroDivisionError: division by zero"
+
+
+def test_quantities_that_some_runs_lack_are_undefined_there() -> None:
+    friction = "effects.shaft_friction"
+    values = [{"shaft_radius": 0.0254, "mu_s": 0.2, "mu_k": 0.1}, "none"]
+    found = fs.sweep(PULLEY, {friction: values}, LOOSE)
+    assert found["status"].values.tolist() == [1, 1]
+    assert np.isfinite(found["breakaway_time"].values).tolist() == [True, False]
+    assert np.isfinite(found["final_angle"].values).all()
+    assert found[friction].values.tolist()[1] == "none"
+
+
+def test_an_invalid_combination_is_refused_before_any_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("frictionsim.parameter_study.single_run.run", None)
+    with pytest.raises(fs.InputError) as caught:
+        fs.sweep(PULLEY, {MU_S: [0.3, 0.05], LOAD: [1.0, 2.0]})
+    assert str(caught.value).startswith(f"vary: {MU_S}=0.05, {LOAD}=1.0 is not valid: ")
+
+
+def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
+    # force_to_lift = W (r_e + r_s)/(r_e - r_s) is linear in the load W.
+    found = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256)
+    r_s = 0.0254 * 0.2 / np.hypot(1.0, 0.2)
+    ratio = (0.0508 + r_s) / (0.0508 - r_s)
+    forces = found["force_to_lift"]
+    assert np.allclose(forces, ratio * found[LOAD], rtol=1e-14)
+    # Of 256 points of a Sobol sequence the mean is within a hundredth of the spread.
+    assert float(forces.mean()) == pytest.approx(2000.0 * ratio, abs=0.01 * 50.0 * ratio)
+    assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)

@@ -1,0 +1,108 @@
+"""Designs: which combinations are run, in which order, and which are refused."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from frictionsim.errors import InputError
+from frictionsim.parameter_study.design import Design, Sampling, design_of
+from frictionsim.parameter_study.values import values_of
+
+pytestmark = pytest.mark.quick
+
+
+def design(
+    vary: dict[str, str], together: bool = False, sampling: Sampling | None = None
+) -> Design:
+    found = {key: values_of(key, text) for key, text in vary.items()}
+    return design_of(found, together, sampling)
+
+
+def test_a_grid_has_all_combinations_with_the_last_key_fastest() -> None:
+    found = design({"a": "[1, 2]", "b": "[3, 4, 5]", "c": "[6, 7]"})
+    assert (found.runs, found.shape, found.dimensions) == (12, (2, 3, 2), ("a", "b", "c"))
+    assert found.combinations(0, 12) == list(product([1, 2], [3, 4, 5], [6, 7]))
+    assert found.combinations(5, 7) == [(1, 5, 7), (2, 3, 6)]
+
+
+def test_keys_are_walked_together() -> None:
+    found = design({"a": "[1, 2]", "b": "[3, 4]"}, together=True)
+    assert (found.runs, found.dimensions) == (2, ("run",))
+    assert found.combinations(0, 2) == [(1, 3), (2, 4)]
+
+
+@pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
+def test_a_sample_has_the_distributions_and_no_correlation(method: str) -> None:
+    vary = {"a": "uniform(2, 4)", "b": "normal(1, 3)"}
+    found = design(vary, sampling=Sampling(1024, method, seed=5))
+    a, b = found.levels
+    # Of 1024 points at random, one sample in a thousand fails at this level.
+    assert kstest((a - 2) / 2, "uniform").pvalue > 1e-3
+    assert kstest((b - 1) / 3, "norm").pvalue > 1e-3
+    assert abs(np.corrcoef(a, b)[0, 1]) < 0.1
+    again = design(vary, sampling=Sampling(1024, method, seed=5))
+    other = design(vary, sampling=Sampling(1024, method, seed=6))
+    assert all(np.array_equal(x, y) for x, y in zip(found.levels, again.levels, strict=True))
+    assert not np.array_equal(found.levels[0], other.levels[0])
+    assert all(type(value) is float for value in found.combinations(3, 4)[0])
+
+
+def test_points_of_lhs_and_sobol_are_spread_evenly() -> None:
+    for method in ("sobol", "lhs"):
+        found = design({"a": "uniform(0, 64)"}, sampling=Sampling(64, method))
+        assert sorted(found.levels[0].astype(int).tolist()) == list(range(64)), method
+
+
+def test_the_design_of_sobol_indices() -> None:
+    vary = {"a": "uniform(0, 1)", "b": "uniform(0, 1)", "c": "uniform(0, 1)"}
+    found = design(vary, sampling=Sampling(8, indices=True))
+    assert found.runs == 8 * 5
+    points = np.array(found.combinations(0, 40)).reshape(5, 8, 3)
+    first, second = points[0], points[1]
+    for key in range(3):
+        mixed = points[2 + key]
+        assert np.array_equal(mixed[:, key], second[:, key])
+        others = [i for i in range(3) if i != key]
+        assert np.array_equal(mixed[:, others], first[:, others])
+    assert not np.isin(first, second).any()
+
+
+@pytest.mark.parametrize(
+    ("vary", "together", "sampling", "message"),
+    [
+        ({}, False, None, "nothing is varied: give --vary KEY=VALUES, or a table [vary]"),
+        (
+            {"a": "[1, 2]", "b": "[1]"},
+            True,
+            None,
+            "zip: expected as many values of each key: a has 2, b has 1",
+        ),
+        (
+            dict.fromkeys("abcd", "lin(0, 1, 1000)"),
+            False,
+            None,
+            "1000 x 1000 x 1000 x 1000 = 1e+12 combinations are more than the limit of 10000000",
+        ),
+        ({"a": "uniform(0, 1)"}, False, None, "give its number of runs with --sample N"),
+        ({"a": "[1, 2]"}, False, Sampling(4), "a sample needs a distribution"),
+        ({"a": "uniform(0, 1)"}, True, Sampling(4), "zip and sample exclude each other"),
+        ({"a": "uniform(0, 1)"}, False, Sampling(0), "expected a number of runs above 0, got 0"),
+        ({"a": "uniform(0, 1)"}, False, Sampling(4, "soboll"), "(did you mean 'sobol'?)"),
+        ({"a": "uniform(0, 1)"}, False, Sampling(4, seed=-1), "expected a whole number from 0"),
+        ({"a": "uniform(0, 1)"}, False, Sampling(10**12), "more than the limit"),
+        (
+            {"a": "uniform(0, 1)"},
+            False,
+            Sampling(100, indices=True),
+            "Sobol indices need a power of 2, as 64, got 100",
+        ),
+    ],
+)
+def test_what_is_refused(
+    vary: dict[str, str], together: bool, sampling: Sampling | None, message: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        design(vary, together, sampling)
+    assert message in str(caught.value)

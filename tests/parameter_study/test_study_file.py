@@ -1,0 +1,113 @@
+"""Studies as TOML: what they say, how they are written, what is refused."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.errors import InputError
+from frictionsim.parameter_study.design import METHODS, Sampling
+from frictionsim.parameter_study.study_file import Study, load_study, study_of, study_toml
+from frictionsim.parameter_study.values import Levels, values_of
+from tests.support.scenarios import SCENARIOS
+
+pytestmark = pytest.mark.quick
+
+PULLEY = (SCENARIOS / "pulley.toml").as_posix()
+MU_S = "effects.shaft_friction.mu_s"
+STUDY = f"""
+[study]
+scenario = "{PULLEY}"
+sample = 16
+method = "lhs"
+seed = 7
+
+[set]
+"solver.rtol" = 1e-6
+mechanism.load = 2000.0
+
+[vary]
+effects.shaft_friction.mu_s = "uniform(0.1, 0.4)"
+"drive.force.value.1" = "normal(3000.0, 50.0)"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "study.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_study_is_read(tmp_path: Path) -> None:
+    found = load_study(written(tmp_path, STUDY))
+    assert found.scenario == fs.load(PULLEY, {"solver.rtol": 1e-6, "mechanism.load": 2000.0})
+    assert found.sampling == Sampling(16, "lhs", 7)
+    assert found.vary == {
+        MU_S: values_of("", "uniform(0.1, 0.4)"),
+        "drive.force.value.1": values_of("", "normal(3000.0, 50.0)"),
+    }
+
+
+def test_the_scenario_is_looked_for_beside_the_study(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text((SCENARIOS / "pulley.toml").read_text())
+    text = f'[study]\nscenario = "p.toml"\n[vary]\n"{MU_S}" = [0.2, 0.3]\n'
+    assert load_study(written(tmp_path, text)).scenario == fs.load(PULLEY)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.one_of(
+        st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1),
+        st.lists(st.text(st.characters(codec="utf-8", exclude_categories=("Cs",))), min_size=1),
+        st.sampled_from(["lin(0.1, 0.4, 3)", "log(1, 100, 3)", "uniform(1e-3, 0.1)"]),
+    ),
+    st.one_of(
+        st.none(),
+        st.builds(
+            Sampling,
+            st.integers(1, 100),
+            st.sampled_from(METHODS),
+            st.integers(0, 2**63 - 1),
+            st.booleans(),
+        ),
+    ),
+    st.booleans(),
+)
+def test_a_study_that_is_written_is_the_same_when_read(
+    given_values: object, sampling: Sampling | None, together: bool
+) -> None:
+    vary = {MU_S: values_of(MU_S, given_values)}
+    study = Study(fs.load(PULLEY, {"solver.duration": 2.0}), vary, together, sampling)
+    read = study_of(tomllib.loads(study_toml(study)), Path(), "study")
+    assert read.scenario == study.scenario
+    assert (read.together, read.sampling) == (together, sampling)
+    before, after = vary[MU_S], read.vary[MU_S]
+    if isinstance(before, Levels):
+        assert isinstance(after, Levels)
+        assert after.values == before.values
+    else:
+        assert after == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[set]", "[sets]", "study.toml: sets: unknown table of a study; known: [study], [set]"),
+        ("sample =", "samples =", "study.samples: unknown key 'samples' (did you mean 'sample'?)"),
+        ("sample = 16", 'sample = "16"', "study.sample: expected"),
+        ("sample = 16", "sample = 0", "study.sample: expected"),
+        (f'scenario = "{PULLEY}"', "", "study.scenario: expected the file of a scenario"),
+        (PULLEY, "none.toml", "none.toml: cannot read this scenario"),
+        ("uniform(0.1, 0.4)", "uniform(0.4)", f"vary {MU_S}: expected uniform(a, b)"),
+        ('"solver.rtol" = 1e-6', '"solver.rtoll" = 1e-6', "unknown key 'rtoll'"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in STUDY
+    with pytest.raises(InputError) as caught:
+        load_study(written(tmp_path, STUDY.replace(old, new)))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,126 @@
+"""Values of a key: lists, ranges and distributions, and what is refused of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.errors import InputError
+from frictionsim.parameter_study.values import Distribution, Levels, values_of
+
+pytestmark = pytest.mark.quick
+
+KEY = "mechanism.load"
+
+
+def levels(given: object) -> tuple[object, ...]:
+    found = values_of(KEY, given)
+    assert isinstance(found, Levels)
+    return found.values
+
+
+def test_lists() -> None:
+    assert levels("[0.1, 0.2]") == (0.1, 0.2)
+    assert levels('["events", "rkf45"]') == ("events", "rkf45")
+    assert levels(np.array([1.0, 2.0])) == (1.0, 2.0)
+    assert levels((1, 2)) == (1, 2)
+    assert levels(range(3)) == (0, 1, 2)
+    assert levels("[[1.0, 2.0], [3.0, 4.0]]") == ([1.0, 2.0], [3.0, 4.0])
+
+
+def test_ranges() -> None:
+    assert levels("lin(1, 2, 5)") == (1.0, 1.25, 1.5, 1.75, 2.0)
+    assert levels("log(0.01, 1.0, 3)") == (0.01, pytest.approx(0.1, rel=1e-15), 1.0)
+    assert levels("lin(-1, 1.5, 1)".replace("1.5", "-1")) == (-1,)
+    assert levels(" lin( 3 , 1 , 3 ) ") == (3, 2, 1)
+    assert all(type(value) is int for value in levels("lin(100, 300, 3)"))
+    assert all(type(value) is float for value in levels("lin(100.0, 300.0, 3)"))
+
+
+@given(
+    st.floats(-1e6, 1e6, allow_nan=False),
+    st.floats(-1e6, 1e6, allow_nan=False),
+    st.integers(2, 50),
+)
+def test_a_range_begins_and_ends_with_the_given_numbers(a: float, b: float, n: int) -> None:
+    found = np.array(levels(f"lin({a!r}, {b!r}, {n})"))
+    assert (found[0], found[-1], len(found)) == (a, b, n)
+    steps = np.diff(found)
+    # Each step is a difference of numbers of this size, rounded.
+    assert np.ptp(steps) <= 8 * np.finfo(float).eps * max(abs(a), abs(b))
+
+
+# Closed forms of mean, variance and cumulated probability.
+CLOSED = [
+    ("uniform(2, 5)", 3.5, 0.75, lambda x: (x - 2) / 3),
+    ("triangular(0, 1, 4)", 5 / 3, (16 + 1 - 4) / 18, lambda x: 1 - (4 - x) ** 2 / 12),
+    ("normal(3, 2)", 3.0, 4.0, None),
+    (
+        "lognormal(0.5, 0.25)",
+        np.exp(0.5 + 0.25**2 / 2),
+        (np.exp(0.25**2) - 1) * np.exp(1 + 0.25**2),
+        None,
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "mean", "variance", "cumulated"), CLOSED)
+def test_distributions_have_their_moments(
+    text: str, mean: float, variance: float, cumulated: object
+) -> None:
+    found = values_of(KEY, text)
+    assert isinstance(found, Distribution)
+    # Midpoints of equal probabilities: the error of the tails of 1e5 points is below 1e-3.
+    p = (np.arange(100_000) + 0.5) / 100_000
+    x = found.quantiles(p)
+    assert np.mean(x) == pytest.approx(mean, rel=1e-3)
+    assert np.var(x) == pytest.approx(variance, rel=1e-3)
+    if callable(cumulated):
+        upper = p > 0.5
+        assert cumulated(x[upper]) == pytest.approx(p[upper], abs=1e-12)
+
+
+def test_no_quantile_is_infinite() -> None:
+    for text in ("normal(0, 1)", "lognormal(0, 1)"):
+        found = values_of(KEY, text)
+        assert isinstance(found, Distribution)
+        assert np.isfinite(found.quantiles(np.array([0.0, 1.0]))).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("3.0", "expected a TOML list, as [0.1, 0.2], lin(a, b, n)"),
+        ("[]", "the list is empty; give at least one value"),
+        ("[a]", "words in quotes, as [\"a\"]; got '[a]'"),
+        ("[1] \nx = 2", "expected a TOML list"),
+        ("lin(1, 2)", "expected lin(a, b, n), got lin(1, 2)"),
+        ("lin(1, 2, 0)", "expected a whole number of values above 0"),
+        ("lin(1, 2, 2.5)", "expected a whole number of values above 0"),
+        ("lin(1, 2, 1e12)", "more values than the limit of 10000000"),
+        ("lin(1, 2, 1)", "one value cannot be both the first and the last"),
+        ("lin(1, inf, 3)", "expected finite numbers in lin(1, inf, 3), got 'inf'"),
+        ("lin(1, x, 3)", "expected finite numbers in lin(1, x, 3), got 'x'"),
+        ("log(0, 1, 3)", "expected a and b above 0"),
+        ("log(-1, 1, 3)", "expected a and b above 0"),
+        ("log(-2, -1, 3)", "expected a and b above 0"),
+        ("normal(0, -1)", "normal(0, -1): expected s above 0"),
+        ("lognormal(0, 0)", "expected s above 0"),
+        ("uniform(2, 1)", "expected a below b"),
+        ("triangular(0, 5, 4)", "expected a <= c <= b, a < b"),
+        ("gamma(1, 2)", "unknown range or distribution 'gamma'; known: lin, log, uniform"),
+        ("unifrom(1, 2)", "(did you mean 'uniform'?)"),
+    ],
+)
+def test_what_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        values_of(KEY, text)
+    assert str(caught.value).startswith(f"vary {KEY}: ")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("given", [3.0, None, {"a": 1}, object(), [object()]])
+def test_python_objects_that_are_no_values_are_refused(given: object) -> None:
+    with pytest.raises(InputError, match="vary"):
+        values_of(KEY, given)
