@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
     from frictionsim.api.sweeping import open_sweep as open_sweep
+    from frictionsim.api.sweeping import resume_sweep as resume_sweep
     from frictionsim.api.sweeping import sweep as sweep
     from frictionsim.api.warming import WarmedUp as WarmedUp
     from frictionsim.api.warming import warm_up as warm_up
@@ -58,6 +59,7 @@ _MODULES = {
     "Study": "api.studies",
     "sweep": "api.sweeping",
     "open_sweep": "api.sweeping",
+    "resume_sweep": "api.sweeping",
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",

@@ -4,14 +4,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
 from types import TracebackType
-from typing import IO, cast
+from typing import IO, TYPE_CHECKING, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
 
+if TYPE_CHECKING:
+    from frictionsim.api.sweep_run import SweepProgress
+
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
+SECONDS_WITHOUT_BAR = 1.0  # of a sweep: a short one shows none
 
 
 class ProgressBar:
@@ -96,3 +100,63 @@ class RunProgress:
         """Announce the compilation of kernels, which takes `expected` seconds."""
         print_on_stderr(f"compiling the kernels, once (about {expected:.0f} s)")
         yield
+
+
+class SweepBar:
+    """The progress of a sweep on a terminal: runs that are done, their rate and the time left."""
+
+    def __enter__(self) -> "SweepBar":
+        self._started = monotonic()
+        self._first: tuple[float, int] | None = None
+        self._bar: Progress | None = None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, found: "SweepProgress") -> None:
+        """Update the bar."""
+        now = monotonic()
+        if self._bar is None:
+            if now - self._started < SECONDS_WITHOUT_BAR:
+                return
+            self._bar = _bar_of_runs()
+            self._task = self._bar.add_task("", total=found.total, text="")
+            self._bar.start()
+        if found.checked < found.total:
+            self._bar.update(self._task, completed=found.checked, text="combinations checked")
+        else:
+            if self._first is None:  # a resumed sweep does not start at 0
+                self._first = now, found.done
+            self._bar.update(self._task, completed=found.done, text=self._text(found, now))
+        self._bar.refresh()
+
+    def _text(self, found: "SweepProgress", now: float) -> str:
+        assert self._first is not None
+        since, first = self._first
+        text = "runs"
+        done, seconds = found.done - first, now - since
+        if done and seconds > 0.0:
+            rate = done / seconds
+            text += f", {rate:.3g} per second, {(found.total - found.done) / rate:.0f} s left"
+        return f"{text}, {found.failed} failed" if found.failed else text
+
+
+def _bar_of_runs() -> Progress:
+    console = Console(file=cast("IO[str]", Stderr()), stderr=True)
+    return Progress(
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+        BarColumn(),
+        TextColumn("{task.fields[text]}"),
+        console=console,
+        transient=True,
+        # A thread that draws would keep worker processes from being copies of this one.
+        auto_refresh=False,
+        disable=not (console.is_terminal or console.is_jupyter),
+    )

@@ -1,6 +1,7 @@
 """Sweeps from Python: a scenario at many combinations of values."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
@@ -9,25 +10,22 @@ import numpy as np
 
 from frictionsim.api.arguments import as_path
 from frictionsim.api.statics import with_overrides
-from frictionsim.errors import ArgumentError
+from frictionsim.api.sweep_run import resume_study, run_study
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.in_process import InProcess
-from frictionsim.parameter_study.study_file import (
-    Study,
-    is_study,
-    study_of,
-    study_toml,
-)
-from frictionsim.parameter_study.sweep import Assembly, plan_of, run_sweep
+from frictionsim.parameter_study.study_file import Study, is_study, study_of
 from frictionsim.parameter_study.values import values_of
-from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
     import xarray
 
+    from frictionsim.api.sweep_run import OnProgress
     from frictionsim.scenario.overrides import Overrides
+
+OF_STUDIES = ("zip", "sample", "method", "seed", "indices", "keep_series")
 
 
 class SweepOptions(TypedDict, total=False):
@@ -40,6 +38,10 @@ class SweepOptions(TypedDict, total=False):
     indices: bool
     output: str | PathLike[str] | None
     no_clobber: bool
+    keep_series: bool
+    workers: int | None
+    dask: str | None
+    progress: "OnProgress | bool"
 
 
 def sweep(
@@ -65,7 +67,14 @@ def sweep(
         `zip` : vary the keys together: the first values of all, then the second ones.
         `sample` : number of runs of a sample; `method` is sobol, lhs or random, `seed` a whole
         number. `indices` : run the combinations that Sobol indices need, sample (keys + 2) runs.
-        `output` : file to write to. `no_clobber` : do not replace an existing file.
+        `output` : file to write to. An incomplete sweep never replaces a complete one: it is
+        written to NAME.partial.h5 then. Ctrl-C keeps what is done, for `resume_sweep`.
+        `no_clobber` : do not replace an existing file. `keep_series` : keep the result of each run
+        in the folder NAME.series beside the output.
+        `workers` : number of processes, by default as many as there are cores. `dask` : address of
+        a scheduler of Dask, as ``"tcp://host:8786"``, or ``"local:4"``.
+        `progress` : True shows a bar on a terminal; a callable is called some times each second
+        with how far the sweep is.
 
     Returns
     -------
@@ -82,17 +91,55 @@ def sweep(
     """
     output = options.get("output")
     path = None if output is None else as_path("output", output)
-    study = _study(scenario, vary, overrides, options)
-    plan = plan_of(study.scenario, study.vary, study.together, study.sampling)
-    execution, assembly = InProcess(), Assembly(plan.design.runs)
-    execution.check(plan, _nothing)
-    run_sweep(plan, assembly, execution, _nothing)
-    table = assembly.table(plan, study_toml(study))
-    if path is not None:
-        from frictionsim.io.sweep_file import write_sweep
+    with shown(options.get("progress", False)) as progress:
+        done = run_study(
+            study_from(scenario, vary, overrides, options),
+            path,
+            options.get("no_clobber", False),
+            progress,
+            options.get("workers"),
+            options.get("dask"),
+        )
+    return dataset_of(done.table)
 
-        write_sweep(table, path)
-    return dataset_of(table)
+
+def resume_sweep(
+    path: str | PathLike[str],
+    *,
+    output: str | PathLike[str] | None = None,
+    no_clobber: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: "OnProgress | bool" = False,
+) -> "xarray.Dataset":
+    """Do the runs that are left of an interrupted sweep; the file is that of an uninterrupted one.
+
+    Parameters
+    ----------
+    path : path
+        The incomplete file of the sweep.
+    output : path, optional
+        File to write to when it is done; by default the file that is resumed, and NAME.h5 instead
+        of NAME.partial.h5.
+    no_clobber, workers, dask, progress
+        As of `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of all runs, as `sweep` returns it.
+
+    Raises
+    ------
+    InputError
+        If the sweep cannot be resumed.
+    OutputError
+        If another process is running it, or the file cannot be written.
+    """
+    target = None if output is None else as_path("output", output)
+    with shown(progress) as on_progress:
+        done = resume_study(as_path("path", path), target, no_clobber, on_progress, workers, dask)
+    return dataset_of(done.table)
 
 
 def open_sweep(path: str | PathLike[str]) -> "xarray.Dataset":
@@ -117,15 +164,36 @@ def open_sweep(path: str | PathLike[str]) -> "xarray.Dataset":
     return dataset_of(read_sweep(as_path("path", path)))
 
 
-def _study(
+@contextmanager
+def shown(progress: "OnProgress | bool") -> "Iterator[OnProgress | None]":
+    """Return the context of a sweep that shows its progress as wanted."""
+    if callable(progress):
+        yield progress
+    elif progress:
+        from frictionsim.api.progress import SweepBar
+
+        with SweepBar() as bar:
+            yield bar
+    else:
+        yield None
+
+
+def study_from(
     scenario: Scenario | ScenarioSource,
     vary: Mapping[str, Any] | None,
     overrides: "Overrides | None",
     options: SweepOptions,
 ) -> Study:
-    """Return the study that arguments describe."""
-    if isinstance(scenario, Mapping) and is_study(scenario):
-        return study_of(scenario, Path(), "study")
+    """Return the study that arguments describe, as of `sweep`.
+
+    Raises
+    ------
+    InputError, ScenarioError
+    """
+    written = _written_study(scenario)
+    if written is not None:
+        _check_alone(vary, overrides, options)
+        return written
     loaded = with_overrides(scenario, overrides)
     if vary is not None and not isinstance(vary, Mapping):
         raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
@@ -138,11 +206,39 @@ def _study(
             options.get("seed", 0),
             options.get("indices", False),
         )
-    return Study(loaded, values, options.get("zip", False), sampling)
+    kept = options.get("keep_series", False)
+    return Study(loaded, values, options.get("zip", False), sampling, kept)
 
 
-def _nothing(*_: Any) -> None:
-    pass
+def _written_study(source: Scenario | ScenarioSource) -> Study | None:
+    """Return the study of a file or of tables; None if they are a scenario."""
+    if isinstance(source, Mapping):
+        return study_of(source, Path(), "study") if is_study(source) else None
+    if isinstance(source, Scenario):
+        return None
+    path = as_path("scenario", source)
+    data = read_toml(path)
+    return study_of(data, path.parent, str(path)) if is_study(data) else None
+
+
+def _check_alone(
+    vary: Mapping[str, Any] | None, overrides: "Overrides | None", options: SweepOptions
+) -> None:
+    """Check that a study is not given in two places, of which neither would say what is run.
+
+    Raises
+    ------
+    InputError
+    """
+    given = [name for name in OF_STUDIES if options.get(name, None) not in (None, False)]
+    if vary:
+        given.insert(0, "vary")
+    if overrides:
+        given.insert(0, "set")
+    if given:
+        raise InputError(
+            f"{given[0]}: this is a study already, which says what is varied; change it there"
+        )
 
 
 def dataset_of(table: SweepTable) -> "xarray.Dataset":

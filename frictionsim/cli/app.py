@@ -45,6 +45,18 @@ MaxSteps = Annotated[
     int | None,
     typer.Option(metavar="N", help="Limit the steps of this part of the run."),
 ]
+WorkerCount = Annotated[
+    int | None,
+    typer.Option("-j", "--workers", metavar="N", help="Worker processes. [one for each core]"),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--dask",
+        metavar="ADDRESS",
+        help="Run on a cluster of Dask: tcp://host:8786, or local:N for one of N workers here.",
+    ),
+]
 NoClobber = Annotated[
     bool,
     typer.Option(

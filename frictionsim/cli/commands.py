@@ -20,7 +20,9 @@ from frictionsim.cli.app import (
     Quiet,
     ResultFile,
     ScenarioFile,
+    Scheduler,
     Verbose,
+    WorkerCount,
     app,
 )
 from frictionsim.cli.completion import backends as backends_of
@@ -39,6 +41,7 @@ from frictionsim.errors import (
     EXIT_DEFECT,
     EXIT_DONE,
     ArgumentError,
+    InputError,
     ScenarioError,
 )
 
@@ -57,7 +60,7 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
     Process.runs_one_command = runs_one_command
     # Commands of this module start faster without those of the other.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
-        from frictionsim.cli import file_commands, warm_up  # noqa: F401  register theirs
+        from frictionsim.cli import file_commands, sweep_command, warm_up  # noqa: F401  register
 
     if "" in arguments:
         print_error(
@@ -155,18 +158,30 @@ def resume(
     ] = None,
     max_wall: MaxWall = None,
     max_steps: MaxSteps = None,
+    workers: WorkerCount = None,
+    dask: Scheduler = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
+    """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    When the run is done, NAME.h5 replaces NAME.partial.h5, unless it is of another scenario.
+    When it is done, NAME.h5 replaces NAME.partial.h5, unless it is of another scenario.
     """
     from frictionsim.cli.job import Report, Resumption, resume_job
+    from frictionsim.io.hdf5_reader import is_sweep
 
     _check_limits(max_wall, max_steps)
+    if is_sweep(result):
+        from frictionsim.cli.sweep_command import Files, Shown, Ways, resume_sweep
+
+        if max_wall is not None or max_steps is not None:
+            raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
+        files, shown = Files(output, None, no_clobber), Shown(str(result), as_json, quiet, verbose)
+        return resume_sweep(result, files, Ways(workers, dask), shown)
+    if workers is not None or dask is not None:
+        raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
     resume_job(Resumption(result, output, max_wall, max_steps, no_clobber), report)
     report.close()

@@ -82,7 +82,7 @@ def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     Exception
         That the function raised.
     """
-    start = _fork if _may_fork() else _interpreter
+    start = _fork if may_fork() else _interpreter
     begun = monotonic()
     try:
         answer, status = start(work, arguments, limits)
@@ -104,7 +104,7 @@ def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     raise found
 
 
-def _may_fork() -> bool:
+def may_fork() -> bool:
     """Return whether a copy of this process is sound: another thread may hold a lock."""
     if not hasattr(os, "fork") or sys.platform == "darwin":
         return False
@@ -130,7 +130,7 @@ def _fork(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) 
         try:
             # Python 3.12 warns of threads, also of those of numpy's linear algebra, which do not
             # matter: the child uses none.
-            with warnings.catch_warnings(), _signals_wait():
+            with warnings.catch_warnings(), signals_wait():
                 warnings.simplefilter("ignore", DeprecationWarning)
                 process = os.fork()
                 if process == 0:
@@ -161,7 +161,7 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
     import subprocess
 
     code = CODE.format(path=[entry for entry in sys.path if isinstance(entry, str)])
-    with _signals_wait():
+    with signals_wait():
         process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", code],
             stdin=subprocess.PIPE,
@@ -186,7 +186,7 @@ def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: L
 
 
 @contextmanager
-def _signals_wait() -> Iterator[None]:
+def signals_wait() -> Iterator[None]:
     """Return the context in which a child is started: `_isolate` has it ignore `TO_PARENT`.
 
     Until then they wait, in the child as here; here they come when the context ends.

@@ -20,6 +20,7 @@ from frictionsim.io.checksum import LENGTH, MARK
 from frictionsim.results import HDF5_SIGNATURE
 
 TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
+RUNS = b"run,status,"  # and that of the runs of a sweep
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
 XML, SVG = b"<?xml", b"<svg"
 HEAD = 4096  # bytes, within which XML says that it is SVG
@@ -78,10 +79,16 @@ def _is_table(path: Path) -> bool:
         return file.read(len(TABLE)) == TABLE
 
 
+def _is_runs(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(RUNS)) == RUNS
+
+
 RESULT = Kind("result", "a result", _is_result)
 PICTURE = Kind("picture", "a picture", _is_picture)
 COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
 SWEEP = Kind("sweep", "a sweep", _is_sweep)
+SWEEP_IN_CSV = Kind("table", "a table of a sweep", _is_runs)
 COSTS = Kind("table", "a table of costs", _is_table)
 
 

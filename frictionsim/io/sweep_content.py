@@ -20,6 +20,7 @@ from frictionsim.io.hdf5_structure import (
     values_of,
 )
 from frictionsim.io.sweep_table import (
+    ORDER,
     RUN,
     STATUS,
     TEXTS,
@@ -56,6 +57,7 @@ def sweep(path: str) -> SweepTable:
         budget = Budget(file.id.get_filesize())
         found = texts_of(file, budget)
         attributes = {name: found[name] for name in ATTRIBUTES}
+        attributes |= {ORDER: found[ORDER]} if ORDER in found else {}
         datasets = {name: checked_dataset(item, name) for name, item in members(file, budget)}
         return _table(attributes, datasets, budget)
 

@@ -12,6 +12,8 @@
                          design              grid, zip or sample
                          status              done, or interrupted
                          reason              why runs are left; empty if done
+                         order               only if runs are left: for `resume`, where each
+                                             quantity first appears, in JSON
     /<key>               the values of a varied key: of a grid the dimension scale of that name,
                          else along `run`. Numbers, or text in TOML
     /run                 the number of the run, from 0; not of a grid

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
 
 VERSION_NAME, VERSION = "sweep_version", 1
 RUN, STATUS = "run", "status"
+ORDER = "order"  # of an interrupted sweep: where its quantities first appear, by name
 TEXTS = {
     "failure": "kind of failure",
     "reason": "why the run failed, or which checks of its audit",

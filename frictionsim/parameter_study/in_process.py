@@ -1,12 +1,15 @@
 """Runs the parts of a sweep one after the other in this process."""
 
 from collections.abc import Callable, Iterable, Iterator
+from time import monotonic
 from typing import Any
 
 from frictionsim.parameter_study.single_run import Task, run_task
 from frictionsim.parameter_study.sweep import SweepPlan, check_combinations
 
 RUNS_AT_ONCE = 64
+SECONDS_BETWEEN_BEATS = 0.1
+STEPS_BETWEEN_BEATS = 256  # reading the clock costs a tenth of a step
 
 
 def parts(runs: Iterable[range], size: int) -> Iterator[range]:
@@ -19,15 +22,55 @@ def parts(runs: Iterable[range], size: int) -> Iterator[range]:
 class InProcess:
     """An `Execution` without other processes."""
 
-    def check(self, plan: SweepPlan, on_checked: Callable[[int], Any]) -> None:
+    def check(
+        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+    ) -> None:
         """Check every combination."""
         for runs in parts([range(plan.design.runs)], RUNS_AT_ONCE):
             check_combinations(plan, runs)
             on_checked(len(runs))
+            beat()
 
-    def blocks(self, plan: SweepPlan, left: Iterable[range]) -> Iterator[bytes]:
+    def blocks(
+        self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]
+    ) -> Iterator[bytes]:
         """Yield the outcomes of one run after the other."""
-        combinations = plan.combinations
+        combinations, on_step = plan.combinations, _OnStep(beat)
         for runs in parts(left, 1):
             values = plan.design.combinations(runs.start, runs.stop)
-            yield run_task(combinations, Task(runs.start, values), plan.series).to_bytes()
+            try:
+                block = run_task(combinations, Task(runs.start, values), plan.series, on_step)
+            except _Stopped as stopped:
+                raise stopped.reason from None
+            yield block.to_bytes()
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class _Stopped(BaseException):
+    """What ends the sweep within a run, and must not be taken for a failure of the run."""
+
+    def __init__(self, reason: BaseException) -> None:
+        super().__init__()
+        self.reason = reason
+
+
+class _OnStep:
+    """The `on_step` of all runs, which keeps `beat` going."""
+
+    def __init__(self, beat: Callable[[], Any]) -> None:
+        self._beat, self._calls, self._last = beat, 0, monotonic()
+
+    def __call__(self, t: float) -> None:
+        self._calls += 1
+        if self._calls % STEPS_BETWEEN_BEATS:
+            return
+        now = monotonic()
+        if now - self._last < SECONDS_BETWEEN_BEATS:
+            return
+        self._last = now
+        try:
+            self._beat()
+        except BaseException as error:
+            raise _Stopped(error) from None

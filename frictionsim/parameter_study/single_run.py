@@ -1,10 +1,10 @@
 """One run of a sweep: of its samples only what the quantities need."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from frictionsim.errors import EXIT_AUDIT_FAILED, FrictionsimError
+from frictionsim.errors import EXIT_AUDIT_FAILED, FrictionsimError, OutputError
 from frictionsim.parameter_study.block import (
     AUDIT_FAILED,
     DONE,
@@ -22,6 +22,10 @@ INTERNAL = "internal_error"
 DIGITS = 7  # of the number in the name of a result
 
 
+def _nothing(t: float) -> None:
+    pass
+
+
 class Task(NamedTuple):
     """Some consecutive runs.
 
@@ -37,7 +41,12 @@ class Task(NamedTuple):
     values: Sequence[tuple[Any, ...]]
 
 
-def run_task(combinations: Combinations, task: Task, series: Path | None = None) -> Block:
+def run_task(
+    combinations: Combinations,
+    task: Task,
+    series: Path | None = None,
+    on_step: Callable[[float], Any] = _nothing,
+) -> Block:
     """Run some combinations one after the other.
 
     Parameters
@@ -46,20 +55,30 @@ def run_task(combinations: Combinations, task: Task, series: Path | None = None)
     task : Task
     series : Path, optional
         The folder for the result of each run.
+    on_step : callable
+        Called with the time after each step of each run.
 
     Returns
     -------
     Block
+
+    Raises
+    ------
+    OutputError
+        If a result cannot be written.
     """
     outcomes = []
     for number, values in enumerate(task.values, start=task.first):
         target = None if series is None else series / f"run-{number:0{DIGITS}d}.h5"
-        outcomes.append(outcome_of(combinations, values, target))
+        outcomes.append(outcome_of(combinations, values, target, on_step))
     return block_of(task.first, outcomes)
 
 
 def outcome_of(
-    combinations: Combinations, values: tuple[Any, ...], target: Path | None = None
+    combinations: Combinations,
+    values: tuple[Any, ...],
+    target: Path | None = None,
+    on_step: Callable[[float], Any] = _nothing,
 ) -> Outcome:
     """Run one combination; a run that fails has an outcome, too.
 
@@ -69,15 +88,23 @@ def outcome_of(
     values : tuple
     target : Path, optional
         The file for its result, with all samples.
+    on_step : callable
+
+    Raises
+    ------
+    OutputError
+        If that cannot be written: the disk may be full, which says nothing of the run.
     """
     try:
         scenario = combinations.scenario(values)
         reduced = scenario if target is not None else without_samples(scenario)
-        done = run(reduced, _nothing)
+        done = run(reduced, on_step)
         if target is not None:
             from frictionsim.io.hdf5_writer import write
 
             write(done, target)
+    except OutputError:
+        raise
     except FrictionsimError as error:
         return Outcome(FAILED, {}, getattr(error, "failure", ""), str(error))
     except Exception as error:  # the study goes on, and says of this run what happened
@@ -105,7 +132,3 @@ def _outcome(scenario: Scenario, done: RunResult) -> Outcome:
     about_sampling = [text for text in done.warnings if text.startswith("output.interval")]
     warnings = [text for text in done.warnings if text not in about_sampling]
     return Outcome(status, defined(done.quantities), done.failure, done.reason, "\n".join(warnings))
-
-
-def _nothing(t: float) -> None:
-    pass

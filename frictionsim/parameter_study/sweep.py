@@ -1,13 +1,14 @@
 """A sweep: its plan, its runs, and the table that they make."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from json import dumps, loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from frictionsim import __version__
-from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
+from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
@@ -79,8 +80,18 @@ def plan_of(
 class Execution(Protocol):
     """Runs the parts of a sweep, here or elsewhere."""
 
-    def check(self, plan: SweepPlan, on_checked: Callable[[int], Any]) -> None:
-        """Check every combination; `on_checked` is called with the number of those checked since.
+    def check(
+        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+    ) -> None:
+        """Check every combination.
+
+        Parameters
+        ----------
+        plan : SweepPlan
+        on_checked : callable
+            Called with the number of those checked since.
+        beat : callable
+            Called some times each second; it may raise what ends the sweep.
 
         Raises
         ------
@@ -88,7 +99,9 @@ class Execution(Protocol):
             For the first one that is not valid.
         """
 
-    def blocks(self, plan: SweepPlan, left: Iterable[range]) -> Iterator[bytes]:
+    def blocks(
+        self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]
+    ) -> Iterator[bytes]:
         """Yield the outcomes of runs as `Block.to_bytes`, in any order.
 
         Parameters
@@ -96,7 +109,13 @@ class Execution(Protocol):
         plan : SweepPlan
         left : iterable of range
             The runs that are left, in ascending order.
+        beat : callable
+            As of `check`. If it raises `Interrupted` or KeyboardInterrupt, what is done within a
+            second is yielded before that goes on.
         """
+
+    def close(self) -> None:
+        """End what was started for it."""
 
 
 def check_combinations(plan: SweepPlan, runs: range) -> None:
@@ -150,6 +169,34 @@ class Assembly:
         for name, texts in block.texts.items():
             self.texts[name].update(texts)
 
+    def take_up(self, table: SweepTable) -> None:
+        """Add the outcomes that the file of an interrupted sweep has.
+
+        Raises
+        ------
+        ValueError
+            If it is not of this sweep.
+        """
+        if len(table.status) != len(self.status):
+            raise ValueError("another number of runs")
+        places = loads(table.attributes.get(ORDER, "{}"))
+        for name, values in table.values.items():
+            first, position = places[name]
+            self._first[name] = int(first), int(position)
+            self._units[name], self._columns[name] = table.units[name], values
+        self.status[:] = table.status
+        for name, texts in table.texts.items():
+            self.texts[name].update(texts)
+
+    def _order(self) -> dict[str, str]:
+        """Return what `take_up` needs beside the data, as an attribute; nothing of a whole one."""
+        return {ORDER: dumps(self._first)} if (self.status == NOT_RUN).any() else {}
+
+    @property
+    def done(self) -> int:
+        """The number of runs that have an outcome."""
+        return int(np.count_nonzero(self.status != NOT_RUN))
+
     @property
     def left(self) -> list[range]:
         """The runs that have no outcome yet."""
@@ -161,7 +208,13 @@ class Assembly:
         stops = missing[np.concatenate((ends, [missing.size - 1]))] + 1
         return [range(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
 
-    def table(self, plan: SweepPlan, study: str, reason: str = "") -> SweepTable:
+    def table(
+        self,
+        plan: SweepPlan,
+        study: str,
+        reason: str = "",
+        attributes: Mapping[str, str] | None = None,
+    ) -> SweepTable:
         """Return the table of the sweep.
 
         Parameters
@@ -171,11 +224,18 @@ class Assembly:
             The study in TOML.
         reason : str
             Why it stopped, if runs are left.
+        attributes : mapping of str, optional
+            Of the file that is resumed: its scenario is from another file than the study.
         """
+        unfinished = bool((self.status == NOT_RUN).any())
+        found = dict(attributes or attributes_of(plan, study))
+        found.pop(ORDER, None)
+        found["status"] = "interrupted" if unfinished else "done"
+        found["reason"] = reason if unfinished else ""
         # As they appear from run to run, in whatever order the blocks came.
         names = sorted(self._columns, key=lambda name: self._first[name])
         return SweepTable(
-            attributes=attributes_of(plan, study, bool(self.left), reason),
+            attributes=found | self._order(),
             dimensions=dict(zip(plan.design.dimensions, plan.design.shape, strict=True)),
             coordinates=coordinates_of(plan),
             units={name: self._units[name] for name in names},
@@ -186,8 +246,8 @@ class Assembly:
         )
 
 
-def attributes_of(plan: SweepPlan, study: str, unfinished: bool, reason: str) -> dict[str, str]:
-    """Return the attributes of the file of a sweep."""
+def attributes_of(plan: SweepPlan, study: str) -> dict[str, str]:
+    """Return the attributes of the file of a sweep, but for how far it is."""
     scenario = plan.scenario
     return {
         "frictionsim_version": __version__,
@@ -198,8 +258,6 @@ def attributes_of(plan: SweepPlan, study: str, unfinished: bool, reason: str) ->
         "kind": scenario.kind,
         "title": scenario.title,
         "design": plan.design.kind,
-        "status": "interrupted" if unfinished else "done",
-        "reason": reason if unfinished else "",
     }
 
 
@@ -232,7 +290,8 @@ def run_sweep(
     plan: SweepPlan,
     assembly: Assembly,
     execution: Execution,
-    on_block: Callable[[bytes, int], Any],
+    on_block: Callable[[bytes, Block], Any],
+    beat: Callable[[], Any],
 ) -> None:
     """Run what is left of a sweep.
 
@@ -243,10 +302,12 @@ def run_sweep(
         With what is done; receives the rest.
     execution : Execution
     on_block : callable
-        Called with the bytes and number of runs of each block, before it is added; whatever it
+        Called with the bytes of each block and what they hold, before it is added; whatever it
         raises ends the sweep.
+    beat : callable
+        As of `Execution.blocks`.
     """
-    for image in execution.blocks(plan, assembly.left):
+    for image in execution.blocks(plan, assembly.left, beat):
         block = Block.from_bytes(image)
-        on_block(image, block.runs)
+        on_block(image, block)
         assembly.add(block)

@@ -27,6 +27,7 @@ COMMANDS = [
     "plot",
     "new",
     "schema",
+    "sweep",
     "warm-up",
 ]
 LONG = "a" * 300

@@ -1,0 +1,374 @@
+"""The running of a sweep: its workers, its files, its progress, and its end."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from signal import SIGINT
+from tomllib import loads
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionsim import __version__
+from frictionsim.api.interruption import StopAfterStep
+from frictionsim.errors import ArgumentError, InputError, Interrupted
+from frictionsim.io.destination import whole_name
+from frictionsim.io.sweep_table import SweepTable
+from frictionsim.parameter_study.block import FAILED, Block
+from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.process_pool import available_cores, local_execution
+from frictionsim.parameter_study.study_file import Study, study_of, study_toml
+from frictionsim.parameter_study.sweep import (
+    Assembly,
+    Execution,
+    SweepPlan,
+    coordinates_of,
+    plan_of,
+    run_sweep,
+)
+from frictionsim.parameter_study.sweep_files import (
+    SweepFiles,
+    check_same_study,
+    check_series_folder,
+    make_series_folder,
+    series_folder,
+)
+
+RUNNING = "not finished: what was done since is in the journal beside this file"
+
+
+class SweepProgress(NamedTuple):
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    done : int
+        Number of runs that have an outcome, whatever it is.
+    total : int
+    failed : int
+        Of those that are done.
+    checked : int
+        Number of combinations that were validated; before the runs begin, all are.
+    """
+
+    done: int
+    total: int
+    failed: int
+    checked: int
+
+
+OnProgress = Callable[[SweepProgress], Any]
+
+
+class SweepInterrupted(Interrupted):
+    """A sweep that was stopped by a signal; the message says what is kept, and where."""
+
+    def __init__(self, signal_number: int, text: str = "") -> None:
+        super().__init__(signal_number, 0.0)
+        self.signal_number, self._text = signal_number, text
+        self._arguments = signal_number, text  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        return self._text
+
+
+class Done(NamedTuple):
+    """A sweep that was run.
+
+    Attributes
+    ----------
+    table : SweepTable
+    path : Path or None
+        Of its file.
+    """
+
+    table: SweepTable
+    path: Path | None
+
+
+def execution_of(workers: int | None, dask: str | None, runs: int) -> Execution:
+    """Return what runs a sweep.
+
+    Parameters
+    ----------
+    workers : int or None
+        Number of processes; by default as many as there are cores.
+    dask : str or None
+        Address of a scheduler, or local:N.
+    runs : int
+
+    Raises
+    ------
+    InputError
+    """
+    check_workers(workers, dask)
+    if dask is not None:
+        from frictionsim.parameter_study.dask_cluster import DaskCluster
+
+        return DaskCluster(dask)
+    return local_execution(available_cores() if workers is None else workers, runs)
+
+
+def check_workers(workers: int | None, dask: str | None) -> None:
+    """Check how a sweep is to be run, before anything else.
+
+    Raises
+    ------
+    InputError
+    """
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int)):
+        raise ArgumentError("workers", f"expected a whole number above 0, got {workers!r}")
+    if workers is not None and workers < 1:
+        raise ArgumentError("workers", f"expected a whole number above 0, got {workers}")
+    if workers is not None and dask is not None:
+        raise InputError(
+            "workers and dask exclude each other: with dask the cluster has the workers"
+        )
+
+
+def run_study(
+    study: Study,
+    target: Path | None = None,
+    no_clobber: bool = False,
+    progress: OnProgress | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+) -> Done:
+    """Run a study.
+
+    Parameters
+    ----------
+    study : Study
+    target : Path, optional
+        The file to write; its folder is there.
+    no_clobber : bool
+        Do not replace an existing file.
+    progress : callable, optional
+        Called some times each second; it may raise `SweepInterrupted`.
+    workers, dask
+        As of `execution_of`.
+
+    Raises
+    ------
+    InputError, OutputError
+        Before anything is run; OutputError also later, with what is done kept.
+    SweepInterrupted, KeyboardInterrupt
+        With what is done kept, if there is a target.
+    """
+    check_workers(workers, dask)
+    text = study_toml(study)
+    files, series = None, None
+    if study.keep_series and target is None:
+        raise InputError("keep_series: the results of the runs are kept beside an output; give one")
+    if target is not None:
+        files = SweepFiles(target)
+        files.check(no_clobber)
+        if study.keep_series:
+            series = series_folder(target)
+            check_series_folder(series, text)
+    plan = plan_of(study.scenario, study.vary, study.together, study.sampling, series)
+    running = _Running(plan, text, Assembly(plan.design.runs), files, progress)
+    return running.run(workers, dask)
+
+
+def resume_study(
+    path: Path,
+    output: Path | None = None,
+    no_clobber: bool = False,
+    progress: OnProgress | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+) -> Done:
+    """Do the runs that are left of an interrupted sweep.
+
+    Parameters
+    ----------
+    path : Path
+        The incomplete file.
+    output : Path, optional
+        The file to write when the sweep is done.
+    no_clobber, progress, workers, dask
+        As of `run_study`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be resumed.
+    OutputError, SweepInterrupted, KeyboardInterrupt
+        As `run_study`.
+    """
+    from frictionsim.io.hdf5_reader import read_sweep
+
+    check_workers(workers, dask)
+    _check_unfinished(path, read_sweep(path))
+    files = SweepFiles(whole_name(path) if output is None else output, path)
+    files.check(no_clobber)
+    files.lock()
+    try:
+        # Once more: another process may have finished it since.
+        table = read_sweep(path)
+        _check_unfinished(path, table)
+        if output is None:
+            check_same_study(files.whole, table, path)
+        plan = _plan_of_file(path, table, files.whole)
+        assembly = Assembly(plan.design.runs)
+        files.take_up(assembly, table)
+    except BaseException:
+        files.close()
+        raise
+    running = _Running(plan, table.attributes["study"], assembly, files, progress, table.attributes)
+    return running.run(workers, dask)
+
+
+def _check_unfinished(path: Path, table: SweepTable) -> None:
+    if table.attributes["status"] != "interrupted":
+        raise InputError(f"{path}: this sweep is done; there is nothing to resume")
+    version = table.attributes["frictionsim_version"]
+    if version != __version__:
+        raise InputError(
+            f"{path}: cannot resume this sweep: it was begun with frictionsim {version}, this is"
+            f" {__version__}; install that version, or run the study again"
+        )
+
+
+def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
+    """Return the plan of an interrupted sweep; a sample is not drawn again."""
+    damaged = InputError(f"{path}: cannot resume this sweep: its study is not that of its values")
+    try:
+        data = loads(table.attributes["study"])
+    except ValueError:
+        raise damaged from None
+    study = study_of(data, Path(), str(path))
+    series = series_folder(whole) if study.keep_series else None
+    if study.sampling is None:
+        plan = plan_of(study.scenario, study.vary, study.together, None, series)
+    else:
+        given = {key: table.coordinates.get(key) for key in study.vary}
+        if any(c is None or not _are_numbers(c.values) for c in given.values()):
+            raise damaged
+        levels = tuple(c.values for c in given.values() if c is not None)
+        design = Design(SAMPLE, tuple(study.vary), levels)
+        plan = SweepPlan(study.scenario, study.vary, design, study.sampling, series)
+    made = coordinates_of(plan)
+    same = made.keys() == table.coordinates.keys() and all(
+        np.array_equal(made[key].values, table.coordinates[key].values) for key in made
+    )
+    if not same or plan.design.runs != len(table.status):
+        raise damaged
+    return plan
+
+
+def _are_numbers(values: Any) -> bool:
+    return isinstance(values, np.ndarray) and values.dtype == np.float64
+
+
+class _Running:
+    """A sweep that is run, or goes on."""
+
+    def __init__(
+        self,
+        plan: SweepPlan,
+        study: str,
+        assembly: Assembly,
+        files: SweepFiles | None,
+        progress: OnProgress | None,
+        attributes: dict[str, str] | None = None,
+    ) -> None:
+        self._plan, self._study, self._assembly = plan, study, assembly
+        self._files, self._progress, self._attributes = files, progress, attributes
+        self._done = assembly.done
+        self._failed = int(np.count_nonzero(assembly.status == FAILED))
+        self._checked = 0
+
+    def run(self, workers: int | None, dask: str | None) -> Done:
+        """Run what is left, and write the files."""
+        files = self._files
+        try:
+            execution = execution_of(workers, dask, self._plan.design.runs)
+            with _closing(execution), self._interruptible() as beat:
+                execution.check(self._plan, self._on_checked, beat)
+                if files is None:
+                    run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
+                    return Done(self._table(), None)
+                if self._plan.series is not None:
+                    make_series_folder(self._plan.series, self._study)
+                files.begin(self._table(RUNNING))
+                self._run_and_keep(execution, files, beat)
+            return Done(self._table(), files.whole)
+        finally:
+            if files is not None:
+                files.close()
+
+    def _run_and_keep(
+        self, execution: Execution, files: SweepFiles, beat: Callable[[], Any]
+    ) -> None:
+        """Run what is left; whatever ends it, what is done is written."""
+        try:
+            run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
+        except BaseException as error:
+            execution.close()
+            if not self._assembly.left:  # the last ones came after the signal
+                files.write_whole(self._table())
+            else:
+                self._write_incomplete(files, error)
+            if isinstance(error, Interrupted | KeyboardInterrupt):
+                number = getattr(error, "signal_number", SIGINT)
+                told = SweepInterrupted(number, self._kept(files, error))
+                if isinstance(error, Interrupted):
+                    raise told from None
+                raise KeyboardInterrupt(str(told)) from None
+            raise
+        files.write_whole(self._table())
+
+    def _write_incomplete(self, files: SweepFiles, error: BaseException) -> None:
+        how = "interrupted"
+        if not isinstance(error, Interrupted | KeyboardInterrupt):
+            how = f"stopped by an error ({type(error).__name__})"
+        total = self._plan.design.runs
+        files.write_incomplete(self._table(f"{how} after {self._done} of {total} runs"))
+
+    def _kept(self, files: SweepFiles, error: BaseException) -> str:
+        total, done = self._plan.design.runs, self._done
+        if done == total:
+            return f"interrupted, but all {total} runs were done; they are in {files.whole}"
+        return (
+            f"sweep interrupted: {done} of {total} runs are done and kept in {files.place};"
+            f" 'frictionsim resume {files.place}' goes on"
+        )
+
+    @contextmanager
+    def _interruptible(self) -> Iterator[Callable[[], Any]]:
+        """Return the context in which Ctrl-C waits for the next beat, if there is a file."""
+        stop: AbstractContextManager[StopAfterStep | None] = nullcontext(None)
+        if self._files is not None:
+            stop = StopAfterStep()
+        with stop as interruption:
+
+            def beat() -> None:
+                if interruption is not None and interruption.received:
+                    raise KeyboardInterrupt
+                if self._progress is not None:
+                    total = self._plan.design.runs
+                    self._progress(SweepProgress(self._done, total, self._failed, self._checked))
+
+            yield beat
+
+    def _on_checked(self, count: int) -> None:
+        self._checked += count
+
+    def _on_block(self, image: bytes, block: Block) -> None:
+        if self._files is not None:
+            self._files.keep(image)
+        self._done += block.runs
+        self._failed += int(np.count_nonzero(block.status == FAILED))
+
+    def _table(self, reason: str = "") -> SweepTable:
+        return self._assembly.table(self._plan, self._study, reason, self._attributes)
+
+
+@contextmanager
+def _closing(execution: Execution) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        execution.close()

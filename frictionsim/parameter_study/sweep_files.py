@@ -1,0 +1,223 @@
+"""The files of a sweep: an incomplete one never replaces a complete one.
+
+While a sweep runs, its file is an incomplete one without the newest runs, which are in the journal
+beside it. It is that of the target, or FILE.partial.h5 if there is a complete FILE.h5 already.
+"""
+
+import os
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io import hdf5_reader
+from frictionsim.io.atomic_write import check_no_clobber
+from frictionsim.io.destination import partial_name, whole_name
+from frictionsim.io.replaceable import SWEEP, check_target
+from frictionsim.io.sweep_file import write_sweep
+from frictionsim.parameter_study.journal import Journal
+
+if TYPE_CHECKING:
+    from frictionsim.io.sweep_table import SweepTable
+    from frictionsim.parameter_study.sweep import Assembly
+
+SERIES, STUDY = ".series", "study.toml"
+
+
+class SweepFiles:
+    """The file that a sweep writes to, and those that it needs until it is whole.
+
+    Parameters
+    ----------
+    whole : Path
+    resumed : Path, optional
+        The incomplete file of the sweep that goes on.
+
+    Attributes
+    ----------
+    place : Path
+        Of the incomplete file.
+    """
+
+    def __init__(self, whole: Path, resumed: Path | None = None) -> None:
+        self.whole, self._resumed = whole, resumed
+        self.place = _place_of(whole) if resumed is None else resumed
+        self._journal: Journal | None = None
+        self._digest = b""
+
+    def check(self, no_clobber: bool = False) -> None:
+        """Check that the files can be written.
+
+        Raises
+        ------
+        OutputError
+        """
+        if no_clobber and self.whole != self._resumed:
+            check_no_clobber(self.whole)
+        for path in {self.whole, self.place}:
+            check_target(path, SWEEP)
+
+    def lock(self) -> None:
+        """Have no other process write this sweep.
+
+        Raises
+        ------
+        OutputError
+            If another one does.
+        """
+        self._journal = Journal(self.place)
+
+    def take_up(self, assembly: "Assembly", table: "SweepTable") -> None:
+        """Add what file and journal have.
+
+        Raises
+        ------
+        InputError
+            If the file is damaged.
+        """
+        assert self._journal is not None
+        try:
+            assembly.take_up(table)
+            for block in self._journal.blocks(_digest(table)):
+                assembly.add(block)
+        except (ValueError, KeyError, TypeError):
+            raise InputError(f"{self.place}: cannot resume this sweep: it is damaged") from None
+
+    def begin(self, table: "SweepTable") -> None:
+        """Write the incomplete file, and begin the journal.
+
+        Raises
+        ------
+        OutputError
+        """
+        if self._journal is None:
+            self.lock()
+        assert self._journal is not None
+        digest = _digest(table)
+        if self._resumed is None:
+            # The runs of an earlier sweep, if there are any, are not those of the file any more.
+            self._journal.start(digest)
+            write_sweep(table, self.place)
+        else:
+            write_sweep(table, self.place)
+            self._journal.start(digest)
+
+    def keep(self, image: bytes) -> None:
+        """Keep a block.
+
+        Raises
+        ------
+        OutputError
+        """
+        assert self._journal is not None
+        self._journal.append(image)
+
+    def write_incomplete(self, table: "SweepTable") -> None:
+        """Write what is done of a sweep that was stopped.
+
+        Raises
+        ------
+        OutputError
+        """
+        assert self._journal is not None
+        write_sweep(table, self.place)
+        self._journal.close(remove=True)
+
+    def write_whole(self, table: "SweepTable") -> None:
+        """Write the file of a sweep that is done, and remove all others.
+
+        Raises
+        ------
+        OutputError
+        """
+        assert self._journal is not None
+        write_sweep(table, self.whole)
+        if self.place != self.whole and whole_name(self.place) == self.whole:
+            self.place.unlink(missing_ok=True)
+        self._journal.close(remove=True)
+
+    def close(self, remove: bool = False) -> None:
+        """Give the lock up; what is in the journal is kept, unless nothing is."""
+        if self._journal is not None:
+            self._journal.close(remove=remove)
+
+
+def check_same_study(whole: Path, table: "SweepTable", resumed: Path) -> None:
+    """Check that an existing file is of the study whose sweep will replace it.
+
+    Raises
+    ------
+    OutputError
+        If it is of another study, or cannot be read: nobody has asked for it.
+    """
+    if whole == resumed or not (whole.is_file() and whole.stat().st_size):
+        return
+    try:
+        if hdf5_reader.read_sweep(whole).attributes["study"] == table.attributes["study"]:
+            return
+        found = "is of another study"
+    except InputError:
+        found = "cannot be read as a sweep"
+    raise OutputError(
+        f"{whole}: the existing file {found} and is not replaced by that of {resumed}; give the"
+        f" sweep another name with -o, or {whole} if it is to be replaced"
+    )
+
+
+def series_folder(whole: Path) -> Path:
+    """Return the folder for the results of the runs: a.series for a.h5."""
+    return whole.with_name(whole.stem + SERIES)
+
+
+def check_series_folder(folder: Path, study: str) -> None:
+    """Check that a folder can take the results of a study's runs.
+
+    Raises
+    ------
+    OutputError
+        If there is something else with its name.
+    """
+    if not os.path.lexists(folder):
+        return
+    try:
+        if (folder / STUDY).read_text(encoding="utf-8") == study:
+            return
+    except (OSError, ValueError):
+        pass
+    raise OutputError(
+        f"{folder}: the results of the runs would be written here, and it is not a folder of the"
+        " same study; move it, or give another name with -o"
+    )
+
+
+def make_series_folder(folder: Path, study: str) -> None:
+    """Make the folder for the results of a study's runs, and say in it whose they are.
+
+    Raises
+    ------
+    OutputError
+    """
+    try:
+        folder.mkdir(exist_ok=True)
+        (folder / STUDY).write_text(study, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
+
+
+def _place_of(whole: Path) -> Path:
+    place = whole
+    while hdf5_reader.may_be_done(place):
+        place = partial_name(place)
+    return place
+
+
+def _digest(table: "SweepTable") -> bytes:
+    """Return what a journal knows its sweep by: study, version and the values of the keys."""
+    found = sha256()
+    for name in ("frictionsim_version", "study", "overrides"):
+        found.update(table.attributes[name].encode() + b"\0")
+    for key, coordinate in table.coordinates.items():
+        values = coordinate.values
+        found.update(key.encode() + b"\0")
+        found.update(repr(values).encode() if isinstance(values, list) else values.tobytes())
+    return found.digest()
