@@ -56,6 +56,8 @@ def _model_of(data: dict[str, Any]) -> "type[Scenario]":
     kinds = ", ".join(f"'{kind}'" for kind in kind_names())
     if not data:
         raise InputError(f"the scenario is empty; it starts with kind, one of {kinds}")
+    if "kind" not in data and "study" in data:
+        raise InputError("missing: this is a study, not a scenario; 'frictionsim sweep' runs it")
     if "kind" not in data:
         raise InputError(f"missing; expected one of {kinds}")
     raise InputError(f"expected one of {kinds}, got {toml_text(kind)}")

@@ -93,4 +93,4 @@ def test_the_glossary_is_sorted() -> None:
     lines = PAGES["docs/glossary.md"].read_text(encoding="utf-8").splitlines()
     terms = [term for term, below in pairwise(lines) if below.startswith(": ")]
     assert len(terms) > 30
-    assert terms == sorted(terms)
+    assert terms == sorted(terms, key=str.casefold)

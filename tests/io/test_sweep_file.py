@@ -1,7 +1,6 @@
 """The file of a sweep: read as it was written, refused if damaged or of another kind."""
 
 import random
-from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
@@ -20,12 +19,12 @@ LOOSE = {"solver.rtol": 1e-4}
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sweeps")
     fs.sweep(PULLEY, {MU_S: [0.2, 0.3, 0.4]}, LOOSE, output=folder / "grid.h5")
     fs.sweep(PULLEY, {MU_S: "uniform(0.2, 0.4)"}, LOOSE, sample=4, output=folder / "sample.h5")
     fs.solve(PULLEY, LOOSE, output=folder / "result.h5")
-    yield folder
+    return folder
 
 
 def test_two_sweeps_of_one_study_have_the_same_bytes(files: Path, tmp_path: Path) -> None:

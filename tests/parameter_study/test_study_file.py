@@ -111,3 +111,8 @@ def test_what_is_refused(tmp_path: Path, old: str, new: str, message: str) -> No
         load_study(written(tmp_path, STUDY.replace(old, new)))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_study_is_not_taken_for_a_scenario(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="this is a study, not a scenario; 'frictionsim sweep'"):
+        fs.load(written(tmp_path, STUDY))
