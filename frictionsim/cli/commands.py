@@ -57,7 +57,7 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
     Process.runs_one_command = runs_one_command
     # Commands of this module start faster without those of the other.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
-        from frictionsim.cli import file_commands, warm_up  # noqa: F401  register theirs
+        from frictionsim.cli import file_commands, fit_command, warm_up  # noqa: F401  register theirs
 
     if "" in arguments:
         print_error(

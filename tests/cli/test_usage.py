@@ -27,6 +27,7 @@ COMMANDS = [
     "plot",
     "new",
     "schema",
+    "fit",
     "warm-up",
 ]
 LONG = "a" * 300
