@@ -19,7 +19,7 @@ def fit_parts(found: "Outcome") -> Parts:
     """Yield the estimates, their correlations, the residuals and what is not identified."""
     scenario = found.fitted
     values = sum(part.values.size for part in found.residuals)
-    yield f"{scenario.title or scenario.kind}: fit of {len(found.keys)} keys to {values} values"
+    yield f"{scenario.title or scenario.kind}: fit of {_count(len(found.keys))} to {values} values"
     yield _estimates(found)
     if len(found.keys) > 1:
         yield _correlations(found)
@@ -88,6 +88,10 @@ def _searches(found: "Outcome") -> str:
 
 def _pair(interval: tuple[float, float] | None) -> list[str]:
     return ["none", "none"] if interval is None else [_number(end) for end in interval]
+
+
+def _count(keys: int) -> str:
+    return "1 key" if keys == 1 else f"{keys} keys"
 
 
 def _number(value: float) -> str:

@@ -11,7 +11,7 @@ from frictionsim.errors import ArgumentError
 from frictionsim.parameter_study.fit import Settings
 from frictionsim.parameter_study.fit import fit as fit_problem
 from frictionsim.parameter_study.fit_data import Source, check_names, measured
-from frictionsim.parameter_study.fit_keys import free_keys
+from frictionsim.parameter_study.fit_keys import check_runs, free_keys
 from frictionsim.parameter_study.fit_outcome import Bootstrap, Outcome, outcome_json
 from frictionsim.parameter_study.fit_problem import FitProblem
 from frictionsim.scenario.loading import ScenarioSource
@@ -233,7 +233,7 @@ def fit(
         The channels that were measured over time; a mapping gives the column of each.
     free : mapping
         Bounds (low, high), or (low, high, start), of each key to be fitted. Without a start it is
-        the scenario's value, or the middle.
+        the scenario's value, or the middle. Several keys with commas between them have one value.
     **options
         `quantities`: of one run, the measured value of each; with `over`, the names of columns, or
         the column of each. `over`: the keys that the rows of the data set, each of which is a
@@ -270,11 +270,12 @@ def fit(
         raise ArgumentError(
             "free", f"expected bounds by key, as {{'drive.force': (0.0, 1.0)}}, got {free!r}"
         )
-    clash = [key for key in free if key in source.over]
+    clash = [name for key in free for name in str(key).split(",") if name in source.over]
     if clash:
         raise ArgumentError("over", f"'{clash[0]}' is free, too; the data give it or the fit does")
     keys = free_keys(free, loaded)
     found = measured(source, loaded)
+    check_runs(found, keys, loaded)
     progress = options.get("progress") or (lambda runs: None)
     if not callable(progress):
         raise ArgumentError("progress", f"expected a function of a number, got {progress!r}")
@@ -295,7 +296,9 @@ def _source(data: Any, channels: Columns, options: FitOptions) -> Source:
     wanted, over = _columns("channels", channels), _columns("over", options.get("over", ()))
     quantities = _quantities(options.get("quantities", ()), bool(over))
     if not wanted and not quantities:
-        raise ArgumentError("channels", "expected a channel or quantity that was measured")
+        raise ArgumentError(
+            "channels", "expected a channel or quantity that was measured; none is given"
+        )
     if over and wanted:
         raise ArgumentError(
             "over", "the rows of the data are runs, or times of channels; leave out one of them"

@@ -26,7 +26,10 @@ def fit(
     scenario: ScenarioFile,
     free: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=LOW:HIGH[:START]", help="Key to fit, with its bounds."),
+        typer.Option(
+            metavar="KEY=LOW:HIGH[:START]",
+            help="Key to fit, with its bounds; A,B for two of one value.",
+        ),
     ] = None,
     data: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Measured data in CSV.", show_default=False)
@@ -205,6 +208,7 @@ def _pair(argument: str, text: str, wanted: str, read: Any) -> tuple[str, Any]:
 
 def _bounds(text: str) -> tuple[str, tuple[float, ...]]:
     key, _, value = (part.strip() for part in text.partition("="))
+    key = ",".join(part.strip() for part in key.split(","))
     try:
         numbers = tuple(float(part) for part in value.split(":"))
     except ValueError:

@@ -12,6 +12,7 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError
 from frictionsim.parameter_study.fit_bootstrap import bootstrap
+from frictionsim.parameter_study.fit_keys import expanded
 from frictionsim.parameter_study.fit_noise import Noise
 from frictionsim.parameter_study.fit_outcome import (
     DONE,
@@ -102,7 +103,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     values = problem.values(best.x)
     errors, intervals = _errors_and_intervals(problem, best, found, factor)
     return Outcome(
-        fitted=problem.scenario.replace(values),
+        fitted=problem.scenario.replace(expanded(values)),
         keys=problem.keys,
         data=problem.data,
         values=values,

@@ -13,6 +13,7 @@ from frictionsim.scenario.model_fields import fields_of_key, unit_of_key
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.parameter_study.fit_data import Measured
     from frictionsim.scenario.settings import Scenario
 
     Array = npt.NDArray[np.float64]
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 LOG_RATIO = 100.0  # of bounds, from which on a key is scaled by its logarithm
 NOT_PHYSICAL = ("solver", "output", "kind", "title")
 ADVICE = "a free key needs bounds, as effects.shaft_friction.mu_s=0.05:0.4"
+MAX_RUNS = 10_000  # that data may have rows for
 TRIES = 64  # points in the bounds at which a valid start is searched for
 LIMITS: dict[
     str, tuple[Callable[[float, float], bool], str]
@@ -37,6 +39,7 @@ class FreeKey(NamedTuple):
     Attributes
     ----------
     key : str
+        With commas between the names of several keys that have one value.
     low, high : float
         Its bounds.
     start : float
@@ -82,7 +85,8 @@ def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, 
     Parameters
     ----------
     given : mapping
-        (low, high) or (low, high, start) by key.
+        (low, high) or (low, high, start) by key; several keys with commas between them have one
+        value.
     scenario : Scenario
 
     Raises
@@ -95,13 +99,15 @@ def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, 
     keys, chosen = [], []
     for key, bounds in given.items():
         low, high, start = _bounds(key, bounds)
-        _check_key(key, low, high, scenario)
+        names = key.split(",")
+        for name in names:
+            _check_key(name, low, high, scenario)
         if start is None:
-            own = value_of(scenario, key)
-            start = own if own is not None and low <= own <= high else 0.5 * (low + high)
+            own = value_of(scenario, names[0])
+            start = own if own is not None and low <= own <= high else _middle(low, high)
         else:
             chosen.append(key)
-        keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), key)))
+        keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), names[0])))
     return _with_valid_starts(tuple(keys), chosen, scenario)
 
 
@@ -125,6 +131,13 @@ def _bounds(key: str, given: Any) -> tuple[float, float, float | None]:
             "free", f"{key}: the start {start:g} is not between {low:g} and {high:g}"
         )
     return low, high, start
+
+
+def _middle(low: float, high: float) -> float:
+    """Return a short number between two others."""
+    middle = 0.5 * (low + high)
+    short = float(f"{middle:.4g}")
+    return short if low <= short <= high else middle
 
 
 def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
@@ -191,13 +204,36 @@ def _with_valid_starts(
     raise ArgumentError("free", fault)
 
 
+def check_runs(data: "Measured", keys: tuple[FreeKey, ...], scenario: "Scenario") -> None:
+    """Check that each row of the data makes a valid scenario with the starts of the keys.
+
+    Raises
+    ------
+    ArgumentError
+    """
+    if len(data.runs) > MAX_RUNS:
+        raise ArgumentError(
+            "data", f"{len(data.runs)} rows, each a run of each step; the limit is {MAX_RUNS}"
+        )
+    starts = {key.key: key.start for key in keys}
+    for number, row in enumerate(data.runs, start=1):
+        fault = fault_of(scenario, {**starts, **row}) if row else ""
+        if fault:
+            raise ArgumentError("over", f"row {number} of the data: {fault}")
+
+
 def fault_of(scenario: "Scenario", values: Mapping[str, Any]) -> str:
     """Return what is wrong with a scenario that has these values; empty if nothing is."""
     try:
-        scenario.replace(values)
+        scenario.replace(expanded(values))
     except ScenarioError as error:
         return "; ".join(fault.removeprefix("overrides: ") for fault in error.faults)
     return ""
+
+
+def expanded(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by key, each key by itself, for values of which some are of several keys."""
+    return {name: value for key, value in values.items() for name in key.split(",")}
 
 
 def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> "Array":

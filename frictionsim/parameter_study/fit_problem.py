@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.parameter_study.fit_data import Measured, Target
-from frictionsim.parameter_study.fit_keys import FreeKey
+from frictionsim.parameter_study.fit_keys import FreeKey, expanded
 from frictionsim.parameter_study.units import factor
 from frictionsim.simulation.simulate import run
 
@@ -141,7 +141,7 @@ class FitProblem:
     def _run(self, values: Mapping[str, float]) -> "tuple[RunResult | None, str]":
         self.runs += 1
         try:
-            scenario = self._base.replace(values)
+            scenario = self._base.replace(expanded(values))
             result = run(scenario, _nothing, sample_times=self._sampled)
         except ScenarioError as error:
             return None, error.faults[0].removeprefix("overrides: ")

@@ -28,6 +28,7 @@ APART = 0.1  # of the bounds: starts are at least so far from each other
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
 FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
+NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
 
 
@@ -134,7 +135,7 @@ class Search:
             method="trf",
             ftol=TOLERANCE,
             xtol=TOLERANCE,
-            gtol=None,
+            gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
         return Minimum(np.asarray(found.x), float(found.cost), found.status > 0)
