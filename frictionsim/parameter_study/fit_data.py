@@ -223,6 +223,7 @@ def _time_column(source: Source) -> Column:
 
 
 def _series(source: Source, scenario: "Scenario") -> list[Target]:
+    units = {name: _channel_unit(name, scenario) for name in source.channels}
     column = _time_column(source)
     table = _Table(source, column)
     times = table.values[column] * table.converted(column, source.time_unit, "s", "time_unit")
@@ -231,7 +232,7 @@ def _series(source: Source, scenario: "Scenario") -> list[Target]:
     times = np.minimum(times, scenario.solver.duration)
     targets = []
     for name, of_channel in source.channels.items():
-        own = _channel_unit(name, scenario)
+        own = units[name]
         size = table.converted(of_channel, source.units.get(name), own, "units")
         values = table.values[of_channel] * size
         given = np.isfinite(values)
