@@ -21,7 +21,7 @@ from frictionsim.parameter_study.fit_outcome import (
     TargetResiduals,
 )
 from frictionsim.parameter_study.fit_problem import FitProblem, residuals_of
-from frictionsim.parameter_study.fit_search import MAX_ITERATIONS, Minimum, Search, search
+from frictionsim.parameter_study.fit_search import DISAGREE, MAX_ITERATIONS, Minimum, Search, search
 from frictionsim.parameter_study.fit_uncertainty import (
     NO_CHANGE,
     Accuracy,
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 
 REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
-SECOND_STEP = 0.25  # of the differences, in a check of the derivatives
-DISAGREE = 0.1  # relative
 SAME_COST = 1e-9  # relative
 MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
 SIGNIFICANT = 4.0  # standard deviations
@@ -81,7 +79,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
-    best, found, task, jacobian = _identified(problem, noise, best)
+    best, found, differences = _identified(problem, noise, best)
     model = problem.at(best.x)
     degrees = problem.data.size - found.rank
     reliable = noise.all_given or degrees > 0
@@ -97,7 +95,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
-        *_derivative_warnings(task, best.x, jacobian, found),
+        *_derivative_warnings(problem, differences, found),
         *_residual_warnings(statistics, noise, chi if noise.all_given else None, degrees),
     ]
     values = problem.values(best.x)
@@ -150,20 +148,20 @@ def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
 
 def _identified(
     problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identified, Search, Array]":
-    """Return the minimum, what is identified there, and the derivatives over the noise there."""
+) -> "tuple[Minimum, Identified, Array]":
+    """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
     keys, solver = problem.keys, problem.scenario.solver
     tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
     accuracy = Accuracy(task.step, tolerance)
-    jacobian = task.jacobian(best.x)
+    jacobian, differences = task.checked_jacobian(best.x)
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
     best = _with_starts_where_free(task, best, found)
     # How many values were determined decides how much of the noise is left in the residuals.
     noise.estimate(residuals_of(problem, best.x), found.rank)
     jacobian = jacobian / (noise.sigma * task.weights)[:, None]
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    return best, found, Search(problem, 1.0 / noise.sigma), jacobian
+    return best, found, differences
 
 
 def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:
@@ -222,24 +220,15 @@ def _statistics(
     return tuple(found)
 
 
-def _derivative_warnings(
-    task: Search, x: "Array", jacobian: "Array", found: Identified
-) -> list[str]:
+def _derivative_warnings(problem: FitProblem, differences: "Array", found: Identified) -> list[str]:
     """Return the keys whose derivatives depend on the step of the differences."""
-    warnings = []
-    other = task.jacobian(x, SECOND_STEP * task.step)
-    for j, key in enumerate(task.problem.keys):
-        if key.key in found.reasons:
-            continue
-        size = np.linalg.norm(jacobian[:, j])
-        difference = float(np.linalg.norm(other[:, j] - jacobian[:, j]) / size)
-        if difference > DISAGREE:
-            warnings.append(
-                f"the derivatives by {key.key} change by {100.0 * difference:.0f} % with the step"
-                " of their differences, as where events pass samples: its standard error is"
-                " rough; a bootstrap does not need them"
-            )
-    return warnings
+    return [
+        f"the derivatives by {key.key} change by {100.0 * difference:.0f} % with the step of their"
+        " differences, as where events pass samples: its standard error is rough; a bootstrap does"
+        " not need them"
+        for key, difference in zip(problem.keys, differences, strict=True)
+        if difference > DISAGREE and key.key not in found.reasons
+    ]
 
 
 def _residual_warnings(

@@ -30,6 +30,8 @@ FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
 NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
+SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
+DISAGREE = 0.1  # relative
 
 
 class Start(NamedTuple):
@@ -101,6 +103,30 @@ class Search:
         """
         h = self.step if step is None else step
         return np.array([self._column(x, j, h) for j in range(len(x))]).T
+
+    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array]":
+        """Return the derivatives, and by how much those of another step differ, relative.
+
+        Where a step passes a jump or a kink, as of an event that comes and goes, shorter ones are
+        tried.
+
+        Returns
+        -------
+        (n, keys), (keys,)
+        """
+        columns, differences = [], []
+        for j in range(len(x)):
+            column = self._column(x, j, self.step)
+            for part in SHORTER:
+                shorter = self._column(x, j, part * self.step)
+                size = max(np.linalg.norm(column), np.linalg.norm(shorter))
+                difference = float(np.linalg.norm(shorter - column) / size) if size else 0.0
+                if difference <= DISAGREE:
+                    break
+                column = shorter
+            columns.append(column)
+            differences.append(difference)
+        return np.array(columns).T, np.array(differences)
 
     def _column(self, x: "Array", j: int, h: float) -> "Array":
         def at(distance: float) -> "Array | None":

@@ -19,9 +19,10 @@ from tests.benchmarks.results_common import Table, say, write
 SEEDS = 200
 MU_S, MU_K = "effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k"
 DAMPING, FORCE = "effects.viscous_damping.coefficient", "drive.force.value.0"
-# Bounds of each key, and the range that the truth is drawn from.
+# Bounds of each key, and the range that the truth is drawn from: below mu_s = 0.1966 the pulley
+# slips back at the start, and all that it does is another.
 BOUNDS = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3), DAMPING: (0.2, 10.0), FORCE: (1500.0, 2200.0)}
-TRUTHS = {MU_S: (0.18, 0.3), MU_K: (0.08, 0.15), DAMPING: (1.0, 3.0), FORCE: (1750.0, 1950.0)}
+TRUTHS = {MU_S: (0.2, 0.3), MU_K: (0.08, 0.15), DAMPING: (1.0, 3.0), FORCE: (1750.0, 1950.0)}
 VELOCITY, ANGLE, TIME = 0.2, 0.05, 0.01  # noise: rad/s, rad, s
 HEADING = ("case", "key", "intervals", "hold the truth", "share [%]", "median standard error", "")
 
@@ -64,9 +65,7 @@ def by_series(*channels: str, **options: Any) -> Callable[..., fs.Fit]:
 
     def fit(truth: dict[str, float], rng: np.random.Generator) -> fs.Fit:
         bounds = {key: BOUNDS[key] for key in truth}
-        return fs.fit(
-            scenario(), data=noisy(truth, rng), channels=channels, free=bounds, starts=2, **options
-        )
+        return fs.fit(scenario(), data=noisy(truth, rng), channels=channels, free=bounds, **options)
 
     return fit
 

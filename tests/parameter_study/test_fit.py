@@ -319,8 +319,8 @@ def test_as_many_values_as_keys_need_a_sigma() -> None:
 
 
 def test_kinks_make_a_standard_error_rough() -> None:
-    """The pulley breaks away 0.3 ms before the one sample, and 0.5 ms are a step of differences."""
-    data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 2.7e-3]}
+    """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
+    data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
     found = fs.fit(
         pulley(), data=data, channels="angular_velocity", free={MU_S: (0.1, 0.4)}, starts=1
     )
