@@ -1,5 +1,6 @@
 """Text files that are written once: an existing file is never replaced."""
 
+from contextlib import suppress
 from os.path import isdir
 from pathlib import Path
 
@@ -22,7 +23,9 @@ def check_new(path: Path, what: str) -> None:
 
 
 def write_new(path: Path, text: str, what: str) -> None:
-    """Write a file that is not there yet.
+    """Write a file that is not there yet, whole or not at all.
+
+    The name is taken by an empty file first, so that no file that appears meanwhile is replaced.
 
     Parameters
     ----------
@@ -35,16 +38,18 @@ def write_new(path: Path, text: str, what: str) -> None:
     ------
     OutputError
     """
+    from frictionsim.io.atomic_write import write_atomically
+
     try:
-        with path.open("x", encoding="utf-8") as opened:
-            try:
-                opened.write(text)
-                opened.flush()
-            except OSError:
-                path.unlink()  # what was written of it
-                raise
+        path.open("xb").close()
     except OSError as error:
         raise _not_written(path, what, error) from None
+    try:
+        write_atomically(text.encode(), path, what)
+    except BaseException:
+        with suppress(OSError):
+            path.unlink()
+        raise
 
 
 def _not_written(path: Path, what: str, error: OSError) -> OutputError:

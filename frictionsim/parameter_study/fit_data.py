@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-AT_END = 1e-9  # relative to the duration: a time this far beyond the end is at the end
+AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
 DEFAULT_TIME = "time"
 SHARED = "quantities"  # group of single quantities without sigma, whose errors are relative
 
@@ -229,7 +229,7 @@ def _series(source: Source, scenario: "Scenario") -> list[Target]:
     times = table.values[column] * table.converted(column, source.time_unit, "s", "time_unit")
     times = times + source.time_offset
     _check_times(times, scenario.solver.duration, table, source.time_offset)
-    times = np.minimum(times, scenario.solver.duration)
+    times = np.clip(times, 0.0, scenario.solver.duration)
     targets = []
     for name, of_channel in source.channels.items():
         own = units[name]
@@ -257,7 +257,7 @@ def _check_times(times: "Array", duration: float, table: _Table, offset: float) 
             f"{table.place(row)}: times must increase from row to row, but"
             f" {times[row]:.9g} s follows {times[row - 1]:.9g} s",
         )
-    if times[0] < 0.0 or times[-1] > duration * (1.0 + AT_END):
+    if times[0] < -duration * AT_END or times[-1] > duration * (1.0 + AT_END):
         shifted = f" with the offset of {offset:g} s" if offset else ""
         raise ArgumentError(
             "data",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
-REMEMBERED = 512  # evaluations
+MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in them
 
 
 def _nothing(t: float) -> None:
@@ -112,7 +112,7 @@ class FitProblem:
         """
         place = np.asarray(x, dtype=np.float64).tobytes()
         if place not in self._seen:
-            if len(self._seen) >= REMEMBERED:
+            if len(self._seen) >= min(MAX_REMEMBERED, 1 + MAX_NUMBERS // self.data.size):
                 self._seen.clear()
             self._seen[place] = self._evaluate(self.values(x))
         return self._seen[place]

@@ -70,6 +70,12 @@ def test_data_in_memory(data: Any, options: dict[str, Any]) -> None:
     assert force_of(data, **options) == pytest.approx(300.0, rel=1e-6)
 
 
+def test_a_time_that_is_off_by_its_rounding_is_within_the_run() -> None:
+    velocity = [0.0, SLOPE * 100.0, SLOPE * 200.0]
+    data = {"time": [-1e-16, 0.5, 1.0 + 1e-15], "angular_velocity": velocity}
+    assert force_of(data) == pytest.approx(300.0, rel=1e-6)
+
+
 def test_a_dataset_has_the_units_of_its_channels() -> None:
     made = fs.solve(frictionless(), {"output.interval": 0.1}).dataset
     made["angular_velocity"] = np.degrees(made["angular_velocity"])
