@@ -64,6 +64,7 @@ def test_the_fitted_scenario_has_the_residuals_of_the_fit() -> None:
     assert rms == pytest.approx(found.residual_rms["angular_velocity"], rel=1e-9)
 
 
+@pytest.mark.filterwarnings("error")  # SciPy divides by a slope that there is not
 def test_a_scan_finds_what_a_start_without_slope_does_not() -> None:
     """With mu_s = 0.39 the pulley never breaks away, and no residual changes with mu_s there."""
     free = {MU_S: (0.1, 0.4, 0.39)}
@@ -316,6 +317,27 @@ def test_as_many_values_as_keys_need_a_sigma() -> None:
         FORCE: "there are as many values as free keys, which leave no scatter; give sigma"
     }
     assert given.standard_errors[FORCE] == pytest.approx(0.1 / (0.5 * SLOPE))
+
+
+def test_differences_do_not_pass_a_jump() -> None:
+    """Below mu_s = 0.19664 the pulley slips back at the start; a step is 0.00075 long."""
+    truth = 0.197
+    data = series(pulley().replace({MU_S: truth}), angular_velocity=0.0)
+    found = fs.fit(
+        pulley(),
+        data=data,
+        channels="angular_velocity",
+        free={MU_S: (0.05, 0.4, truth)},
+        sigma={"angular_velocity": 0.1},
+        starts=1,
+    )
+    near = [
+        series(pulley().replace({MU_S: mu}), angular_velocity=0.0)["angular_velocity"]
+        for mu in (truth - 1e-4, truth + 1e-4)
+    ]
+    slope = (near[1] - near[0]) / 2e-4
+    assert found.warnings == ()
+    assert found.standard_errors[MU_S] == pytest.approx(0.1 / np.linalg.norm(slope), rel=1e-3)
 
 
 def test_kinks_make_a_standard_error_rough() -> None:
