@@ -13,6 +13,8 @@ __version__ = "0.1.0"
 TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:
     from frictionsim.api.comparing import compare as compare
+    from frictionsim.api.fitting import Fit as Fit
+    from frictionsim.api.fitting import fit as fit
     from frictionsim.api.pictures import plot as plot
     from frictionsim.api.result import Result as Result
     from frictionsim.api.result import open as open
@@ -60,6 +62,8 @@ _MODULES = {
     "sweep": "api.sweeping",
     "open_sweep": "api.sweeping",
     "resume_sweep": "api.sweeping",
+    "fit": "api.fitting",
+    "Fit": "api.fitting",
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",

@@ -18,8 +18,10 @@ NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path i
 MAX_ENTRIES = 14  # beside the marker of a typed package
 MAX_LINES = 400
 MAX_PARAMETERS = 8
-# Typer makes an option of each parameter.
-COMMANDS = (PACKAGE / "cli" / "commands.py", PACKAGE / "cli" / "sweep_command.py")
+# Typer makes an option of each parameter of a command.
+COMMANDS = {
+    PACKAGE / "cli" / name for name in ("commands.py", "fit_command.py", "sweep_command.py")
+}
 LIKE_A_COMMAND = "api/solving.py: solve"  # its keywords are the options of one
 
 

@@ -10,7 +10,11 @@ from frictionsim.cli.commands import app
 
 def commands() -> str:
     """Return a section for the program and for each command."""
-    from frictionsim.cli import file_commands, warm_up  # noqa: F401  register their commands
+    from frictionsim.cli import (  # noqa: F401  register their commands
+        file_commands,
+        fit_command,
+        warm_up,
+    )
 
     program: Any = get_command(app)
     parts = [

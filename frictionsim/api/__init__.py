@@ -4,6 +4,7 @@
     statics     static
     result      Result and open
     studies     cost and Study
+    fitting     fit and Fit
     comparing   compare
     pictures    plot
     arguments   checks of arguments

@@ -60,7 +60,12 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
     Process.runs_one_command = runs_one_command
     # Commands of this module start faster without those of the other.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
-        from frictionsim.cli import file_commands, sweep_command, warm_up  # noqa: F401  register
+        from frictionsim.cli import (  # noqa: F401  register theirs
+            file_commands,
+            fit_command,
+            sweep_command,
+            warm_up,
+        )
 
     if "" in arguments:
         print_error(

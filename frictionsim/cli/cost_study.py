@@ -1,16 +1,15 @@
 """`frictionsim cost`: interprets the options, runs the study and writes its files."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import frictionsim as fs
 from frictionsim.api.studies import Progress
-from frictionsim.cli.monitor import CLEAR_LINE, monitor_run
+from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.status_line import StatusLine
 from frictionsim.errors import ArgumentError, OutputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5, check_apart, check_target
-from frictionsim.io.terminal import is_terminal, visible, write_on_stderr
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -109,7 +108,7 @@ def run_study(scenario: "Scenario", wanted: Wanted) -> "fs.Study":
     """
     with (
         monitor_run(scenario.solver.duration, with_progress=False) as on_step,
-        _StatusLine() as show,
+        StatusLine() as show,
     ):
         return fs.cost(
             scenario,
@@ -151,19 +150,3 @@ def _tolerances(text: str | None) -> list[float] | None:
         raise ArgumentError(
             "tolerances", f"expected numbers separated by commas, as 1e-3,1e-6, got '{text}'"
         ) from None
-
-
-class _StatusLine:
-    """Shows the current setting in one line of a terminal; the line is erased at the end."""
-
-    def __enter__(self) -> "_StatusLine":
-        self._shown = is_terminal(sys.stderr)
-        return self
-
-    def __call__(self, text: str) -> None:
-        if self._shown:
-            write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
-
-    def __exit__(self, *_: object) -> None:
-        if self._shown:
-            write_on_stderr(CLEAR_LINE)

@@ -1,7 +1,6 @@
 """The commands on files: show, compare, plot, new and schema."""
 
 from contextlib import suppress
-from os.path import isdir
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +16,7 @@ from frictionsim.cli.messages import (
     print_text,
     warn,
 )
-from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError, OutputError
+from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
 
 
@@ -183,35 +182,10 @@ def new(
     if file is None:
         print_text(text.rstrip("\n"))
         return
-    _write_new(file, text)
+    from frictionsim.io.new_file import write_new
+
+    write_new(file, text, "scenario")
     print_beside_files(str(file))
-
-
-def _write_new(file: Path, text: str) -> None:
-    """Write a file that is not there yet.
-
-    Raises
-    ------
-    OutputError
-    """
-    try:
-        with file.open("x", encoding="utf-8") as opened:
-            try:
-                opened.write(text)
-                opened.flush()
-            except OSError:
-                file.unlink()  # what was written of it
-                raise
-    except OSError as error:
-        if isdir(file):  # false for a name that is too long, where Path.is_dir fails
-            why = "this is a folder; give a file name"
-        elif isinstance(error, FileExistsError):
-            why = "the file exists and is not replaced; give another name"
-        elif not isdir(file.parent):
-            why = f"there is no folder '{file.parent}'"
-        else:
-            why = str(error.strerror)
-        raise OutputError(f"{file}: cannot write the scenario: {why}") from None
 
 
 @app.command()

@@ -111,7 +111,7 @@ class CsvSpeedTable(CsvTable):
         return self
 
 
-class _Row(NamedTuple):
+class Row(NamedTuple):
     """The cells of a line, without spaces around them; lines are counted from 1."""
 
     line: int
@@ -153,8 +153,8 @@ def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
         If the file cannot be read, or lacks a column or a number.
     """
     path = folder / table.csv
-    text = _text(path)
-    rows = list(_separated(table, text, path) if table.has_columns else _plain(text))
+    text = read_text(path)
+    rows = list(separated_rows(table, text, path) if table.has_columns else _plain(text))
     sources, rows = _find_columns(table, rows, path)
     points = list(_numbers(table, rows, sources, path))
     if not points:
@@ -177,7 +177,20 @@ def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
             )
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path, relative_to: str = "; the path is relative to the scenario") -> str:
+    """Return the text of a CSV file, with one kind of line end.
+
+    Parameters
+    ----------
+    path : Path
+    relative_to : str
+        End of the message about a file that cannot be read.
+
+    Raises
+    ------
+    PydanticCustomError
+        If it cannot be read or is too large.
+    """
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise OSError(0, "this is a device or a pipe")  # which may have no end, or no writer
@@ -188,9 +201,7 @@ def _text(path: Path) -> str:
         reason = getattr(error, "strerror", None) or (
             "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
         )
-        raise inconsistent(
-            ("csv",), f"cannot read '{path}' ({reason}); the path is relative to the scenario"
-        ) from None
+        raise inconsistent(("csv",), f"cannot read '{path}' ({reason}){relative_to}") from None
     if len(content) > MAX_BYTES or text.count("\n") > MAX_LINES:
         raise inconsistent(
             ("csv",),
@@ -200,20 +211,20 @@ def _text(path: Path) -> str:
     return text
 
 
-def _plain(text: str) -> Iterator[_Row]:
+def _plain(text: str) -> Iterator[Row]:
     """Yield the rows of a file of two columns, with any of the usual separators."""
     for number, line in enumerate(text.splitlines(), start=1):
         cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         if cells:
-            yield _Row(number, cells)
+            yield Row(number, cells)
 
 
-def _separated(table: CsvTable, text: str, path: Path) -> Iterator[_Row]:
+def separated_rows(table: CsvTable, text: str, path: Path) -> Iterator[Row]:
     """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
     import csv  # imported here: few scenarios have such a signal
 
     lines = text.split("\n")
-    delimiter = table.delimiter or _usual_delimiter(table.decimal, lines)
+    delimiter = table.delimiter or usual_delimiter(table.decimal, lines)
     shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
     reader = csv.reader(shown, delimiter=delimiter, strict=True)
     line = 1
@@ -223,31 +234,29 @@ def _separated(table: CsvTable, text: str, path: Path) -> Iterator[_Row]:
             if delimiter == " ":
                 cells = [cell for cell in cells if cell]
             if any(cells):
-                yield _Row(line, cells)
+                yield Row(line, cells)
             line = reader.line_num + 1
     except csv.Error as error:
         raise inconsistent(
             ("csv",),
-            f"line {line} of '{path}', separated by {_quoted(delimiter)}: not valid CSV: {error}",
+            f"line {line} of '{path}', separated by {quoted(delimiter)}: not valid CSV: {error}",
         ) from None
 
 
-def _usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
+def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
     """Return the delimiter in the first line that begins with a number, or in the first line."""
     numeric = (line for line in lines if line.lstrip(' "+-.')[:1].isdecimal())
     sample = next(numeric, lines[0])
     return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
 
 
-def _find_columns(
-    table: CsvTable, rows: list[_Row], path: Path
-) -> tuple[list[_Source], list[_Row]]:
+def _find_columns(table: CsvTable, rows: list[Row], path: Path) -> tuple[list[_Source], list[Row]]:
     """Return the two columns of the signal, and the rows below the line with their names."""
     wanted: dict[str, str | int] = {
         table.abscissa: getattr(table, table.abscissa) or 1,
         "value": table.value or 2,
     }
-    header = _Row(0, [])
+    header = Row(0, [])
     if rows and any(isinstance(name, str) for name in wanted.values()):
         header, rows = _below_header(table, wanted, rows, path)
     sources = [
@@ -263,8 +272,8 @@ def _find_columns(
 
 
 def _below_header(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[_Row], path: Path
-) -> tuple[_Row, list[_Row]]:
+    table: CsvTable, wanted: dict[str, str | int], rows: list[Row], path: Path
+) -> tuple[Row, list[Row]]:
     """Return the first row with all names, and the rows below it."""
     names = {name for name in wanted.values() if isinstance(name, str)}
     place = next((i for i, row in enumerate(rows) if names <= set(row.cells)), None)
@@ -283,13 +292,13 @@ def _below_header(
 
 
 def _no_such_column(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[_Row], path: Path
+    table: CsvTable, wanted: dict[str, str | int], rows: list[Row], path: Path
 ) -> PydanticCustomError:
     """Return the error for names that no line has, compared with the likely header line."""
     names = {key: name for key, name in wanted.items() if isinstance(name, str)}
     above = []
     for row in rows:
-        if all(_is_number(cell, table.decimal) for cell in row.cells if cell):
+        if all(is_number(cell, table.decimal) for cell in row.cells if cell):
             break
         above.append(row)
     if not above:
@@ -307,7 +316,7 @@ def _no_such_column(
 
 
 def _numbers(
-    table: CsvTable, rows: list[_Row], sources: list[_Source], path: Path
+    table: CsvTable, rows: list[Row], sources: list[_Source], path: Path
 ) -> Iterator[_Point]:
     """Yield a point of each row, without header lines, in which none of the cells is a number."""
     begun = False
@@ -315,10 +324,10 @@ def _numbers(
         cells = row.cells
         if table.has_columns:
             cells = [cells[s.column] if s.column < len(cells) else "" for s in sources]
-        if not begun and not any(_is_number(cell, table.decimal) for cell in cells):
+        if not begun and not any(is_number(cell, table.decimal) for cell in cells):
             continue
         begun = True
-        numbers = [_finite(cell, table.decimal) for cell in cells]
+        numbers = [finite_number(cell, table.decimal) for cell in cells]
         if len(cells) != len(sources) or None in numbers:
             fault = _cell_fault(table, row, sources) if table.has_columns else _line_fault(row)
             raise inconsistent(("csv",), f"line {row.line} of '{path}': {fault}")
@@ -326,40 +335,40 @@ def _numbers(
         yield _Point(row.line, abscissa, value)
 
 
-def _line_fault(row: _Row) -> str:
+def _line_fault(row: Row) -> str:
     """Return what is wrong with a row of a file of two columns."""
-    finite = "" if any(not _is_number(cell, ".") for cell in row.cells) else ", both finite"
+    finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
     advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
-    return f"expected a time and a value{finite}, got {_quoted(' '.join(row.cells))}{advice}"
+    return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
 
 
-def _cell_fault(table: CsvTable, row: _Row, sources: list[_Source]) -> str:
+def _cell_fault(table: CsvTable, row: Row, sources: list[_Source]) -> str:
     """Return what is wrong with the first cell that is no finite number."""
     for source in sources:
         if source.column >= len(row.cells):
             return f"no column {source.column + 1} for {source.key}, only {len(row.cells)}"
         cell = row.cells[source.column]
-        if _finite(cell, table.decimal) is None:
+        if finite_number(cell, table.decimal) is None:
             break
     other = "," if table.decimal == "." else "."
     advice = ""
-    if _finite(cell, other) is not None:
+    if finite_number(cell, other) is not None:
         advice = f"; if '{other}' is the decimal mark, give decimal = \"{other}\""
     return (
         f"expected a finite number in column {source.column + 1} for {source.key}, got"
-        f" {_quoted(cell)}{advice}"
+        f" {quoted(cell)}{advice}"
     )
 
 
-def _finite(cell: str, decimal: str) -> float | None:
+def finite_number(cell: str, decimal: str) -> float | None:
     """Return the number in a cell; None if it is not a finite one."""
-    if not _is_number(cell, decimal):
+    if not is_number(cell, decimal):
         return None
     number = float(cell.replace(decimal, "."))
     return number if isfinite(number) else None
 
 
-def _is_number(cell: str, decimal: str) -> bool:
+def is_number(cell: str, decimal: str) -> bool:
     if "_" in cell or (decimal != "." and "." in cell):
         return False
     try:
@@ -369,5 +378,5 @@ def _is_number(cell: str, decimal: str) -> bool:
     return True
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     return "a tab" if text == "\t" else f"'{text[:MAX_TEXT]}'"

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 
 def key_names(model: type[BaseModel] | None) -> list[str]:
@@ -32,3 +33,44 @@ def holds(annotation: Any, container: type) -> bool:
     return get_origin(annotation) is container or any(
         holds(argument, container) for argument in get_args(annotation)
     )
+
+
+def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
+    """Return the fields that a key with dots may be of, as `effects.shaft_friction.mu_s`.
+
+    Parameters
+    ----------
+    model : type
+    key : str
+
+    Returns
+    -------
+    list of FieldInfo
+        Several where a value has several forms, as a signal; none if there is no such key.
+    """
+    models, found = [model], list[FieldInfo]()
+    for part in key.split("."):
+        if part.isdecimal():  # an index of a list
+            continue
+        fields = [
+            field
+            for one in models
+            for name, field in one.model_fields.items()
+            if part == (field.alias or name)
+        ]
+        if not fields and any(holds(field.annotation, dict) for field in found):
+            continue  # a name chosen by the user
+        found = fields
+        models = [inner for field in fields for inner in models_in(field.annotation)]
+    return found
+
+
+def unit_of_key(model: type[BaseModel], key: str) -> str:
+    """Return the unit of the value of a key with dots; empty if it is not known."""
+    found, parts = "", key.split(".")
+    for end in range(1, len(parts) + 1):
+        for field in fields_of_key(model, ".".join(parts[:end])):
+            extra = field.json_schema_extra
+            if isinstance(extra, dict) and extra.get("unit"):
+                found = str(extra["unit"])
+    return found

@@ -1,6 +1,6 @@
 """The interface between a kind of mechanism and `simulate.run`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
@@ -36,6 +36,12 @@ class Simulation(Protocol):
 
     @property
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
+
+    def sample_at(self, times: Sequence[float]) -> None:
+        """Take samples at these times, s, strictly increasing, instead of the regular ones.
+
+        Called before `prepare`, if at all: by fits to measured data.
+        """
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Prepare the next step; called before `solve` and after `restore`.

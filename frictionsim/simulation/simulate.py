@@ -1,7 +1,7 @@
 """Simulation of one scenario: returns channels, transitions, quantities, checks and statistics."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from math import inf
 from time import perf_counter
@@ -144,6 +144,7 @@ def run(
     checkpoint: "dict[str, Any] | None" = None,
     segments: "Segments | None" = None,
     max_steps: int | None = None,
+    sample_times: "Sequence[float] | None" = None,
 ) -> RunResult:
     """Simulate a scenario.
 
@@ -162,6 +163,9 @@ def run(
     max_steps : int, optional
         Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
         the wall time it is not recorded: the run goes on to the result of an unlimited one.
+    sample_times : sequence of float, optional, s
+        Times of the samples in the place of the regular ones, strictly increasing and within the
+        run, which then cannot be resumed.
 
     Returns
     -------
@@ -181,6 +185,8 @@ def run(
         simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
     clock, samples = _Clock(), getattr(simulation, "samples", None)
     check_space(scenario, simulation, segments)
+    if sample_times is not None:
+        simulation.sample_at(sample_times)
     if samples is not None:
         samples.segments = segments
     doubted: Callable[[], AbstractContextManager[None]] = (

@@ -1,6 +1,6 @@
 """The simulation of a mechanism of one coordinate, and its results."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from frictionsim.simulation.checkpoint import (
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
-from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, unfit
 
@@ -59,6 +59,10 @@ class SingleDofSimulation:
         self.states = len(mechanism.initial_state)
         self.channel_info = mechanism.channel_info
         self.axes: Mapping[str, tuple[str, ...]] = {}
+
+    def sample_at(self, times: Sequence[float]) -> None:
+        """Take samples at these times, s, instead of the regular ones; before `solve`."""
+        self._recording.times = GivenTimes(times)
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Return 0 s: nothing is compiled."""

@@ -2,7 +2,7 @@
 
 from array import array
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import floor, inf, ulp
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -63,6 +63,24 @@ class SampleTimes:
         if self._next > self._last + 2:
             return "_next"
         return "" if self.next == self._time_of(self._next) else "next"
+
+
+class GivenTimes(SampleTimes):
+    """Sample times from a list, as those of measured data; a run with them is not resumed.
+
+    Parameters
+    ----------
+    times : sequence of float, s
+        Strictly increasing; the last is not after the end of the run.
+    """
+
+    def __init__(self, times: Sequence[float]) -> None:
+        self._times = list(times)
+        self._next = 0
+        self.next = self._time_of(0)
+
+    def _time_of(self, number: int) -> float:
+        return self._times[number] if number < len(self._times) else inf
 
 
 Row = tuple[float, ...]

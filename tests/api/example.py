@@ -102,6 +102,30 @@ def other_functions(folder: Path) -> None:
     print(fs.__version__)
 
 
+def identify(folder: Path) -> None:
+    """Fit a coefficient of friction to measured data."""
+    pulley = fs.load(fs.scenarios()["pulley"], {"solver.duration": 1.0, "solver.rtol": 1e-6})
+    measured: xarray.Dataset = fs.solve(pulley, {MU_S: 0.23, "output.interval": 0.05}).dataset
+    found: fs.Fit = fs.fit(
+        pulley,
+        data=measured,
+        channels="angular_velocity",
+        free={MU_S: (0.1, 0.4)},
+        sigma={"angular_velocity": 0.1},
+        starts=1,
+    )
+    values: dict[str, float] = found.values
+    errors: dict[str, float | None] = found.standard_errors
+    intervals: dict[str, tuple[float, float] | None] = found.intervals
+    correlations: dict[str, dict[str, float]] = found.correlations
+    unknown: dict[str, str] = found.not_identified
+    fitted: fs.Scenario = found.scenario
+    path: Path = found.save_toml(folder / "fitted.toml")
+    drawn: Figure = found.plot()
+    print(values, errors, intervals, correlations, unknown, fitted.kind, path, drawn)
+    print(found.status, found.reduced_chi_squared, found.residual_rms, found.summary())
+
+
 def errors_of(source: str) -> list[str]:
     """Return the faults of a scenario, or why it failed."""
     try:
@@ -132,4 +156,5 @@ def main(folder: Path) -> None:
     """Do all of it."""
     simulate(folder)
     other_functions(folder)
+    identify(folder)
     print(errors_of("none.toml"), in_threads())

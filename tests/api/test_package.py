@@ -132,6 +132,7 @@ LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber"},
+    "frictionsim.io.new_file": {"check_new", "write_new"},
     "frictionsim.io.replaceable": {"COSTS", "COSTS_IN_HDF5", "check_apart", "check_target"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {

@@ -28,6 +28,7 @@ COMMANDS = [
     "new",
     "schema",
     "sweep",
+    "fit",
     "warm-up",
 ]
 LONG = "a" * 300

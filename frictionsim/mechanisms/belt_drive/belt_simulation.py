@@ -1,6 +1,6 @@
 """The simulation of a belt drive: from step to step, with samples on the way."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from frictionsim.simulation.checkpoint import (
     require_values,
 )
 from frictionsim.simulation.sample_store import SampleStore
-from frictionsim.solvers.common import SampleTimes
+from frictionsim.solvers.common import GivenTimes, SampleTimes
 from frictionsim.solvers.state_values import unfit
 
 if TYPE_CHECKING:
@@ -60,6 +60,10 @@ class BeltDrive:
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
         self.states = self._observer.states
+
+    def sample_at(self, times: Sequence[float]) -> None:
+        """Take samples at these times, s, instead of the regular ones; before `solve`."""
+        self._times = GivenTimes(times)
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Evaluate the start, and have all kernels of the run compiled; return how long that took.

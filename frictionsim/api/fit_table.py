@@ -1,0 +1,129 @@
+"""The tables of a fit, and the fitted scenario as TOML."""
+
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionsim.api.tables import Cells, Parts
+
+if TYPE_CHECKING:
+    from frictionsim.parameter_study.fit_outcome import Outcome
+
+DIGITS = 6
+SAME = 1e-3  # relative: searches with such costs have found the same minimum
+EXACT = 1e-12
+FITTED = "# Fitted by 'frictionsim fit'"
+
+
+def fit_parts(found: "Outcome") -> Parts:
+    """Yield the estimates, their correlations, the residuals and what is not identified."""
+    scenario = found.fitted
+    values = sum(part.values.size for part in found.residuals)
+    yield f"{scenario.title or scenario.kind}: fit of {_count(len(found.keys))} to {values} values"
+    yield _estimates(found)
+    if len(found.keys) > 1:
+        yield _correlations(found)
+    yield _residuals(found)
+    if found.reduced_chi_squared is not None:
+        yield (
+            f"chi squared {_short(found.chi_squared)}, of {found.degrees} degrees of freedom:"
+            f" reduced {_short(found.reduced_chi_squared)}"
+        )
+    for key, why in found.not_identified.items():
+        yield f"{key} is not identified: {why}"
+    yield _searches(found)
+    if found.bootstrap is not None:
+        failed = f", {found.bootstrap.failed} more did not end" if found.bootstrap.failed else ""
+        yield f"bootstrap: {found.bootstrap.done} fits to data drawn anew{failed}"
+
+
+def _estimates(found: "Outcome") -> Cells:
+    bootstrap = found.bootstrap
+    drawn = (">bootstrap from", ">to") if bootstrap else ()
+    headings = ("key", ">estimate", ">standard error", ">95 % from", ">to", *drawn, "unit")
+    rows = []
+    for key in found.keys:
+        name = key.key
+        cells = [name, _number(found.values[name]), _short(found.standard_errors[name])]
+        cells += _pair(found.intervals[name])
+        if bootstrap is not None:
+            cells += _pair(bootstrap.intervals[name])
+        rows.append((*cells, key.unit))
+    return Cells(headings, rows)
+
+
+def _correlations(found: "Outcome") -> Cells:
+    numbers = [f">({i})" for i in range(1, len(found.keys) + 1)]
+    rows = [
+        (f"({i}) {key.key}", *("none" if isnan(c) else f"{c:.3f}" for c in row))
+        for i, (key, row) in enumerate(zip(found.keys, found.correlations, strict=True), start=1)
+    ]
+    return Cells(("correlation", *numbers), rows)
+
+
+def _residuals(found: "Outcome") -> Cells:
+    rows = [
+        (
+            part.name,
+            str(part.values.size),
+            _short(part.rms),
+            _short(part.largest),
+            _short(part.sigma),
+            "given" if part.sigma_given else "estimated" if part.sigma is not None else "",
+            part.unit,
+        )
+        for part in found.residuals
+    ]
+    return Cells(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
+
+
+def _searches(found: "Outcome") -> str:
+    starts = found.starts
+    least = starts[0].cost
+    # Of data without noise the costs are roundings.
+    same = sum(start.cost <= least * (1.0 + SAME) + EXACT for start in starts)
+    ended = "" if found.status == "done" else f"; {found.status}: {found.reason}"
+    return f"{same} of {len(starts)} searches found this minimum, in {found.runs} runs{ended}"
+
+
+def _pair(interval: tuple[float, float] | None) -> list[str]:
+    return ["none", "none"] if interval is None else [_number(end) for end in interval]
+
+
+def _count(keys: int) -> str:
+    return "1 key" if keys == 1 else f"{keys} keys"
+
+
+def _number(value: float) -> str:
+    return f"{value:.{DIGITS}g}"
+
+
+def _short(value: float | None) -> str:
+    return "none" if value is None else f"{value:.3g}"
+
+
+def toml_of(found: "Outcome", source: str) -> str:
+    """Return the fitted scenario as TOML, with comments that say what was fitted to what.
+
+    Parameters
+    ----------
+    found : Outcome
+    source : str
+        Path of the scenario; empty if it is of no file.
+    """
+    names = ", ".join(part.name for part in found.residuals)
+    of = f" from {Path(source).name}" if source else ""
+    lines = [f"{FITTED}{of} to measured {names}: estimate, standard error"]
+    for key in found.keys:
+        error = found.standard_errors[key.key]
+        why = found.not_identified.get(key.key)
+        spread = f"not identified: {why}" if why else _short(error)
+        unit = f" {key.unit}" if key.unit not in ("", "1") else ""
+        lines.append(
+            f"#   {key.key} = {_number(found.values[key.key])}, {spread}{'' if why else unit}"
+        )
+    for part in found.residuals:
+        lines.append(f"# Residual of {part.name}: rms {_short(part.rms)} {part.unit}")
+    # One line each: names of files may hold anything.
+    comments = [" ".join(line.split()) if i == 0 else line for i, line in enumerate(lines)]
+    return "\n".join([*comments, "", found.fitted.to_toml()])

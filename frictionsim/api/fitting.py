@@ -1,0 +1,367 @@
+"""Fits of free keys of a scenario to measured data from Python: fit and Fit."""
+
+from collections.abc import Callable, Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+from frictionsim.api.arguments import as_count, as_names, as_path
+from frictionsim.api.statics import with_overrides
+from frictionsim.errors import ArgumentError
+from frictionsim.parameter_study.fit import Settings
+from frictionsim.parameter_study.fit import fit as fit_problem
+from frictionsim.parameter_study.fit_data import Source, check_names, measured
+from frictionsim.parameter_study.fit_keys import check_runs, free_keys
+from frictionsim.parameter_study.fit_outcome import Bootstrap, Outcome, outcome_json
+from frictionsim.parameter_study.fit_problem import FitProblem
+from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.settings import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from frictionsim.scenario.overrides import Overrides
+
+Columns = str | Iterable[str] | Mapping[str, str | int]
+"""Names that are those of their columns, too; or the column of each name."""
+
+
+class FitOptions(TypedDict, total=False):
+    """The optional arguments of `fit`."""
+
+    quantities: str | Iterable[str] | Mapping[str, str | int | float]
+    over: Columns
+    sigma: Mapping[str, float | str]
+    units: Mapping[str, str]
+    time: str | int
+    time_unit: str
+    time_offset: float
+    starts: int
+    seed: int
+    bootstrap: int
+    progress: Callable[[int], Any]
+
+
+class Fit:
+    """What a fit of free keys of a scenario to measured data found.
+
+    Attributes
+    ----------
+    data : frictionsim.parameter_study.fit_outcome.Outcome
+        All of it as plain data.
+    source : str
+        Path of the scenario; empty if it is of no file.
+    """
+
+    def __init__(self, data: Outcome, source: str = "") -> None:
+        self.data, self.source = data, source
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The estimates, by key."""
+        return self.data.values
+
+    @property
+    def standard_errors(self) -> dict[str, float | None]:
+        """Their standard errors; None where a key is not identified."""
+        return self.data.standard_errors
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """Their 95 % confidence intervals; None where a key is not identified."""
+        return self.data.intervals
+
+    @property
+    def correlations(self) -> dict[str, dict[str, float]]:
+        """The correlations of the estimates, by key and key; nan where one is not identified."""
+        names, table = list(self.data.values), self.data.correlations
+        return {
+            name: dict(zip(names, map(float, row), strict=True))
+            for name, row in zip(names, table, strict=True)
+        }
+
+    @property
+    def not_identified(self) -> dict[str, str]:
+        """Why the data do not determine a key, by key; empty if they determine all."""
+        return self.data.not_identified
+
+    @property
+    def residual_rms(self) -> dict[str, float]:
+        """Root mean square of data minus fit, by channel or quantity, in its unit."""
+        return {part.name: part.rms for part in self.data.residuals}
+
+    @property
+    def chi_squared(self) -> float | None:
+        """Sum of the squared residuals over their sigma; None unless every sigma was given."""
+        return self.data.chi_squared
+
+    @property
+    def reduced_chi_squared(self) -> float | None:
+        """chi_squared over the degrees of freedom: about 1 if scenario and sigma are right."""
+        return self.data.reduced_chi_squared
+
+    @property
+    def starts(self) -> list[dict[str, Any]]:
+        """The local searches by their costs: where each started and ended, and its cost."""
+        return [start._asdict() for start in self.data.starts]
+
+    @property
+    def bootstrap(self) -> Bootstrap | None:
+        """Percentile intervals and all estimates of the bootstrap; None without one."""
+        return self.data.bootstrap
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with the estimates."""
+        return self.data.fitted
+
+    @property
+    def status(self) -> str:
+        """`done`, or `stopped` where the search reached its limit of iterations."""
+        return self.data.status
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped; empty if done."""
+        return self.data.reason
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to doubt the estimates or their standard errors."""
+        unidentified = (
+            f"{key} is not identified: {why}" for key, why in self.data.not_identified.items()
+        )
+        return (*unidentified, *self.data.warnings)
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this fit."""
+        from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE
+
+        return EXIT_DONE if self.status == "done" else EXIT_BUDGET_EXCEEDED
+
+    def plot(self, *, ax: "Axes | None" = None) -> "Figure":
+        """Draw data, fit and residuals.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Draw in the place of these axes, which are removed.
+        """
+        from frictionsim.plots.fit import diagram
+
+        return diagram(self.data, ax=ax)
+
+    def to_toml(self) -> str:
+        """Return the fitted scenario as TOML, with comments that say what was fitted to what."""
+        from frictionsim.api.fit_table import toml_of
+
+        return toml_of(self.data, self.source)
+
+    def save_toml(self, path: str | PathLike[str]) -> Path:
+        """Write the fitted scenario as TOML; an existing file is not replaced.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        from frictionsim.io.new_file import write_new
+
+        target = as_path("path", path)
+        write_new(target, self.to_toml(), "scenario")
+        return target
+
+    def save_plot(self, path: str | PathLike[str]) -> Path:
+        """Write the picture of data, fit and residuals: .png, .pdf or .svg.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If it cannot be written.
+        """
+        from frictionsim.plots.picture_file import save
+
+        target = as_path("path", path)
+        save(self.plot(), target)
+        return target
+
+    def summary(self) -> str:
+        """Return the estimates as text, as the command line prints them."""
+        from frictionsim.api.fit_table import fit_parts
+        from frictionsim.api.tables import as_text
+
+        return as_text(fit_parts(self.data))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fit as plain data, as the command line prints it with --json."""
+        return outcome_json(self.data, self.source)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{key}={value:.6g}" for key, value in self.values.items())
+        return f"<frictionsim.Fit {self.scenario.kind}: {self.status}, {values}>"
+
+    def _repr_html_(self) -> str:
+        from frictionsim.api.fit_table import fit_parts
+        from frictionsim.api.tables import as_html
+
+        return as_html(fit_parts(self.data))
+
+
+def fit(
+    scenario: Scenario | ScenarioSource,
+    overrides: "Overrides | None" = None,
+    *,
+    data: Any = None,
+    channels: Columns = (),
+    free: Mapping[str, Any],
+    **options: Unpack[FitOptions],
+) -> Fit:
+    """Fit free keys of a scenario to measured data by least squares within bounds.
+
+    Parameters
+    ----------
+    scenario, overrides
+        As of `solve`.
+    data : path or mapping of arrays, optional
+        A CSV file, a dict of arrays, a pandas.DataFrame or an xarray.Dataset. A value that is NaN,
+        or an empty cell, was not measured.
+    channels : str, iterable of str or mapping
+        The channels that were measured over time; a mapping gives the column of each.
+    free : mapping
+        Bounds (low, high), or (low, high, start), of each key to be fitted. Without a start it is
+        the scenario's value, or the middle. Several keys with commas between them have one value.
+    **options
+        `quantities`: of one run, the measured value of each; with `over`, the names of columns, or
+        the column of each. `over`: the keys that the rows of the data set, each of which is a
+        run; a mapping gives the column of each. `sigma`: standard deviation of a channel or
+        quantity, in the unit of the data, or the name of its column; without it the scatter about
+        the fit is taken. `units`: unit of the data of a channel or quantity, such as `deg/s`,
+        where it is another one. `time`: column of the times, by default `time`, or the first of a
+        file. `time_unit`: by default s. `time_offset`, s: is added to the times of the data.
+        `starts`: local searches, by default 3; 1 starts from the start only. `seed`: of the points
+        that are scanned for starts, and of the bootstrap. `bootstrap`: how many fits to data drawn
+        anew, by default 0. `progress`: is called with the number of runs so far.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError, ScenarioError
+        If the scenario, the data or an argument is not valid; before anything is fitted.
+    SolverError
+        If all runs fail.
+    TypeError
+        If there is no such argument.
+    """
+    unknown = options.keys() - FitOptions.__annotations__.keys()
+    if unknown:
+        names = ", ".join(f"'{name}'" for name in sorted(unknown))
+        raise TypeError(f"fit() got an unexpected keyword argument {names}")
+    settings = _settings(options)
+    source = _source(data, channels, options)
+    loaded = with_overrides(scenario, overrides)
+    if not isinstance(free, Mapping):
+        raise ArgumentError(
+            "free", f"expected bounds by key, as {{'drive.force': (0.0, 1.0)}}, got {free!r}"
+        )
+    clash = [name for key in free for name in str(key).split(",") if name in source.over]
+    if clash:
+        raise ArgumentError("over", f"'{clash[0]}' is free, too; the data give it or the fit does")
+    keys = free_keys(free, loaded)
+    found = measured(source, loaded)
+    check_runs(found, keys, loaded)
+    progress = options.get("progress") or (lambda runs: None)
+    if not callable(progress):
+        raise ArgumentError("progress", f"expected a function of a number, got {progress!r}")
+    problem = FitProblem(loaded, keys, found, progress)
+    return Fit(fit_problem(problem, settings), loaded.origin.source)
+
+
+def _settings(options: FitOptions) -> Settings:
+    seed, bootstrap = options.get("seed", 0), options.get("bootstrap", 0)
+    for name, value in (("seed", seed), ("bootstrap", bootstrap)):
+        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+            raise ArgumentError(name, f"expected a whole number of at least 0, got {value!r}")
+    return Settings(as_count("starts", options.get("starts", 3)), seed, bootstrap)
+
+
+def _source(data: Any, channels: Columns, options: FitOptions) -> Source:
+    """Return what is to be compared, with all arguments checked that need no data."""
+    wanted, over = _columns("channels", channels), _columns("over", options.get("over", ()))
+    quantities = _quantities(options.get("quantities", ()), bool(over))
+    if not wanted and not quantities:
+        raise ArgumentError(
+            "channels", "expected a channel or quantity that was measured; none is given"
+        )
+    if over and wanted:
+        raise ArgumentError(
+            "over", "the rows of the data are runs, or times of channels; leave out one of them"
+        )
+    if isinstance(data, str | PathLike):
+        data = as_path("data", data)
+    elif data is not None and not hasattr(data, "keys"):
+        raise ArgumentError(
+            "data", f"expected a CSV file or columns by name, got {type(data).__name__}"
+        )
+    if data is None and (wanted or over):
+        raise ArgumentError("data", "missing; expected a CSV file or columns by name")
+    names = [*wanted, *quantities]
+    for argument in ("sigma", "units"):
+        if not isinstance(options.get(argument, {}), Mapping):
+            raise ArgumentError(argument, "expected a mapping of channels or quantities")
+        check_names(argument, options.get(argument, {}), names)  # type: ignore[arg-type]
+    return Source(
+        data=data,
+        channels=wanted,
+        quantities=quantities,
+        over=over,
+        sigma={name: _sigma(name, value) for name, value in options.get("sigma", {}).items()},
+        units=dict(options.get("units", {})),
+        time=options.get("time"),
+        time_unit=options.get("time_unit"),
+        time_offset=_finite("time_offset", options.get("time_offset", 0.0)),
+    )
+
+
+def _columns(argument: str, given: Any) -> dict[str, str | int]:
+    """Return the column of each name."""
+    if isinstance(given, Mapping):
+        for name, column in given.items():
+            if not isinstance(column, str | int) or isinstance(column, bool):
+                raise ArgumentError(argument, f"{name}: expected a column, got {column!r}")
+        return dict(given)
+    return {name: name for name in as_names(argument, given)}
+
+
+def _quantities(given: Any, are_columns: bool) -> dict[str, Any]:
+    if are_columns:
+        return dict(_columns("quantities", given))
+    if not isinstance(given, Mapping):
+        if as_names("quantities", given):
+            raise ArgumentError("quantities", "expected the measured value of each quantity")
+        return {}
+    return {name: _finite("quantities", value, f"{name}: ") for name, value in given.items()}
+
+
+def _finite(argument: str, value: Any, where: str = "") -> float:
+    from math import isfinite
+
+    number = value if isinstance(value, int | float) else getattr(value, "item", lambda: None)()
+    if not isinstance(number, int | float) or isinstance(number, bool) or not isfinite(number):
+        raise ArgumentError(argument, f"{where}expected a finite number, got {value!r}")
+    return float(number)
+
+
+def _sigma(name: str, value: Any) -> float | str:
+    if isinstance(value, str):
+        return value
+    number = _finite("sigma", value, f"{name}: ")
+    if not number > 0.0:
+        raise ArgumentError("sigma", f"{name}: expected a number above 0, got {number:g}")
+    return number

@@ -1,0 +1,252 @@
+"""The fit of free keys of a scenario to measured data: search, noise, uncertainty, bootstrap.
+
+Residuals are divided by the standard deviation of the data. Where it is given, it is taken as it
+is, and the standard errors follow from it. Where it is not, each channel or quantity has an unknown
+one, which is estimated from its residuals; with several of them the fit is repeated with these
+weights until they stay (iterated weighted least squares).
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import ArgumentError
+from frictionsim.parameter_study.fit_bootstrap import bootstrap
+from frictionsim.parameter_study.fit_keys import expanded
+from frictionsim.parameter_study.fit_noise import Noise
+from frictionsim.parameter_study.fit_outcome import (
+    DONE,
+    STOPPED,
+    Outcome,
+    TargetResiduals,
+)
+from frictionsim.parameter_study.fit_problem import FitProblem, residuals_of
+from frictionsim.parameter_study.fit_search import DISAGREE, MAX_ITERATIONS, Minimum, Search, search
+from frictionsim.parameter_study.fit_uncertainty import (
+    NO_CHANGE,
+    Accuracy,
+    Identified,
+    autocorrelation,
+    correlations,
+    determine_no_better,
+    identify,
+    interval,
+    quantile,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+REWEIGHTED = 20  # times at most
+SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
+SAME_COST = 1e-9  # relative
+MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
+SIGNIFICANT = 4.0  # standard deviations
+
+
+class Settings(NamedTuple):
+    """How a fit is done.
+
+    Attributes
+    ----------
+    starts : int
+        Local searches.
+    seed : int
+        Of the scan and of the bootstrap.
+    bootstrap : int
+        Fits to data drawn anew; 0 for none.
+    """
+
+    starts: int = 3
+    seed: int = 0
+    bootstrap: int = 0
+
+
+def fit(problem: FitProblem, settings: Settings) -> Outcome:
+    """Fit the free keys of a problem.
+
+    Raises
+    ------
+    ArgumentError
+        If there are fewer values than keys, or data of a kind that need one have no sigma.
+    SolverError
+        If all runs fail.
+    """
+    _check(problem)
+    noise = Noise(problem.data.targets)
+    best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
+    if noise.is_to_be_balanced:
+        best = _reweigh(problem, noise, best)
+    best, found, differences = _identified(problem, noise, best)
+    model = problem.at(best.x)
+    degrees = problem.data.size - found.rank
+    reliable = noise.all_given or degrees > 0
+    if reliable:
+        factor = quantile(None if noise.all_given else degrees)
+        found = determine_no_better(found, problem.keys, factor)
+    else:
+        found, factor = _without_scatter(problem, found), 0.0
+    drawn = None
+    if settings.bootstrap:
+        drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
+    statistics = _statistics(problem, noise, best, degrees)
+    chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
+    warnings = [
+        *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
+        *_derivative_warnings(problem, differences, found),
+        *_residual_warnings(statistics, noise, chi if noise.all_given else None, degrees),
+    ]
+    values = problem.values(best.x)
+    errors, intervals = _errors_and_intervals(problem, best, found, factor)
+    return Outcome(
+        fitted=problem.scenario.replace(expanded(values)),
+        keys=problem.keys,
+        data=problem.data,
+        values=values,
+        standard_errors=errors,
+        intervals=intervals,
+        correlations=correlations(found.covariance),
+        not_identified=found.reasons,
+        residuals=statistics,
+        chi_squared=chi if noise.all_given else None,
+        degrees=degrees,
+        status=DONE if best.converged else STOPPED,
+        reason="" if best.converged else f"limit of {MAX_ITERATIONS} iterations reached",
+        starts=starts,
+        warnings=tuple(warnings),
+        bootstrap=drawn,
+        runs=problem.runs,
+    )
+
+
+def _check(problem: FitProblem) -> None:
+    data, keys = problem.data, problem.keys
+    if data.size < len(keys):
+        raise ArgumentError(
+            "data", f"{data.size} values cannot determine {len(keys)} free keys; give more data"
+        )
+    alone = [] if data.over else [t for t in data.targets if t.of == "quantity"]
+    single = [target.name for target in alone if target.sigma is None]
+    if single and any(target.of == "channel" for target in data.targets):
+        raise ArgumentError(
+            "sigma",
+            f"the quantity {single[0]} beside channels needs a standard deviation, as"
+            f" {single[0]}=0.01",
+        )
+
+
+def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
+    """Return the minimum with weights by the noise that is left in it."""
+    for _ in range(REWEIGHTED):
+        if noise.estimate(residuals_of(problem, best.x), len(problem.keys)) < SAME_NOISE:
+            break
+        best = Search(problem, 1.0 / noise.sigma).minimum(best.x)
+    return best
+
+
+def _identified(
+    problem: FitProblem, noise: Noise, best: Minimum
+) -> "tuple[Minimum, Identified, Array]":
+    """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
+    keys, solver = problem.keys, problem.scenario.solver
+    tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
+    task = Search(problem, 1.0 / noise.sigma)
+    accuracy = Accuracy(task.step, tolerance)
+    jacobian, differences = task.checked_jacobian(best.x)
+    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    best = _with_starts_where_free(task, best, found)
+    # How many values were determined decides how much of the noise is left in the residuals.
+    noise.estimate(residuals_of(problem, best.x), found.rank)
+    jacobian = jacobian / (noise.sigma * task.weights)[:, None]
+    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    return best, found, differences
+
+
+def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:
+    """Return the minimum with the starts of keys on which it does not depend."""
+    x = best.x.copy()
+    for j, key in enumerate(task.problem.keys):
+        if found.reasons.get(key.key) == NO_CHANGE:
+            x[j] = key.scaled(key.start)
+    return best._replace(x=x) if task.cost(x) <= best.cost * (1.0 + SAME_COST) else best
+
+
+def _without_scatter(problem: FitProblem, found: Identified) -> Identified:
+    """Return that nothing is known of the uncertainty: as many values as keys, without sigma."""
+    why = "there are as many values as free keys, which leave no scatter; give sigma"
+    reasons = {key.key: found.reasons.get(key.key, why) for key in problem.keys}
+    return found._replace(reasons=reasons, covariance=np.full_like(found.covariance, np.nan))
+
+
+def _errors_and_intervals(
+    problem: FitProblem, best: Minimum, found: Identified, factor: float
+) -> tuple[dict[str, float | None], dict[str, tuple[float, float] | None]]:
+    """Return standard errors and intervals by key; None where it is not identified."""
+    errors: dict[str, float | None] = {}
+    intervals: dict[str, tuple[float, float] | None] = {}
+    for j, (key, x) in enumerate(zip(problem.keys, best.x, strict=True)):
+        variance = found.covariance[j, j]
+        known = bool(np.isfinite(variance))
+        scaled = float(np.sqrt(variance)) if known else 0.0
+        errors[key.key] = scaled * key.derivative(float(x)) if known else None
+        intervals[key.key] = interval(key, float(x), factor * scaled) if known else None
+    return errors, intervals
+
+
+def _statistics(
+    problem: FitProblem, noise: Noise, best: Minimum, degrees: int
+) -> tuple[TargetResiduals, ...]:
+    found, at, residuals = [], 0, residuals_of(problem, best.x)
+    for target in problem.data.targets:
+        here = slice(at, at + target.values.size)
+        values, at = residuals[here], here.stop
+        given = target.sigma is not None
+        series = target.of == "channel" and values.size >= MIN_SERIES
+        found.append(
+            TargetResiduals(
+                name=target.name,
+                unit=problem.units[target.name],
+                values=values,
+                fitted=target.values - values,
+                rms=float(np.sqrt(np.mean(values**2))),
+                largest=float(np.max(np.abs(values))),
+                sigma=float(np.mean(noise.sigma[here])) if given or degrees else None,
+                sigma_given=given,
+                autocorrelation=autocorrelation(values) if series else None,
+            )
+        )
+    return tuple(found)
+
+
+def _derivative_warnings(problem: FitProblem, differences: "Array", found: Identified) -> list[str]:
+    """Return the keys whose derivatives depend on the step of the differences."""
+    return [
+        f"the derivatives by {key.key} change by {100.0 * difference:.0f} % with the step of their"
+        " differences, as where events pass samples: its standard error is rough; a bootstrap does"
+        " not need them"
+        for key, difference in zip(problem.keys, differences, strict=True)
+        if difference > DISAGREE and key.key not in found.reasons
+    ]
+
+
+def _residual_warnings(
+    statistics: tuple[TargetResiduals, ...], noise: Noise, chi: float | None, degrees: int
+) -> list[str]:
+    warnings = []
+    for part in statistics:
+        spread = float(np.std(part.values + part.fitted))
+        near, count = part.autocorrelation, part.values.size
+        if near is not None and part.rms > 1e-6 * spread and near > SIGNIFICANT / np.sqrt(count):
+            warnings.append(
+                f"neighbouring residuals of {part.name} are alike (correlation {near:.2f}): the"
+                " scenario lacks something that the data show, or their noise is not white; the"
+                " standard errors are too small"
+            )
+    if chi is not None and degrees and chi / degrees > 1.0 + SIGNIFICANT * np.sqrt(2.0 / degrees):
+        warnings.append(
+            f"the residuals are {np.sqrt(chi / degrees):.3g} times as large as the sigma that was"
+            " given: the standard errors are too small"
+        )
+    return warnings

@@ -1,0 +1,348 @@
+"""The measured data of a fit: time series of one run, or a table of runs with their quantities."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.parameter_study.units import factor
+from frictionsim.scenario.csv_columns import Column, NoSuchColumn, read_columns
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.scenario.settings import Scenario
+
+    Array = npt.NDArray[np.float64]
+
+AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
+DEFAULT_TIME = "time"
+SHARED = "quantities"  # group of single quantities without sigma, whose errors are relative
+
+
+class Target(NamedTuple):
+    """Measured values of a channel or quantity.
+
+    Attributes
+    ----------
+    name : str
+        As `angular_velocity`, or `pulley_speed.driven` of a channel with members.
+    of : str
+        `channel` or `quantity`.
+    unit : str
+        Of the values: that of the channel; of a quantity that of the data, empty if not said.
+    values : (n,)
+    sigma : (n,) or None
+        Standard deviations of the values.
+    times : (n,), s
+        Times in the run; empty for a quantity.
+    runs : (n,) of int
+        The run that each value is of.
+    group : str
+        Values of one group without sigma have one noise level.
+    scale : (n,)
+        What their errors are relative to before the noise level is known.
+    """
+
+    name: str
+    of: Literal["channel", "quantity"]
+    unit: str
+    values: "Array"
+    sigma: "Array | None"
+    times: "Array"
+    runs: "npt.NDArray[np.int64]"
+    group: str
+    scale: "Array"
+
+
+class Measured(NamedTuple):
+    """Measured data.
+
+    Attributes
+    ----------
+    targets : tuple of Target
+    runs : tuple of dict
+        The keys that each run sets; one run that sets none for time series.
+    over : tuple of str
+        These keys.
+    """
+
+    targets: tuple[Target, ...]
+    runs: tuple[dict[str, float], ...]
+    over: tuple[str, ...] = ()
+
+    @property
+    def times(self) -> "Array":
+        """All times of the channels, s, each once, in their order."""
+        return np.unique(np.concatenate([t.times for t in self.targets] or [np.empty(0)]))
+
+    @property
+    def size(self) -> int:
+        """How many values there are."""
+        return sum(target.values.size for target in self.targets)
+
+
+class Source(NamedTuple):
+    """What of the data is compared with what, as it was asked for.
+
+    Attributes
+    ----------
+    data : path, mapping of arrays, or None
+    channels : dict
+        The column of each channel.
+    quantities : dict
+        The value of each quantity, or with `over` its column.
+    over : dict
+        The column of each key that the rows of the data set.
+    sigma : dict
+        The standard deviation of a channel or quantity, in the unit of the data, or its column.
+    units : dict
+        The unit of the data, where it is not that of the channel or quantity.
+    time : str, int or None
+        The column of the times.
+    time_unit : str
+    time_offset : float, s
+        Is added to the times of the data.
+    """
+
+    data: Any
+    channels: dict[str, Column]
+    quantities: dict[str, Any]
+    over: dict[str, Column]
+    sigma: dict[str, Any]
+    units: dict[str, str]
+    time: Column | None
+    time_unit: str | None
+    time_offset: float
+
+
+class _Table:
+    """Columns of the data, whatever they come from."""
+
+    def __init__(self, source: Source, time: Column | None) -> None:
+        self._source, self._time = source, time
+        columns = [*source.channels.values(), *source.over.values()]
+        if source.over:
+            columns += source.quantities.values()
+        columns += [value for value in source.sigma.values() if isinstance(value, str)]
+        wanted = list(dict.fromkeys([*([] if time is None else [time]), *columns]))
+        no_gaps = [*([] if time is None else [time]), *source.over.values()]
+        if isinstance(source.data, Path):
+            try:
+                found = read_columns(source.data, wanted, no_gaps)
+            except InputError as error:
+                raise ArgumentError("data", str(error)) from None
+            self.values = {column: np.array(found.values[column]) for column in wanted}
+            self.units, self._lines = found.units, found.lines
+        else:
+            self.values, self.units, self._lines = {}, {}, []
+            for column in wanted:
+                self.values[column] = self._of_mapping(column)
+                unit = getattr(source.data[column], "attrs", {}).get("units")
+                if isinstance(unit, str):
+                    self.units[column] = unit
+            self._check_lengths()
+        for column in no_gaps:
+            self._check_finite(column)
+
+    def _of_mapping(self, column: Column) -> "Array":
+        data = self._source.data
+        try:
+            values = np.asarray(data[column], dtype=np.float64)
+        except KeyError:
+            known = [str(name) for name in data]
+            raise ArgumentError("data", unknown("column", str(column), known)) from None
+        except (TypeError, ValueError):
+            raise ArgumentError("data", f"expected numbers in '{column}'") from None
+        if values.ndim != 1 or not values.size:
+            raise ArgumentError(
+                "data",
+                f"expected a list of numbers in '{column}', got an array of shape {values.shape}",
+            )
+        if np.isinf(values).any():
+            raise ArgumentError("data", f"expected finite numbers in '{column}', got inf")
+        return values
+
+    def _check_lengths(self) -> None:
+        sizes = {str(column): values.size for column, values in self.values.items()}
+        if len(set(sizes.values())) > 1:
+            found = ", ".join(f"{name} {size}" for name, size in sizes.items())
+            raise ArgumentError("data", f"expected columns of one length, got {found}")
+
+    def _check_finite(self, column: Column) -> None:
+        bad = np.flatnonzero(~np.isfinite(self.values[column]))
+        if bad.size:
+            raise ArgumentError("data", f"{self.place(int(bad[0]))}: no number in '{column}'")
+
+    def place(self, row: int) -> str:
+        """Return where a row is, for messages."""
+        if isinstance(self._source.data, Path):
+            return f"line {self._lines[row]} of '{self._source.data}'"
+        return f"row {row}"
+
+    def converted(self, column: Column, unit: str | None, own: str, argument: str) -> float:
+        """Return the factor from the unit of a column to that of the model."""
+        unit = unit or self.units.get(column)
+        if not unit:
+            return 1.0
+        try:
+            return factor(unit, own)
+        except InputError as error:
+            raise ArgumentError(argument, f"{column}: {error}") from None
+
+
+def measured(source: Source, scenario: "Scenario") -> Measured:
+    """Return the data to compare a scenario with, in the units of its channels.
+
+    Raises
+    ------
+    InputError
+        If they lack a column, or do not fit the scenario.
+    """
+    if source.over:
+        return _of_runs(source)
+    targets = [*_series(source, scenario)] if source.channels else []
+    for name, value in source.quantities.items():
+        targets.append(_single(source, name, value, source.units.get(name, "")))
+    return Measured(tuple(targets), ({},))
+
+
+def _time_column(source: Source) -> Column:
+    """Return the column of times: `time`, or else the first of a file."""
+    if source.time is not None or not isinstance(source.data, Path):
+        return DEFAULT_TIME if source.time is None else source.time
+    try:
+        read_columns(source.data, [DEFAULT_TIME], [])
+    except NoSuchColumn:
+        return 1
+    except InputError as error:
+        raise ArgumentError("data", str(error)) from None
+    return DEFAULT_TIME
+
+
+def _series(source: Source, scenario: "Scenario") -> list[Target]:
+    units = {name: _channel_unit(name, scenario) for name in source.channels}
+    column = _time_column(source)
+    table = _Table(source, column)
+    times = table.values[column] * table.converted(column, source.time_unit, "s", "time_unit")
+    times = times + source.time_offset
+    _check_times(times, scenario.solver.duration, table, source.time_offset)
+    times = np.clip(times, 0.0, scenario.solver.duration)
+    targets = []
+    for name, of_channel in source.channels.items():
+        own = units[name]
+        size = table.converted(of_channel, source.units.get(name), own, "units")
+        values = table.values[of_channel] * size
+        given = np.isfinite(values)
+        if not given.any():
+            raise ArgumentError("data", f"no numbers in the column '{of_channel}'")
+        sigma = _sigma(source, name, table, size, given)
+        spread = float(np.std(values[given])) or float(np.max(np.abs(values[given]))) or 1.0
+        runs = np.zeros(int(given.sum()), dtype=np.int64)
+        scale = np.full(runs.size, spread)
+        targets.append(
+            Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
+        )
+    return targets
+
+
+def _check_times(times: "Array", duration: float, table: _Table, offset: float) -> None:
+    late = np.flatnonzero(~(np.diff(times) > 0.0))
+    if late.size:
+        row = int(late[0]) + 1
+        raise ArgumentError(
+            "data",
+            f"{table.place(row)}: times must increase from row to row, but"
+            f" {times[row]:.9g} s follows {times[row - 1]:.9g} s",
+        )
+    if times[0] < -duration * AT_END or times[-1] > duration * (1.0 + AT_END):
+        shifted = f" with the offset of {offset:g} s" if offset else ""
+        raise ArgumentError(
+            "data",
+            f"the times{shifted} are from {times[0]:.9g} s to {times[-1]:.9g} s, the run is from 0"
+            f" to {duration:g} s; set solver.duration or the time offset",
+        )
+
+
+def _channel_unit(name: str, scenario: "Scenario") -> str:
+    """Return the unit of a channel, which may have a member: `pulley_speed.driven`."""
+    base, _, member = name.partition(".")
+    if base not in scenario.CHANNELS:
+        raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
+    channel = scenario.CHANNELS[base]
+    if channel.integer:
+        raise ArgumentError("channels", f"'{base}' counts or names something; it cannot be fitted")
+    if bool(channel.axis) != bool(member):
+        wanted = (
+            f"has a value for each {channel.axis}; give one, as {base}.NAME"
+            if channel.axis
+            else f"has one value; give it without '.{member}'"
+        )
+        raise ArgumentError("channels", f"'{base}' {wanted}")
+    return channel.unit
+
+
+def _sigma(
+    source: Source, name: str, table: "_Table | None", size: float, given: Any
+) -> "Array | None":
+    """Return the standard deviations of a target; None if none are given."""
+    found = source.sigma.get(name)
+    if found is None:
+        return None
+    if isinstance(found, str):
+        if table is None:
+            raise ArgumentError("sigma", f"{name}: expected a number, got '{found}'")
+        values = table.values[found][given] * size
+    else:
+        values = np.full(int(np.sum(given)), float(found) * size)
+    if not (np.isfinite(values) & (values > 0.0)).all():
+        raise ArgumentError("sigma", f"{name}: expected standard deviations above 0")
+    return values
+
+
+def _single(source: Source, name: str, value: float, unit: str) -> Target:
+    """Return the target of one measured quantity."""
+    values, one = np.array([float(value)]), np.ones(1, dtype=bool)
+    sigma = _sigma(source, name, None, 1.0, one)
+    scale = np.abs(values) if value else np.ones(1)
+    runs, times = np.zeros(1, dtype=np.int64), np.empty(0)
+    return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
+
+
+def _of_runs(source: Source) -> Measured:
+    """Return the data of a table each row of which is a run."""
+    table = _Table(source, None)
+    keys = list(source.over)
+    rows = list(
+        zip(*(table.values[column].tolist() for column in source.over.values()), strict=True)
+    )
+    runs = tuple(dict(zip(keys, row, strict=True)) for row in rows)
+    targets = []
+    for name, column in source.quantities.items():
+        values = table.values[column]
+        given = np.isfinite(values)
+        if not given.any():
+            raise ArgumentError("data", f"no numbers in the column '{column}'")
+        sigma = _sigma(source, name, table, 1.0, given)
+        spread = float(np.std(values[given])) or float(np.max(np.abs(values[given]))) or 1.0
+        places = np.flatnonzero(given)
+        scale = np.full(places.size, spread)
+        unit, none = source.units.get(name) or table.units.get(column, ""), np.empty(0)
+        targets.append(
+            Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
+        )
+    return Measured(tuple(targets), runs, tuple(keys))
+
+
+def check_names(of: str, given: Mapping[str, Any], known: list[str]) -> None:
+    """Check that sigma or units are of something that is compared.
+
+    Raises
+    ------
+    ArgumentError
+    """
+    for name in given:
+        if name not in known:
+            raise ArgumentError(of, unknown("channel or quantity", name, known))

@@ -1,0 +1,236 @@
+"""The search of a fit: a scan of the bounds, least squares from its best points.
+
+Stick-slip puts kinks into the residual: a sample changes its slope where a breakaway passes its
+time, and the sum of squares has several minima. So the bounds are scanned first, and the local
+search (`scipy.optimize.least_squares`, trust region reflective) starts from several points. Keys
+are scaled to their bounds. Derivatives are central differences whose step is far above the
+tolerance of the runs, and short against what moves an event from one sample to the next.
+
+A run that fails counts as a residual much larger than the data, so that the search turns back.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import SolverError
+from frictionsim.parameter_study.fit_keys import latin_hypercube
+from frictionsim.parameter_study.fit_problem import FitProblem
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+FAILED = 1e6  # residual of a failed run, in units of the spread of the data
+SCANNED = 12  # points for each start
+APART = 0.1  # of the bounds: starts are at least so far from each other
+MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
+FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
+TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
+NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
+MAX_ITERATIONS = 60
+SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
+DISAGREE = 0.1  # relative
+
+
+class Start(NamedTuple):
+    """A local search.
+
+    Attributes
+    ----------
+    first, last : dict of float
+        The values of the keys where it started and ended.
+    first_cost, cost : float
+        Half the weighted sum of squares there.
+    converged : bool
+    """
+
+    first: dict[str, float]
+    last: dict[str, float]
+    first_cost: float
+    cost: float
+    converged: bool
+
+
+class Minimum(NamedTuple):
+    """Where a local search ended: scaled place, half the sum of squares, and whether at rest."""
+
+    x: "Array"
+    cost: float
+    converged: bool
+
+
+class Search:
+    """Weighted residuals and their derivatives.
+
+    Parameters
+    ----------
+    problem : FitProblem
+    weights : (n,)
+        Residuals are multiplied by them.
+    measured : (n,), optional
+        In the place of the data.
+    """
+
+    def __init__(
+        self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
+    ) -> None:
+        self.problem, self.weights = problem, weights
+        targets = problem.data.targets
+        self.measured = (
+            np.concatenate([t.values for t in targets]) if measured is None else measured
+        )
+        self._failed = weights * np.concatenate([t.scale for t in targets]) * FAILED
+        self.step = difference_step(problem)
+
+    def residual(self, x: "Array") -> "Array":
+        """Return the weighted residuals at a scaled place; large ones of a failed run."""
+        model = self.problem.at(x).values
+        if model is None:
+            return self._failed
+        return np.asarray((model - self.measured) * self.weights)
+
+    def cost(self, x: "Array") -> float:
+        """Return half the weighted sum of squares."""
+        return 0.5 * float(np.sum(self.residual(x) ** 2))
+
+    def jacobian(self, x: "Array", step: float | None = None) -> "Array":
+        """Return the derivatives (n, keys) of the weighted residuals by the scaled places.
+
+        Central differences; one-sided of second order at a bound, of first order beside a failed
+        run.
+        """
+        h = self.step if step is None else step
+        return np.array([self._column(x, j, h) for j in range(len(x))]).T
+
+    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array]":
+        """Return the derivatives, and by how much those of another step differ, relative.
+
+        Where a step passes a jump or a kink, as of an event that comes and goes, shorter ones are
+        tried.
+
+        Returns
+        -------
+        (n, keys), (keys,)
+        """
+        columns, differences = [], []
+        for j in range(len(x)):
+            column = self._column(x, j, self.step)
+            for part in SHORTER:
+                shorter = self._column(x, j, part * self.step)
+                size = max(np.linalg.norm(column), np.linalg.norm(shorter))
+                difference = float(np.linalg.norm(shorter - column) / size) if size else 0.0
+                if difference <= DISAGREE:
+                    break
+                column = shorter
+            columns.append(column)
+            differences.append(difference)
+        return np.array(columns).T, np.array(differences)
+
+    def _column(self, x: "Array", j: int, h: float) -> "Array":
+        def at(distance: float) -> "Array | None":
+            place = x.copy()
+            place[j] += distance
+            return self.problem.at(place).values
+
+        here = self.problem.at(x).values
+        h = -h if x[j] > 0.5 else h  # the side on which there is room
+        far, near = at(h), at(-h) if 0.0 <= x[j] - h <= 1.0 else None
+        slope = np.zeros(self.measured.size)
+        if far is not None and near is not None:
+            slope = (far - near) / (2.0 * h)
+        elif far is not None and here is not None:
+            further = at(2.0 * h)
+            slope = (far - here) / h
+            if further is not None:
+                slope = (4.0 * far - further - 3.0 * here) / (2.0 * h)
+        elif near is not None and here is not None:
+            slope = (here - near) / h
+        return np.asarray(slope * self.weights)
+
+    def minimum(self, x: "Array") -> Minimum:
+        """Return the local minimum that least squares find from a scaled place."""
+        from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
+
+        found: Any = least_squares(
+            self.residual,
+            np.clip(x, 0.0, 1.0),
+            jac=self.jacobian,
+            bounds=(0.0, 1.0),
+            method="trf",
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=NO_SLOPE,
+            max_nfev=MAX_ITERATIONS,
+        )
+        return Minimum(np.asarray(found.x), float(found.cost), found.status > 0)
+
+
+def difference_step(problem: FitProblem) -> float:
+    """Return the step of differences as a part of the bounds.
+
+    The cube root of the error of the runs gives the least error of a central difference.
+    """
+    solver = problem.scenario.solver
+    if problem.scenario.pair.fixed_step:
+        return FIXED_STEP
+    return float(min(max(np.cbrt(solver.rtol), MIN_STEP), MAX_STEP))
+
+
+def search(
+    problem: FitProblem, weights: "Array", starts: int, seed: int
+) -> tuple[Minimum, list[Start]]:
+    """Return the least minimum, and all local searches in the order of their costs.
+
+    Parameters
+    ----------
+    problem : FitProblem
+    weights : (n,)
+    starts : int
+        How many local searches; one starts from the starts of the keys, without a scan.
+    seed : int
+        Of the points that are scanned.
+
+    Raises
+    ------
+    SolverError
+        If all runs fail.
+    """
+    task, keys = Search(problem, weights), problem.keys
+    own = np.array([key.scaled(key.start) for key in keys])
+    points = [own]
+    if starts > 1:
+        rng = np.random.default_rng(seed)
+        points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
+    # Before any scan: a channel or quantity that there is not is told at once.
+    works = [point for point in points if problem.at(point).values is not None]
+    if not works:
+        raise SolverError(
+            f"all {len(points)} runs of the fit failed; that of the start:"
+            f" {problem.at(points[0]).reason}"
+        )
+    found = []
+    for first in _choose(works, task, starts):
+        last = task.minimum(first)
+        start = Start(
+            problem.values(first),
+            problem.values(last.x),
+            task.cost(first),
+            last.cost,
+            last.converged,
+        )
+        found.append((last, start))
+    found.sort(key=lambda one: one[0].cost)
+    return found[0][0], [start for _, start in found]
+
+
+def _choose(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
+    """Return the best points that are apart from each other."""
+    chosen: list[Array] = []
+    for point in sorted(points, key=task.cost):
+        if all(np.max(np.abs(point - other)) >= APART for other in chosen):
+            chosen.append(point)
+        if len(chosen) == starts:
+            break
+    return chosen

@@ -1,0 +1,189 @@
+"""Standard errors and correlations of fitted keys, from the derivatives of the residuals.
+
+Near the estimate the residuals are taken to be linear in the keys. Their derivatives J, each
+residual divided by its standard deviation, give the covariance (J^T J)^-1. A key along which no
+residual changes, keys of which only a combination changes them, a key at its bound, and one that
+the data determine no better than its bounds do, are not identified: they have no standard error.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.parameter_study.fit_keys import FreeKey
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+
+CONFIDENCE = 0.95
+AT_BOUND = 1e-4  # of the bounds
+MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
+PART_OF = 0.1  # of a unit vector: a smaller component is no part of a combination
+NO_CHANGE = "the data do not change with it"
+ROUNDING = 1e-7  # of the spread of the data
+
+
+class Identified(NamedTuple):
+    """Which keys are identified, and the covariance of their scaled places.
+
+    Attributes
+    ----------
+    reasons : dict of str
+        Why a key is not identified, by key.
+    covariance : (keys, keys)
+        For residuals of standard deviation 1; NaN in rows and columns of keys that are not
+        identified.
+    rank : int
+        How many values, or combinations of them, the data determine.
+    """
+
+    reasons: dict[str, str]
+    covariance: "Array"
+    rank: int
+
+
+class Accuracy(NamedTuple):
+    """How accurate the derivatives are.
+
+    Attributes
+    ----------
+    step : float
+        Of the differences, as a part of the bounds.
+    noise : float
+        Error of the runs, relative to the spread of the data.
+    """
+
+    step: float
+    noise: float
+
+    @property
+    def flat(self) -> float:
+        """Derivatives relative to the spread of the data below which there are none."""
+        return max(ROUNDING, 10.0 * self.noise / self.step)
+
+    @property
+    def singular(self) -> float:
+        """Singular values below which a direction is not determined."""
+        return max(MIN_SINGULAR, 10.0 * self.step**2, 10.0 * self.noise / self.step)
+
+
+def identify(
+    keys: tuple[FreeKey, ...],
+    x: "Array",
+    jacobian: "Array",
+    spread: "Array",
+    accuracy: Accuracy,
+) -> Identified:
+    """Return what the data determine.
+
+    Parameters
+    ----------
+    keys : tuple of FreeKey
+    x : (keys,)
+        The scaled estimates.
+    jacobian : (n, keys)
+        Derivatives of the residuals over their standard deviations.
+    spread : (n,)
+        Spread of the data over these standard deviations.
+    accuracy : Accuracy
+    """
+    reasons: dict[str, str] = {}
+    for j, key in enumerate(keys):
+        if np.max(np.abs(jacobian[:, j]) / spread) <= accuracy.flat:
+            reasons[key.key] = NO_CHANGE
+        elif x[j] < AT_BOUND or x[j] > 1.0 - AT_BOUND:
+            side, bound = ("lower", key.low) if x[j] < 0.5 else ("upper", key.high)
+            reasons[key.key] = f"its estimate is at the {side} bound {bound:g}; widen the bounds"
+    active = [j for j, key in enumerate(keys) if key.key not in reasons]
+    covariance = np.full((len(keys), len(keys)), np.nan)
+    if not active:
+        return Identified(reasons, covariance, 0)
+    lengths = np.linalg.norm(jacobian[:, active], axis=0)
+    _, singular, right = np.linalg.svd(jacobian[:, active] / lengths, full_matrices=False)
+    determined = singular > accuracy.singular * singular[0]
+    for vector in right[~determined]:
+        parts = [j for j, part in zip(active, vector, strict=True) if abs(part) > PART_OF]
+        signs = [part for part in vector if abs(part) > PART_OF]
+        for j in parts:
+            others = " and ".join(keys[i].key for i in parts if i != j)
+            sign = "-" if len(parts) == 2 and signs[0] * signs[1] < 0.0 else ""
+            correlation = f" (correlation {sign}1.000)" if len(parts) == 2 else ""
+            reasons[keys[j].key] = (
+                f"the data determine only a combination of it and {others}{correlation}; fix one"
+            )
+    kept = right[determined] / singular[determined, None]
+    inner = (kept.T @ kept) / np.outer(lengths, lengths)
+    covariance[np.ix_(active, active)] = inner
+    rank = int(np.sum(determined))
+    return Identified(reasons, _without(covariance, keys, reasons), rank)
+
+
+def _without(covariance: "Array", keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> "Array":
+    """Return the covariance without what is not identified."""
+    for j, key in enumerate(keys):
+        if key.key in reasons:
+            covariance[j, :] = covariance[:, j] = np.nan
+    return covariance
+
+
+def quantile(degrees: int | None) -> float:
+    """Return the factor of the standard error for a 95 % interval.
+
+    Parameters
+    ----------
+    degrees : int or None
+        Degrees of freedom that the standard deviations were estimated with; None if they were
+        given.
+    """
+    from scipy import special  # imported here: a fit alone needs it
+
+    probability = 0.5 + 0.5 * CONFIDENCE
+    if degrees is None:
+        return float(special.ndtri(probability))
+    return float(special.stdtrit(degrees, probability))
+
+
+def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: float) -> Identified:
+    """Return the same without keys whose 95 % interval is wider than their bounds.
+
+    Parameters
+    ----------
+    found : Identified
+    keys : tuple of FreeKey
+    factor : float
+        Of the standard error, for the interval.
+    """
+    reasons = dict(found.reasons)
+    for j, key in enumerate(keys):
+        variance = found.covariance[j, j]
+        if np.isfinite(variance) and factor * np.sqrt(variance) > 1.0:
+            reasons[key.key] = "the data determine it no better than its bounds do"
+    return found._replace(
+        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
+    )
+
+
+def correlations(covariance: "Array") -> "Array":
+    """Return the correlations; NaN where a key is not identified."""
+    errors = np.sqrt(np.diag(covariance))
+    found = covariance / np.outer(errors, errors)
+    return np.asarray(np.clip(found, -1.0, 1.0))
+
+
+def interval(key: FreeKey, x: float, half_width: float) -> tuple[float, float]:
+    """Return the interval of the value of a key about a scaled place; it may exceed the bounds."""
+    if key.is_log:
+        size = np.log(key.high / key.low)
+        return tuple(  # type: ignore[return-value]
+            float(key.low * np.exp(size * (x + s * half_width))) for s in (-1.0, 1.0)
+        )
+    size = key.high - key.low
+    return key.low + size * (x - half_width), key.low + size * (x + half_width)
+
+
+def autocorrelation(residuals: "Array") -> float:
+    """Return the correlation of neighbouring residuals."""
+    total = float(np.sum(residuals**2))
+    return float(np.sum(residuals[1:] * residuals[:-1])) / total if total > 0.0 else 0.0

@@ -1,0 +1,99 @@
+"""The picture of a fit: data and fit over time, or over the key that the runs vary; residuals."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from frictionsim.plots.placement import drawn_in
+from frictionsim.plots.style import (
+    BLACK,
+    GREY,
+    STICK_COLOUR,
+    VERMILION,
+    add_legend,
+    escape_mathtext,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
+    from frictionsim.parameter_study.fit_data import Target
+    from frictionsim.parameter_study.fit_outcome import Outcome, TargetResiduals
+
+HEIGHT, MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
+RATIOS = (3.0, 1.2)  # heights of data and residuals
+FEW = 60  # points: more are drawn smaller
+DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
+FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
+RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
+
+
+def diagram(found: "Outcome", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
+    """Draw data and fit of each channel or quantity, with the residuals below.
+
+    A grey band has the width of twice the standard deviation of the data.
+
+    Parameters
+    ----------
+    found : Outcome
+    figure, ax : optional
+        As in `frictionsim.plots.draw`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        If the figure is not empty, or the axes cannot be replaced.
+    """
+    return drawn_in(lambda target: _draw(found, target), figure, ax)
+
+
+def _draw(found: "Outcome", figure: "Figure | SubFigure") -> None:
+    parts = list(zip(found.data.targets, found.residuals, strict=True))
+    if isinstance(figure, Figure):
+        figure.set_figheight(HEIGHT * len(parts) + MARGIN)
+    axes = figure.subplots(2 * len(parts), 1, height_ratios=RATIOS * len(parts), squeeze=False)
+    for number, (target, residuals) in enumerate(parts):
+        upper, lower = axes[2 * number, 0], axes[2 * number + 1, 0]
+        lower.sharex(upper)
+        _draw_target(upper, lower, found, target, residuals)
+    handles = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
+    add_legend(figure, [*handles, Line2D([], [], **RESIDUAL, label="data minus fit")])
+    title = escape_mathtext(found.fitted.title or found.fitted.kind)
+    figure.suptitle(f"{title}: fit to measured data", fontsize="medium", wrap=True)
+
+
+def _draw_target(
+    upper: Any, lower: Any, found: "Outcome", target: "Target", residuals: "TargetResiduals"
+) -> None:
+    x, label = _abscissa(found, target)
+    order = np.argsort(x, kind="stable")
+    size = 5.0 if len(x) <= FEW else 2.5
+    upper.plot(x, target.values, **DATA, markersize=size)
+    upper.plot(x[order], residuals.fitted[order], **FIT)
+    unit = f",\n{residuals.unit.replace('^2', '²')}" if residuals.unit not in ("", "1") else ""
+    upper.set_ylabel(f"{escape_mathtext(target.name.replace('_', ' '))}{unit}")
+    upper.tick_params(labelbottom=False)
+    if residuals.sigma is not None:
+        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_COLOUR, linewidth=0)
+    lower.axhline(0.0, color=VERMILION, linewidth=1.0)
+    lower.plot(x, residuals.values, **RESIDUAL, markersize=size)
+    lower.set_ylabel(f"residual{unit}")
+    lower.set_xlabel(label)
+    for ax in (upper, lower):
+        ax.grid(linewidth=0.3)
+
+
+def _abscissa(found: "Outcome", target: "Target") -> tuple[Any, str]:
+    """Return what the values of a target are drawn over, and the label of that axis."""
+    if target.of == "channel":
+        return target.times, "time, s"
+    if len(found.data.over) == 1:
+        key = found.data.over[0]
+        return np.array([found.data.runs[run][key] for run in target.runs]), escape_mathtext(key)
+    return target.runs + 1.0, "run"

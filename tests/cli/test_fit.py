@@ -1,0 +1,226 @@
+"""`frictionsim fit`: options, tables, files and exit codes."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+from tests.cli.conftest import Run, strict_json
+from tests.parameter_study.measurements import LOAD, MU_K, MU_S, PULLEY, pulley, series, write_csv
+
+SET = ("--set", "solver.duration=1.5", "--set", "solver.rtol=1e-8")
+ONE = ("--free", f"{MU_S}=0.1:0.4", "--channel", "angular_velocity", "--starts", "1")
+
+
+@pytest.fixture
+def log(here: Path) -> Path:
+    """Measured velocity of a pulley with mu_s = 0.23."""
+    data = series(pulley().replace({MU_S: 0.23}), 0.1, angular_velocity=0.02)
+    return write_csv(here / "log.csv", data)
+
+
+def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
+    free = ("--free", f"{MU_S}=0.1:0.4", "--free", f"{MU_K}=0.02:0.2")
+    channel = ("--channel", "angular_velocity")
+    out, err = told("fit", PULLEY, *SET, *free, "--data", log, *channel, "--starts", "1")
+    lines = [line.split() for line in out.splitlines()]
+    assert out.splitlines()[0] == "Pulley on a dry shaft: fit of 2 keys to 16 values"
+    assert out.splitlines()[1].split("  ")[0] == "key"
+    assert lines[2][0] == MU_S
+    assert float(lines[2][1]) == pytest.approx(0.23, rel=0.01)
+    assert lines[4] == ["correlation", "(1)", "(2)"]
+    assert lines[5][:3] == ["(1)", MU_S, "1.000"]
+    assert lines[7] == ["residual", "values", "rms", "largest", "sigma", "unit"]
+    assert lines[8][:2] == ["angular_velocity", "16"]
+    assert lines[8][-2:] == ["estimated", "rad/s"]
+    assert lines[9][:7] == ["1", "of", "1", "searches", "found", "this", "minimum,"]
+    assert err == ""
+    assert sorted(path.name for path in Path().iterdir()) == ["log.csv"]
+
+
+def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
+    files = ("-o", "fitted.toml", "--plot", "fit.png")
+    told("fit", PULLEY, *SET, *ONE, "--data", log, *files)
+    text = Path("fitted.toml").read_text()
+    assert text.startswith(
+        "# Fitted by 'frictionsim fit' from pulley.toml to measured angular_velocity: estimate,"
+        f" standard error\n#   {MU_S} = 0.2"
+    )
+    value = tomllib.loads(text)["effects"]["shaft_friction"]["mu_s"]
+    assert value == pytest.approx(0.23, rel=0.01)
+    assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
+    told("solve", "fitted.toml", "-q", "-o", "result.h5")
+    assert fs.open("result.h5").scenario.effects.shaft_friction.mu_s == value
+    # A scenario is not replaced, a picture is; nothing is fitted before that is known.
+    _, err = told("fit", PULLEY, *SET, *ONE, "--data", log, "-o", "fitted.toml", code=4)
+    assert err == (
+        "frictionsim: fitted.toml: cannot write the scenario: the file exists and is not replaced;"
+        " give another name\n"
+    )
+    assert Path("fitted.toml").read_text() == text
+    _, err = told(
+        "fit", PULLEY, *SET, *ONE, "--data", log, "--plot", "fit.png", "--no-clobber", code=4
+    )
+    assert err.startswith("frictionsim: fit.png: the file exists and --no-clobber forbids")
+
+
+def test_a_fit_as_json(told: Run, log: Path) -> None:
+    options = ("--sigma", "angular_velocity=0.02", "--bootstrap", "3", "--seed", "2", "--json")
+    out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *options)
+    data = strict_json(out)
+    assert err == ""
+    key = data["keys"][MU_S]
+    assert key["value"] == pytest.approx(0.23, rel=0.01)
+    low, high = key["interval"]
+    assert high - low == pytest.approx(2.0 * 1.959964 * key["standard_error"])
+    assert key["bounds"] == [0.1, 0.4]
+    assert len(key["bootstrap_interval"]) == 2
+    assert data["bootstrap"] == {"done": 3, "failed": 0}
+    assert data["residuals"]["angular_velocity"]["sigma"] == pytest.approx(0.02)
+    assert data["residuals"]["angular_velocity"]["sigma_given"] is True
+    assert data["degrees_of_freedom"] == 15
+    assert data["reduced_chi_squared"] == pytest.approx(data["chi_squared"] / 15)
+    assert data["status"] == "done"
+    assert len(data["starts"]) == 1
+    assert data["correlations"] == [[1.0]]
+
+
+def test_units_offset_and_columns(told: Run, here: Path) -> None:
+    data = series(pulley().replace({MU_S: 0.23}), 0.1, angular_velocity=0.0)
+    shifted: dict[str, Any] = {
+        "t": 1e3 * (data["time"] + 5.0),
+        "n": data["angular_velocity"] * 30.0 / 3.141592653589793,
+    }
+    path = write_csv(here / "rig.csv", shifted)
+    for column, time in (("n", "t"), ("2", "1")):
+        out, _ = told(
+            *("fit", PULLEY, *SET, "--data", path, "--channel", f"angular_velocity={column}"),
+            *("--time", time, "--time-unit", "ms", "--time-offset", "-5"),
+            *("--unit", "angular_velocity=rpm", "--free", f"{MU_S}=0.1:0.4:0.25"),
+            *("--starts", "1", "--json"),
+        )
+        assert strict_json(out)["keys"][MU_S]["value"] == pytest.approx(0.23, rel=1e-6)
+
+
+def test_a_table_of_runs(told: Run, here: Path) -> None:
+    rows = ["W,t"]
+    for load in (2000.0, 2200.0):
+        found = fs.solve(pulley(), {MU_S: 0.23, LOAD: load})
+        rows.append(f"{load},{found.quantities['breakaway_time'].value!r}")
+    (here / "curve.csv").write_text("\n".join(rows))
+    out, _ = told(
+        *("fit", PULLEY, *SET, "--data", "curve.csv", "--quantity", "breakaway_time=t"),
+        *("--over", f"{LOAD}=W", "--free", f"{MU_S}=0.1:0.4", "--starts", "1"),
+        *("--plot", "curve.svg"),
+    )
+    assert float(out.splitlines()[2].split()[1]) == pytest.approx(0.23, rel=1e-6)
+    assert Path("curve.svg").exists()
+    out, _ = told(
+        *("fit", PULLEY, *SET, "--quantity", "breakaway_time=0.6", "--free", f"{MU_S}=0.1:0.4"),
+        *("--sigma", "breakaway_time=0.01", "--starts", "1", "--json"),
+    )
+    fitted = fs.solve(pulley(), {MU_S: strict_json(out)["keys"][MU_S]["value"]})
+    assert fitted.quantities["breakaway_time"].value == pytest.approx(0.6)
+
+
+def test_what_is_not_identified_is_a_warning(told: Run, log: Path) -> None:
+    stuck = ("--set", "drive.force=2000.0")
+    arguments = ("fit", PULLEY, *SET, *stuck, *ONE, "--data", log)
+    out, err = told(*arguments)
+    why = "the data do not change with it"
+    assert f"{MU_S} is not identified: {why}" in out.splitlines()
+    assert err.splitlines()[0] == f"frictionsim: warning: 1 of 1 keys not identified: {MU_S}"
+    out, err = told(*arguments, "--json")
+    assert strict_json(out)["keys"][MU_S]["not_identified"] == why
+    assert strict_json(out)["keys"][MU_S]["standard_error"] is None
+    assert err.splitlines()[0] == f"frictionsim: warning: {MU_S} is not identified: {why}"
+
+
+def test_a_fit_of_which_all_runs_fail(told: Run, log: Path) -> None:
+    limits = ("--set", "solver.max_steps=2", "--set", "mechanism.initial_angular_velocity=1.0")
+    out, err = told("fit", PULLEY, *SET, *limits, *ONE, "--data", log, "-o", "f.toml", code=1)
+    assert out == ""
+    assert err.startswith(
+        "frictionsim: all 1 runs of the fit failed; that of the start: limit of 2"
+    )
+    assert not Path("f.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--channel: expected a channel or quantity that was measured; none is given"),
+        (("--channel", "angle"), "--data: missing; expected a CSV file or columns by name"),
+        (
+            ("--free", MU_S),
+            "--free: expected KEY=LOW:HIGH or KEY=LOW:HIGH:START, as"
+            " effects.shaft_friction.mu_s=0.05:0.4; a free key needs bounds, got"
+            f" '{MU_S}'",
+        ),
+        (("--free", f"{MU_S}=a:b"), "--free: expected KEY=LOW:HIGH or KEY=LOW:HIGH:START, as"),
+        (("--free", f"{MU_S}=0.1"), "--free: expected KEY=LOW:HIGH or KEY=LOW:HIGH:START, as"),
+        (
+            ("--free", f"{MU_S}=0.4:0.1", "--data", "log.csv", "--channel", "angle"),
+            f"--free: {MU_S}: the lower bound 0.4 is not below the upper bound 0.1",
+        ),
+        (
+            ("--data", "log.csv", "--channel", "angular_velocity"),
+            "--free: expected at least one key; a free key needs bounds, as",
+        ),
+        (
+            (*ONE, "--data", "none.csv"),
+            "--data: cannot read 'none.csv' (No such file or directory)",
+        ),
+        (
+            (*ONE[:2], "--data", "log.csv", "--channel", "angle"),
+            "--data: line 1 of 'log.csv': unknown column 'angle'; known: time, angular_velocity",
+        ),
+        (
+            (*ONE[:2], "--data", "log.csv", "--channel", "angular_speed"),
+            "--channel: unknown channel 'angular_speed' (did you mean 'angular_velocity'?)",
+        ),
+        (
+            (*ONE, "--data", "log.csv", "--set", "solver.duration=1.0"),
+            "--data: the times are from 0 s to 1.5 s, the run is from 0 to 1 s; set"
+            " solver.duration or the time offset",
+        ),
+        (
+            (*ONE, "--data", "log.csv", "--unit", "angular_velocity=N"),
+            "--unit: angular_velocity: expected one of rad/s, deg/s, rev/s, rpm, 1/min, got 'N'",
+        ),
+        ((*ONE, "--data", "log.csv", "--unit", "x"), "--unit: expected NAME=UNIT, got 'x'"),
+        ((*ONE, "--data", "log.csv", "--sigma", "x"), "--sigma: expected NAME=VALUE, got 'x'"),
+        ((*ONE, "--data", "log.csv", "--over", "x"), "--over: expected KEY=COLUMN, got 'x'"),
+        (
+            (*ONE[:2], "--quantity", "breakaway_time"),
+            "--quantity: expected NAME=VALUE, got 'breakaway_time'",
+        ),
+        (
+            (*ONE[:2], "--quantity", "breakaway_time=t"),
+            "--quantity: breakaway_time: expected a number, got 't'; a column needs --over, whose"
+            " rows are runs",
+        ),
+        (
+            (*ONE[:2], "--quantity", "breakaway=0.5"),
+            "--quantity: unknown quantity 'breakaway' (did you mean 'breakaway_time'?)",
+        ),
+        (
+            (*ONE, "--data", "log.csv", "--plot", "fit.txt"),
+            "fit.txt: expected a picture name that ends in .png, .pdf or .svg",
+        ),
+        (
+            (*ONE, "--data", "log.csv", "--plot", "fit.png", "-o", "fit.png"),
+            "-o and --plot would both be written to fit.png; give two names",
+        ),
+    ],
+)
+def test_a_mistake_is_one_sentence(
+    arguments: tuple[str, ...], message: str, told: Run, log: Path
+) -> None:
+    out, err = told("fit", PULLEY, *SET, *arguments, code=2)
+    assert out == ""
+    assert err.startswith(f"frictionsim: {message}")
+    assert err.count("\n") == 1
+    assert [path.name for path in Path().iterdir()] == ["log.csv"]

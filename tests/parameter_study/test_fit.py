@@ -1,0 +1,351 @@
+"""Fits recover what the data were made with, and say how sure they are."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import frictionsim as fs
+from tests.benchmarks import fit_coverage
+from tests.parameter_study.measurements import (
+    DAMPING,
+    FORCE,
+    LOAD,
+    MU_K,
+    MU_S,
+    SLOPE,
+    frictionless,
+    pulley,
+    series,
+)
+
+pytestmark = pytest.mark.quick
+
+TRUTH = {MU_S: 0.231, MU_K: 0.123}
+FREE = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3)}
+
+
+def measured_velocity(noise: float = 0.0, **solver: Any) -> dict[str, Any]:
+    return series(pulley(**solver).replace(TRUTH), angular_velocity=noise)
+
+
+# --- recovery -----------------------------------------------------------------------------------
+
+
+def test_exact_data_give_back_the_values() -> None:
+    found = fs.fit(pulley(), data=measured_velocity(), channels="angular_velocity", free=FREE)
+    assert found.values == pytest.approx(TRUTH, rel=1e-6)
+    assert found.status == "done"
+    assert found.exit_code == 0
+    assert found.warnings == ()
+    assert len(found.starts) == 3
+    assert found.residual_rms["angular_velocity"] < 1e-7
+
+
+def test_noisy_data_give_them_within_the_errors_they_have() -> None:
+    data = measured_velocity(0.1)
+    found = fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE, starts=1)
+    for key, truth in TRUTH.items():
+        error = found.standard_errors[key]
+        assert error is not None
+        assert 1e-4 < error < 1e-2
+        assert abs(found.values[key] - truth) < 3.0 * error
+    assert found.residual_rms["angular_velocity"] == pytest.approx(0.1, rel=0.3)
+
+
+def test_the_fitted_scenario_has_the_residuals_of_the_fit() -> None:
+    data = measured_velocity(0.1)
+    found = fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE, starts=1)
+    again = fs.loads(found.to_toml())
+    assert again.to_dict() == found.scenario.to_dict()
+    solved = fs.solve(again, {"output.interval": 0.05, "output.at_events": False}).dataset
+    rms = float(np.sqrt(np.mean((data["angular_velocity"] - solved["angular_velocity"]) ** 2)))
+    assert rms == pytest.approx(found.residual_rms["angular_velocity"], rel=1e-9)
+
+
+@pytest.mark.filterwarnings("error")  # SciPy divides by a slope that there is not
+def test_a_scan_finds_what_a_start_without_slope_does_not() -> None:
+    """With mu_s = 0.39 the pulley never breaks away, and no residual changes with mu_s there."""
+    free = {MU_S: (0.1, 0.4, 0.39)}
+    data = series(pulley().replace({MU_S: 0.231}), angular_velocity=0.0)
+    one, several = (
+        fs.fit(pulley(), data=data, channels="angular_velocity", free=free, starts=starts)
+        for starts in (1, 3)
+    )
+    assert one.values[MU_S] == 0.39
+    assert one.not_identified == {MU_S: "the data do not change with it"}
+    assert several.values[MU_S] == pytest.approx(0.231, rel=1e-6)
+    assert len(several.starts) == 3
+    assert several.starts[0]["cost"] <= several.starts[-1]["cost"]
+
+
+def test_failing_runs_turn_the_search_back() -> None:
+    """Above mu_s = 0.12 of kinetic friction a scenario is not valid."""
+    free = {MU_K: (0.02, 0.9, 0.11)}
+    data = series(pulley().replace({MU_K: 0.115, MU_S: 0.12}), angular_velocity=0.0)
+    found = fs.fit(pulley(), {MU_S: 0.12}, data=data, channels="angular_velocity", free=free)
+    assert found.values[MU_K] == pytest.approx(0.115, rel=1e-6)
+
+
+def test_a_fit_of_which_all_runs_fail_says_why() -> None:
+    scenario = pulley().replace({"solver.max_steps": 3, "mechanism.initial_angular_velocity": 1.0})
+    with pytest.raises(fs.SolverError) as caught:
+        fs.fit(scenario, data=measured_velocity(), channels="angular_velocity", free=FREE)
+    assert str(caught.value).startswith(
+        "all 37 runs of the fit failed; that of the start: limit of 3 steps reached at t = "
+    )
+
+
+def test_the_same_seed_gives_the_same_fit() -> None:
+    data = measured_velocity(0.1)
+    first, second = (
+        fs.fit(
+            pulley(),
+            data=data,
+            channels="angular_velocity",
+            free=FREE,
+            bootstrap=2,
+            seed=4,
+            starts=2,
+        ).to_json()
+        for _ in range(2)
+    )
+    assert first == second
+
+
+def test_a_key_over_decades_is_scaled_by_its_logarithm() -> None:
+    data = series(pulley().replace({DAMPING: 0.02}), angular_velocity=1e-3)
+    found = fs.fit(pulley(), data=data, channels="angular_velocity", free={DAMPING: (1e-3, 100.0)})
+    assert found.values[DAMPING] == pytest.approx(0.02, rel=0.05)
+    low, high = found.intervals[DAMPING] or (0.0, 0.0)
+    assert low * high == pytest.approx(found.values[DAMPING] ** 2)  # symmetric in the logarithm
+
+
+def test_keys_of_one_value() -> None:
+    """Static and kinetic friction are alike, as of a belt."""
+    key = f"{MU_S},{MU_K}"
+    data = series(pulley().replace({MU_S: 0.17, MU_K: 0.17}), angular_velocity=0.0)
+    found = fs.fit(pulley(), data=data, channels="angular_velocity", free={key: (0.05, 0.3)})
+    assert found.values == {key: pytest.approx(0.17, rel=1e-6)}
+    journal = found.scenario.effects.shaft_friction
+    assert journal.mu_s == journal.mu_k == found.values[key]
+
+
+# --- standard errors ----------------------------------------------------------------------------
+
+
+def line(noise: float, seed: int, count: int = 30) -> dict[str, Any]:
+    """Return the velocity of the pulley without friction, in closed form, with noise."""
+    time = np.linspace(0.0, 1.0, count)
+    rng = np.random.default_rng(seed)
+    return {"time": time, "w": SLOPE * 200.0 * time + noise * rng.normal(size=count)}
+
+
+def fit_line(data: dict[str, Any], **options: Any) -> fs.Fit:
+    return fs.fit(
+        frictionless(),
+        data=data,
+        channels={"angular_velocity": "w"},
+        free={FORCE: (0.0, 1000.0)},
+        starts=1,
+        **options,
+    )
+
+
+def test_a_linear_fit_has_the_errors_of_linear_regression() -> None:
+    data = line(0.1, seed=3)
+    slopes = SLOPE * data["time"]
+    unknown, given = fit_line(data), fit_line(data, sigma={"angular_velocity": 0.1})
+    force = 100.0 + float(slopes @ data["w"] / (slopes @ slopes))
+    residuals = data["w"] - slopes * (force - 100.0)
+    scatter = float(np.sqrt(residuals @ residuals / 29.0))
+    for found, sigma, factor in (
+        (unknown, scatter, stats.t.ppf(0.975, 29)),
+        (given, 0.1, stats.norm.ppf(0.975)),
+    ):
+        error = sigma / np.sqrt(slopes @ slopes)
+        assert found.values[FORCE] == pytest.approx(force, rel=1e-7)
+        assert found.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
+        interval = [force - factor * error, force + factor * error]
+        assert found.intervals[FORCE] == pytest.approx(interval, rel=1e-6)
+    assert unknown.chi_squared is None
+    assert given.chi_squared == pytest.approx(float(residuals @ residuals) / 0.01)
+    assert given.reduced_chi_squared == pytest.approx((given.chi_squared or 0.0) / 29.0)
+
+
+def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> None:
+    held = {"unknown": 0, "given": 0}
+    for seed in range(40):
+        data = line(0.1, seed, count=6)
+        for name, options in (("unknown", {}), ("given", {"sigma": {"angular_velocity": 0.1}})):
+            low, high = fit_line(data, **options).intervals[FORCE] or (0.0, 0.0)
+            held[name] += low <= 300.0 <= high
+    assert 34 <= held["unknown"] <= 40  # 38 are expected
+    assert 34 <= held["given"] <= 40
+
+
+def test_intervals_of_friction_hold_the_truth() -> None:
+    """A part of `tests/benchmarks/fit_coverage.py`."""
+    case = fit_coverage.CASES["velocity"]
+    fits = [fit_coverage.measure(case, seed) for seed in range(2)]
+    held = [
+        fit_coverage.holds(found, key, truth[key]) for truth, found in fits for key in case.keys
+    ]
+    assert sum(held) >= 5
+
+
+def test_two_channels_are_weighed_by_the_noise_of_each() -> None:
+    data = series(pulley().replace(TRUTH), 0.02, angular_velocity=0.5, angle=1e-3)
+    channels = ["angular_velocity", "angle"]
+    found = fs.fit(pulley(), data=data, channels=channels, free=FREE, starts=1)
+    velocity, angle = found.data.residuals
+    assert velocity.sigma == pytest.approx(0.5, rel=0.2)
+    assert angle.sigma == pytest.approx(1e-3, rel=0.2)
+    given = fs.fit(
+        pulley(),
+        data=data,
+        channels=channels,
+        free=FREE,
+        starts=1,
+        sigma={"angular_velocity": 0.5, "angle": 1e-3},
+    )
+    for key in FREE:
+        assert found.values[key] == pytest.approx(given.values[key], rel=1e-3)
+        assert found.standard_errors[key] == pytest.approx(given.standard_errors[key], rel=0.2)
+
+
+def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
+    data = line(0.1, seed=5)
+    for options in ({}, {"sigma": {"angular_velocity": 0.1}}):
+        found = fit_line(data, bootstrap=60, **options)
+        assert found.bootstrap is not None
+        assert (found.bootstrap.done, found.bootstrap.failed) == (60, 0)
+        low, high = found.bootstrap.intervals[FORCE] or (0.0, 0.0)
+        lower, upper = found.intervals[FORCE] or (0.0, 0.0)
+        assert high - low == pytest.approx(upper - lower, rel=0.35)
+        assert low < found.values[FORCE] < high
+
+
+def test_correlated_residuals_are_told() -> None:
+    """Data with a drift that the scenario does not have."""
+    data = line(0.01, seed=1)
+    data["w"] = data["w"] + 0.5 * np.sin(3.0 * data["time"])
+    (warning,) = fit_line(data).warnings
+    assert warning.startswith(
+        "neighbouring residuals of angular_velocity are alike (correlation 0."
+    )
+    assert warning.endswith("the standard errors are too small")
+
+
+def test_a_sigma_that_is_too_small_is_told() -> None:
+    (warning,) = fit_line(line(0.1, seed=1), sigma={"angular_velocity": 0.02}).warnings
+    assert "times as large as the sigma that was given" in warning
+
+
+# --- what is not identified ---------------------------------------------------------------------
+
+
+def test_static_friction_of_a_pulley_that_never_sticks() -> None:
+    sliding = pulley(duration=0.5).replace(
+        {"mechanism.initial_angular_velocity": 50.0, FORCE: 2224.1}
+    )
+    data = series(sliding, 0.01, angular_velocity=0.05)
+    found = fs.fit(sliding, data=data, channels="angular_velocity", free=FREE)
+    assert found.not_identified == {MU_S: "the data do not change with it"}
+    assert found.values[MU_S] == 0.2  # as in the scenario
+    assert found.standard_errors[MU_S] is None
+    assert found.intervals[MU_S] is None
+    assert np.isnan(found.correlations[MU_S][MU_K])
+    assert found.standard_errors[MU_K] is not None
+    assert found.data.degrees == data["time"].size - 1
+    assert found.exit_code == 0
+    assert f"{MU_S} is not identified: the data do not change with it" in found.summary()
+    assert found.warnings[0] == f"{MU_S} is not identified: the data do not change with it"
+
+
+def test_two_keys_of_which_only_the_difference_counts() -> None:
+    """Without friction the torque is (P - W) r_e: force and load are one unknown."""
+    free = {FORCE: (200.0, 500.0), LOAD: (50.0, 300.0)}
+    found = fs.fit(
+        frictionless(), data=line(0.1, 2), channels={"angular_velocity": "w"}, free=free, starts=1
+    )
+    why = "the data determine only a combination of it and {} (correlation 1.000); fix one"
+    assert found.not_identified == {FORCE: why.format(LOAD), LOAD: why.format(FORCE)}
+    assert found.data.degrees == 29
+    assert found.values[FORCE] - found.values[LOAD] == pytest.approx(200.0, abs=10.0)
+
+
+def test_two_keys_of_which_only_the_product_counts() -> None:
+    """The angular acceleration is (P - W) r_e/I."""
+    free = {"mechanism.cord_radius": (0.02, 0.1), "mechanism.inertia": (1.0, 5.0)}
+    found = fs.fit(
+        frictionless(), data=line(0.1, 2), channels={"angular_velocity": "w"}, free=free, starts=1
+    )
+    assert set(found.not_identified) == set(free)
+    assert all("(correlation 1.000)" in why for why in found.not_identified.values())
+
+
+def test_an_estimate_at_its_bound() -> None:
+    found = fs.fit(
+        frictionless(),
+        data=line(0.1, 2),
+        channels={"angular_velocity": "w"},
+        free={FORCE: (100.0, 250.0)},
+    )
+    why = "its estimate is at the upper bound 250; widen the bounds"
+    assert found.not_identified == {FORCE: why}
+    assert found.standard_errors[FORCE] is None
+
+
+def test_a_key_that_the_data_determine_no_better_than_its_bounds() -> None:
+    found = fs.fit(
+        frictionless(),
+        data=line(50.0, 2),
+        channels={"angular_velocity": "w"},
+        free={FORCE: (-2000.0, 2000.0)},
+        sigma={"angular_velocity": 500.0},
+    )
+    assert found.not_identified == {FORCE: "the data determine it no better than its bounds do"}
+
+
+def test_as_many_values_as_keys_need_a_sigma() -> None:
+    data = {"time": [0.5], "w": [2.5]}
+    unknown, given = fit_line(data), fit_line(data, sigma={"angular_velocity": 0.1})
+    assert unknown.values[FORCE] == pytest.approx(300.0)
+    assert unknown.not_identified == {
+        FORCE: "there are as many values as free keys, which leave no scatter; give sigma"
+    }
+    assert given.standard_errors[FORCE] == pytest.approx(0.1 / (0.5 * SLOPE))
+
+
+def test_differences_do_not_pass_a_jump() -> None:
+    """Below mu_s = 0.19664 the pulley slips back at the start; a step is 0.00075 long."""
+    truth = 0.197
+    data = series(pulley().replace({MU_S: truth}), angular_velocity=0.0)
+    found = fs.fit(
+        pulley(),
+        data=data,
+        channels="angular_velocity",
+        free={MU_S: (0.05, 0.4, truth)},
+        sigma={"angular_velocity": 0.1},
+        starts=1,
+    )
+    near = [
+        series(pulley().replace({MU_S: mu}), angular_velocity=0.0)["angular_velocity"]
+        for mu in (truth - 1e-4, truth + 1e-4)
+    ]
+    slope = (near[1] - near[0]) / 2e-4
+    assert found.warnings == ()
+    assert found.standard_errors[MU_S] == pytest.approx(0.1 / np.linalg.norm(slope), rel=1e-3)
+
+
+def test_kinks_make_a_standard_error_rough() -> None:
+    """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
+    data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
+    found = fs.fit(
+        pulley(), data=data, channels="angular_velocity", free={MU_S: (0.1, 0.4)}, starts=1
+    )
+    (warning,) = found.warnings
+    assert warning.startswith(f"the derivatives by {MU_S} change by ")
+    assert warning.endswith("its standard error is rough; a bootstrap does not need them")

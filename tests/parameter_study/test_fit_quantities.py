@@ -1,0 +1,107 @@
+"""Quantities as data: of one run, and of the runs of a table such as a slip curve."""
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from tests.parameter_study.measurements import LOAD, MU_S, pulley
+from tests.support.scenarios import SCENARIOS
+
+
+def test_a_quantity_of_one_run() -> None:
+    truth = fs.solve(pulley(), {MU_S: 0.27}).quantities["breakaway_time"]
+    found = fs.fit(
+        pulley(),
+        quantities={"breakaway_time": truth.value},
+        sigma={"breakaway_time": 0.01},
+        free={MU_S: (0.1, 0.4)},
+        starts=1,
+    )
+    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    assert found.data.residuals[0].unit == "s"
+    # By a difference of two runs: dt/dmu of the standard error.
+    times = [
+        fs.solve(pulley(), {MU_S: mu}).quantities["breakaway_time"].value for mu in (0.269, 0.271)
+    ]
+    error = 0.01 * 0.002 / (times[1] - times[0])
+    assert found.standard_errors[MU_S] == pytest.approx(error, rel=1e-3)
+
+
+def test_a_table_of_runs() -> None:
+    loads = np.array([1900.0, 2000.0, 2100.0, 2200.0])
+    curve = [
+        fs.solve(pulley(), {MU_S: 0.27, LOAD: load}).quantities["breakaway_time"].value
+        for load in loads
+    ]
+    data = {"W": loads, "t": 1e3 * np.array(curve)}
+    found = fs.fit(
+        pulley(),
+        data=data,
+        quantities={"breakaway_time": "t"},
+        units={"breakaway_time": "ms"},
+        over={LOAD: "W"},
+        free={MU_S: (0.1, 0.4)},
+        starts=1,
+    )
+    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    (part,) = found.data.residuals
+    assert (part.unit, part.values.size) == ("ms", 4)
+    assert found.scenario.mechanism.load == 2224.1  # that of the scenario
+    assert found.data.data.runs[0] == {LOAD: 1900.0}
+
+
+def test_a_quantity_beside_channels() -> None:
+    made = fs.solve(pulley(), {MU_S: 0.27, "output.interval": 0.1})
+    time = made.quantities["breakaway_time"].value
+    found = fs.fit(
+        pulley(),
+        data=made.dataset.isel(time=[0, 3, 8, 12]),
+        channels="angle",
+        quantities={"breakaway_time": time},
+        sigma={"breakaway_time": 1e-3, "angle": 1e-3},
+        free={MU_S: (0.1, 0.4)},
+        starts=1,
+    )
+    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    assert [part.name for part in found.data.residuals] == ["angle", "breakaway_time"]
+
+
+def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
+    """A short run of a belt of 20 bodies without motion across itself: 0.07 s each."""
+    belt = fs.load(
+        SCENARIOS / "belt_string.toml",
+        {"mechanism.belt.bodies": 20, "solver.duration": 0.2, "output.interval": 0.005},
+    )
+    mu = "effects.belt_friction.mu_s,effects.belt_friction.mu_k"
+    torque = "drive.driver.torque.value.1"
+    curve = [
+        fs.solve(belt, {**dict.fromkeys(mu.split(","), 0.8), torque: value})
+        .quantities["slip_percent"]
+        .value
+        for value in (-12.0, -15.0)
+    ]
+    found = fs.fit(
+        belt,
+        data={"M": [-12.0, -15.0], "slip": curve},
+        quantities={"slip_percent": "slip"},
+        over={torque: "M"},
+        sigma={"slip_percent": 0.005},
+        free={mu: (0.6, 1.2, 0.9)},
+        starts=1,
+    )
+    assert found.values[mu] == pytest.approx(0.8, rel=1e-3)
+    assert found.data.residuals[0].unit == "%"
+    assert found.not_identified == {}
+
+    speed = fs.solve(belt, {"mechanism.pulleys.1.inertia": 3e-4}).dataset["pulley_speed"]
+    data = {"time": speed["time"].to_numpy(), "w": speed.sel(pulley="driven").to_numpy()}
+    key = "mechanism.pulleys.1.inertia"
+    by_speed = fs.fit(
+        belt, data=data, channels={"pulley_speed.driven": "w"}, free={key: (2e-4, 4e-4)}, starts=1
+    )
+    assert by_speed.values[key] == pytest.approx(3e-4, rel=1e-6)
+    with pytest.raises(fs.ArgumentError) as caught:
+        fs.fit(belt, data=data, channels={"pulley_speed.drivn": "w"}, free={key: (2e-4, 4e-4)})
+    assert str(caught.value) == (
+        "channels: pulley_speed: unknown member 'drivn' (did you mean 'driven'?)"
+    )

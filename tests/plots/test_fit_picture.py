@@ -1,0 +1,80 @@
+"""The picture of a fit."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from tests.parameter_study.measurements import FORCE, SLOPE, frictionless
+
+TIME = np.linspace(0.1, 0.9, 9)
+
+
+@pytest.fixture(scope="module")
+def series() -> fs.Fit:
+    noise = 0.1 * np.random.default_rng(0).normal(size=(2, TIME.size))
+    data = {
+        "time": TIME,
+        "angular_velocity": SLOPE * 200.0 * TIME + noise[0],
+        "angle": 0.5 * SLOPE * 200.0 * TIME**2 + noise[1],
+    }
+    channels = ["angular_velocity", "angle"]
+    free = {FORCE: (0.0, 1000.0)}
+    return fs.fit(frictionless(), data=data, channels=channels, free=free, starts=1)
+
+
+def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> None:
+    figure = series.plot()
+    assert [ax.get_ylabel() for ax in figure.axes] == [
+        "angular velocity,\nrad/s",
+        "residual,\nrad/s",
+        "angle,\nrad",
+        "residual,\nrad",
+    ]
+    assert figure.axes[1].get_xlabel() == "time, s"
+    data, fitted = figure.axes[0].lines
+    assert data.get_ydata() == pytest.approx(SLOPE * 200.0 * TIME, abs=0.4)
+    assert (data.get_linestyle(), data.get_marker()) == ("None", "o")
+    force = series.values[FORCE]
+    assert fitted.get_ydata() == pytest.approx(SLOPE * (force - 100.0) * TIME, rel=1e-6)
+    residuals = figure.axes[1].lines[-1]
+    assert residuals.get_ydata() == pytest.approx(data.get_ydata() - fitted.get_ydata())
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["data", "fit", "data minus fit"]
+    assert series.save_plot(tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_in_the_place_of_axes(series: fs.Fit) -> None:
+    figure, axes = plt.subplots(1, 2, layout="constrained")
+    assert series.plot(ax=axes[1]) is figure
+    assert len(figure.axes) == 5
+    plt.close(figure)
+
+
+def test_a_quantity_over_the_key_of_its_runs() -> None:
+    data = {"P": [300.0, 200.0, 400.0], "w": SLOPE * np.array([200.0, 100.0, 300.0])}
+    found = fs.fit(
+        frictionless(),
+        data=data,
+        quantities={"final_angular_velocity": "w"},
+        over={FORCE: "P"},
+        free={"mechanism.load": (0.0, 150.0)},
+        starts=1,
+    )
+    assert found.values["mechanism.load"] == pytest.approx(100.0, rel=1e-5)
+    figure = found.plot()
+    assert figure.axes[1].get_xlabel() == FORCE
+    assert figure.axes[0].lines[0].get_xdata().tolist() == data["P"]
+    assert figure.axes[0].lines[1].get_xdata().tolist() == sorted(data["P"])
+
+
+def test_a_single_quantity() -> None:
+    found = fs.fit(
+        frictionless(),
+        quantities={"final_angular_velocity": SLOPE * 200.0},
+        free={FORCE: (0.0, 1000.0)},
+        starts=1,
+    )
+    assert found.plot().axes[1].get_xlabel() == "run"
