@@ -153,10 +153,16 @@ def _sample_lines(table: "SweepTable", sampling: Sampling | None) -> list[str]:
 
 def _range_text(values: Any) -> str:
     """Return the values of a key in short."""
-    shown = [value if isinstance(value, str) else toml_value(plain(value)) for value in values]
+    shown = [_value_text(plain(value)) for value in values]
     if len(shown) <= MAX_VALUES + 1:
         return ", ".join(shown)
     return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
 
 
 def _statistics_table(table: "SweepTable") -> Cells:
@@ -170,11 +176,11 @@ def _statistics_table(table: "SweepTable") -> Cells:
         )
         for name, s in sample_statistics(table).items()
     ]
-    return Cells((*headings, ">runs"), rows)
+    return Cells((*headings, ">defined in runs"), rows)
 
 
 def _extremes_table(table: "SweepTable") -> Cells:
-    headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">runs")
+    headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
     found = extremes(table)
     rows = []
     for name in table.values:

@@ -141,8 +141,8 @@ def of_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
     data = {"f_A": f_a[None, :], "f_B": f_b[None, :], "f_AB": f_ab[:, None, :]}
     found: Any = sobol_indices(func=data, n=used)
     first, total = _bootstrap(f_a, f_b, f_ab)
-    of_rows = "" if used == rows else f" of {rows}, in whose runs the quantity is defined"
-    basis = f"from {used} rows{of_rows}; bars: 95 % confidence"
+    of_rows = "" if used == rows else f" of {rows}: a power of two of those without undefined runs"
+    basis = f"from {used} rows{of_rows}; 95 % confidence"
     return Indices(keys, found.first_order, found.total_order, basis, first, total)
 
 

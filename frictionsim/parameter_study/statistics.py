@@ -77,6 +77,11 @@ def sound_values(table: SweepTable, name: str) -> "Array":
     return np.where(table.status == DONE, table.values[name], np.nan)
 
 
+def is_defined(table: SweepTable, name: str) -> bool:
+    """Return whether a quantity is defined in a run that counts."""
+    return bool(np.isfinite(sound_values(table, name)).any())
+
+
 def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling | None]:
     """Return the distributions and the sampling of a sweep; none if it is no sample.
 
@@ -95,6 +100,12 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
     distributions = {key: given for key, given in vary.items() if isinstance(given, Distribution)}
     if sampling is None or list(distributions) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")
+    runs = sampling.runs * ((len(distributions) + 2) if sampling.indices else 1)
+    if runs != table.runs:
+        raise InputError(
+            f"the study in this sweep describes {runs} runs, but it has {table.runs}; expected all"
+            " runs of a sample"
+        )
     return distributions, sampling
 
 

@@ -1,6 +1,6 @@
 """Pictures of sweeps: curves over one key, maps over two, histograms and indices of samples.
 
-The quantities that vary most are drawn, at most MAX_PANELS, in the order of the summary. Of a grid
+Those quantities are drawn that vary, the first MAX_PANELS of the summary. Of a grid
 
 - with one key of several values: a curve of each quantity; over a key of text: points;
 - with two: a map of each quantity; if one has few texts as values: a curve for each of them;
@@ -59,6 +59,7 @@ MAX_PANELS = 6
 MAX_KEYS = 3
 MAX_DRAWN = 1e100
 COLUMNS = 2
+KEY_BESIDE = 28  # characters of a line of a key beside a map
 TITLE, MAX_TITLE = 88, 240  # characters of a line of the title, and of all of it
 HEADING = 0.9  # inches, of title and labels of the axes
 CURVES, MAPS, SAMPLES = 2.1, 2.7, 2.0  # inches of a row of panels
@@ -78,7 +79,7 @@ def draw_sweep(
     ----------
     table : SweepTable
     quantities : sequence of str
-        By default those that vary most.
+        By default the first ones that vary.
     at : mapping, optional
         By key of a grid, the one value of it that is drawn.
     figure, ax : optional
@@ -157,21 +158,22 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
             raise InputError(f"cannot draw this sweep: '{name}' has numbers above {MAX_DRAWN:g}")
 
 
-def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], int]:
-    """Return the quantities that vary most in some runs, and how many vary.
+def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], list[str]]:
+    """Return the first quantities of the summary that vary in some runs, and a note on the others.
 
     Those that do not vary are drawn if there are no others.
     """
-    spreads = {}
+    varying = []
     for name in table.values:
         values = sound_values(table, name)[runs]
         values = values[np.isfinite(values)]
-        size = float(np.abs(values).max()) if values.size else 0.0
-        spreads[name] = float(np.ptp(values)) / size if size else 0.0
-    varying = [name for name, spread in spreads.items() if spread > FLAT]
+        if values.size and float(np.ptp(values)) > FLAT * float(np.abs(values).max()):
+            varying.append(name)
     candidates = varying or list(table.values)
-    first = sorted(candidates, key=lambda name: -spreads[name])[:count]
-    return [name for name in candidates if name in first], len(varying)
+    notes = [] if varying or np.size(runs) == 1 else ["no quantity varies"]
+    if len(candidates) > count:
+        notes.append(f"{count} of {len(candidates)} quantities{' that vary' if varying else ''}")
+    return candidates[:count], notes
 
 
 class _Panel(NamedTuple):
@@ -213,9 +215,8 @@ def _draw_face(
     """Draw each quantity into a panel; with three keys one of them, for each value of the third."""
     names, notes = list(quantities), list(face.fixed)
     if not names:
-        names, varying = chosen(table, face.runs, MAX_PANELS if third is None else 1)
-        if varying > len(names):
-            notes.append(f"{len(names)} of {varying} quantities that vary")
+        names, note = chosen(table, face.runs, MAX_PANELS if third is None else 1)
+        notes += note
     axes = face.axes
     if third is None:
         layout, runs = _layout(axes, face.runs, face.joined)
@@ -243,13 +244,21 @@ def _draw_face(
         else:
             draw_curves(ax, table, panel.name, layout.axes, panel.runs, layout.joined)
             ax.set_ylabel(label_of(table, panel.name))
-    figure.supxlabel(layout.axes[0].label, fontsize="medium")
-    if layout.is_map:
-        figure.supylabel(layout.axes[1].label, fontsize="medium")
-    else:
+    _label_keys(places, layout)
+    if not layout.is_map:
         figure.align_ylabels(places)
     _title(figure, table, [axis.key for axis in axes], notes)
     add_legend(figure, _handles(table, layout, panels), columns=3)
+
+
+def _label_keys(places: list[Any], layout: _Layout) -> None:
+    """Label the keys below the lowest panels, and of maps beside the left ones."""
+    columns = min(len(places), COLUMNS)
+    for ax in places[-columns:]:
+        ax.set_xlabel(layout.axes[0].label(), fontsize="small")
+    if layout.is_map:
+        for ax in places[::columns]:
+            ax.set_ylabel(layout.axes[1].label(KEY_BESIDE), fontsize="small")
 
 
 def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
@@ -277,7 +286,7 @@ def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[A
             least = min(number for number in numbers if number)
             several = f"{least} to {max(numbers)}" if max(numbers) > least else f"{least}"
             marks[mark] = f"{mark}: {several} run{'' if several == '1' else 's'}"
-    return [*found, *(legend_of_map(marks) if layout.is_map else legend_of(marks))]
+    return [*found, *(legend_of_map(marks) if layout.is_map else legend_of(marks, bool(found)))]
 
 
 def _draw_sample(
@@ -286,12 +295,9 @@ def _draw_sample(
     """Draw histogram and indices of each quantity in a row."""
     sampling = variation(table)[1]
     runs = independent_runs(table, sampling)
-    notes = []
-    names = list(quantities)
+    names, notes = list(quantities), list[str]()
     if not names:
-        names, varying = chosen(table, runs)
-        if varying > len(names):
-            notes.append(f"{len(names)} of {varying} quantities that vary")
+        names, notes = chosen(table, runs)
     found = indices_of(table, names)
     row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
     if isinstance(figure, Figure):
@@ -344,9 +350,11 @@ def _title(
     for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "with a failed audit")):
         if number[status]:
             parts.append(f"{number[status]} {words}")
-    of_keys = f" over {' and '.join(short_keys(tuple(keys)))}" if 0 < len(keys) <= MAX_KEYS else ""
+    names = short_keys(keys)
+    of_keys = " and ".join(names) if len(names) <= MAX_KEYS else f"{len(names)} keys"
     short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
     width = int(TITLE * min(1.0, relative_width(figure)))
+    text = fill(escape_mathtext(f"{short}: sweep over {of_keys}"), width)
     # The notes have their $ escaped where they are made.
-    text = escape_mathtext(f"{short}: sweep{of_keys}") + f" ({'; '.join(parts)})"
-    figure.suptitle(fill(text, width), fontsize="medium", wrap=True)
+    text += "\n" + fill(f"({'; '.join(parts)})", width)
+    figure.suptitle(text, fontsize="medium", wrap=True)

@@ -1,20 +1,22 @@
 """What of a sweep a picture shows: its keys as axes, and its runs in the shape of these."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
 from frictionsim.plots.style import escape_mathtext
 
-MAX_KEY, MAX_WORD = 60, 24  # characters of a label
+MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
 MAX_SHOWN = 8  # values of a key in a message
 CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
+LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
 FALSE_TRUE = ("false", "true")
 
 
@@ -41,10 +43,20 @@ class KeyAxis(NamedTuple):
     labels: tuple[str, ...] = ()
     log: bool = False
 
-    @property
-    def label(self) -> str:
-        """The label of the axis: the key, and the unit of numbers."""
-        text = escape_mathtext(shortened_key(self.key))
+    def label(self, width: int = MAX_KEY) -> str:
+        """Return the label of the axis: the key, and the unit of numbers.
+
+        Parameters
+        ----------
+        width : int
+            Of a line, in characters; a longer key is broken after its dots.
+        """
+        lines = [""]
+        for part in re.findall(r"[^.]*\.?", shortened_key(self.key)):
+            if lines[-1] and len(lines[-1]) + len(part) > width:
+                lines.append("")
+            lines[-1] += part
+        text = escape_mathtext("\n".join(lines))
         return f"{text}, {unit_text(self.unit)}" if self.unit else text
 
     def text(self, place: int) -> str:
@@ -77,6 +89,10 @@ class KeyAxis(NamedTuple):
         axis, set_scale = getattr(ax, f"{side}axis"), getattr(ax, f"set_{side}scale")
         if self.log:
             set_scale("log")
+            if self.values[-1] < LOG_DECADES * self.values[0]:
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+                axis.set_minor_formatter(NullFormatter())
         if self.labels:
             step = -(-len(self.labels) // MAX_LABELS)
             texts = [escape_mathtext(_cut(label, MAX_WORD)) for label in self.labels[::step]]
@@ -84,6 +100,7 @@ class KeyAxis(NamedTuple):
             turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
             axis.set_ticks(self.values[::step], labels=texts, **turned)
             axis.set_minor_locator(NullLocator())
+            getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
 
 
 class Face(NamedTuple):
@@ -169,14 +186,20 @@ def _together(table: SweepTable) -> Face:
     ]
     if not found:
         axis = key_axis(*next(iter(table.coordinates.items())))
-        return Face((axis,), axis.order, joined=False)
+        return Face((axis,), axis.order, _beside(table, axis.key), joined=False)
     key, coordinate = found[0]
     numbers = np.asarray(coordinate.values, dtype=np.float64)
     order = np.argsort(numbers, kind="stable")
     values = numbers[order]
     distinct = bool((np.diff(values) > 0.0).all())
     axis = KeyAxis(key, coordinate.unit, values, order, (), _is_log(values))
-    return Face((axis,), order, joined=distinct and values.size > 1)
+    return Face((axis,), order, _beside(table, key), joined=distinct and values.size > 1)
+
+
+def _beside(table: SweepTable, key: str) -> tuple[str, ...]:
+    """Return the note on the keys that vary together with one."""
+    others = [other for other in table.coordinates if other != key]
+    return (f"together with {escape_mathtext(', '.join(short_keys(others)))}",) if others else ()
 
 
 def key_axis(key: str, coordinate: Coordinate) -> KeyAxis:
@@ -254,7 +277,7 @@ def shortened_key(key: str) -> str:
     return _cut(f"… {'.'.join(parts)}", MAX_KEY)
 
 
-def short_keys(keys: tuple[str, ...]) -> list[str]:
+def short_keys(keys: Sequence[str]) -> list[str]:
     """Return the shortest ends of keys that tell them apart, for labels in little space."""
     found = []
     for key in keys:

@@ -100,6 +100,9 @@ def draw_curves(
                 transform = ax.get_xaxis_transform()
                 ax.plot(x[at], height, linestyle="", transform=transform, **own)
     scale_values(ax, np.concatenate((found.values.ravel(), found.of_failed_audit.ravel())))
+    below = [where.any(axis=0) for mark, where in found.marks.items() if mark != "audit failed"]
+    if np.any(below):
+        _make_room(ax, RAISED * (2.0 + int(np.flatnonzero(np.any(below, axis=0))[-1])))
 
 
 def curve_style(number: int, points: int, joined: bool) -> Style:
@@ -132,9 +135,26 @@ def scale_values(ax: Any, values: "Array") -> None:
         ax.set_yscale("log")
 
 
-def legend_of(marks: dict[str, str]) -> list[Line2D]:
-    """Return what the legend says of marks, by their names the texts."""
-    return [Line2D([], [], linestyle="", **MARKS[name], label=text) for name, text in marks.items()]
+def _make_room(ax: Any, part: float) -> None:
+    """Extend the scale of y downwards, so that marks take a part of the height for themselves."""
+    low, high = ax.get_ylim()
+    ratio = part / (1.0 - part)
+    if ax.get_yscale() == "log":
+        ax.set_ylim(low * (low / high) ** ratio, high)
+    else:
+        ax.set_ylim(low - ratio * (high - low), high)
+
+
+def legend_of(marks: dict[str, str], several: bool = False) -> list[Line2D]:
+    """Return what the legend says of marks, by their names the texts.
+
+    Marks of `several` curves have the colours of these.
+    """
+    colour = {"color": BLACK} if several else {}
+    return [
+        Line2D([], [], linestyle="", **(MARKS[name] | colour), label=text)
+        for name, text in marks.items()
+    ]
 
 
 def legend_of_curves(axis: KeyAxis, points: int, joined: bool) -> list[Line2D]:

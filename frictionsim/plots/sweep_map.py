@@ -7,6 +7,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.plots.style import BLACK, GREY
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
 
 COLOURS = "cividis"  # its lightness rises with the value, also for the colour-blind
 HATCH = "/////"  # where the quantity is not defined
-MIN_FOR_CONTOURS = 4  # values of each key
-CONTOURS = 6
+MIN_FOR_CONTOURS = 5  # values of each key
+CONTOURS = 5
+AT_ENDS = 0.03  # of the scale of colours, where contour lines would follow rounding errors
 MAX_PIECES = 40  # of contour lines, above which they hide the map
 MAX_WRITTEN = (6, 8)  # columns and rows of cells with their values written in them
 MAX_CELLS = 5000  # above which a PDF or SVG has the map as an image
@@ -80,7 +82,7 @@ def draw_map(
         masked = np.ma.masked_invalid(values)
         mesh = ax.pcolormesh(*edges, masked.T, cmap=COLOURS, norm=norm, **cells)
         if _has_contours(x, y, values):
-            _draw_contours(ax, x, y, masked)
+            _draw_contours(ax, x, y, masked, norm)
         elif x.values.size <= MAX_WRITTEN[0] and y.values.size <= MAX_WRITTEN[1]:
             _write_values(ax, x, y, values, norm)
     _mark_runs(ax, x, y, found.marks)
@@ -109,9 +111,17 @@ def _has_contours(x: KeyAxis, y: KeyAxis, values: "Array") -> bool:
     )
 
 
-def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any) -> None:
+def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any, norm: Normalize) -> None:
+    locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(CONTOURS)
+    levels = [
+        level
+        for level in locator.tick_values(norm.vmin or 0.0, norm.vmax or 0.0)
+        if AT_ENDS < norm(level) < 1.0 - AT_ENDS
+    ]
+    if not levels:
+        return
     stroke = [withStroke(linewidth=2.2, foreground="white")]
-    lines = ax.contour(x.values, y.values, masked.T, levels=CONTOURS, colors=BLACK, linewidths=0.7)
+    lines = ax.contour(x.values, y.values, masked.T, levels=levels, colors=BLACK, linewidths=0.7)
     pieces = sum(len(path.to_polygons(closed_only=False)) for path in lines.get_paths())
     if pieces > MAX_PIECES:
         lines.remove()

@@ -29,6 +29,7 @@ BARS: dict[str, Style] = {
     "total index": {"facecolor": SKY, "edgecolor": BLACK, "linewidth": 0.6},
     "first-order index": {"facecolor": BLUE, "edgecolor": BLACK, "linewidth": 0.6},
 }
+MAX_INDEX = 2.0  # at the end of the scale; that of an estimate may be above 1
 THICKNESS = 0.38  # of a bar, of the distance from key to key
 
 
@@ -107,8 +108,10 @@ def draw_tornado(ax: Any, indices: Indices) -> None:
     labels = [escape_mathtext(_cut_left(names[i])) for i in order]
     ax.set_yticks(places, labels=labels)
     ax.set_ylim(order.size - 0.5, -0.5)
-    largest = max(float(values[order].max()) for values in (indices.first, indices.total))
-    ax.set_xlim(min(0.0, float(indices.first[order].min())), max(1.0, 1.05 * largest))
+    ends = [indices.first, indices.total, indices.first_interval, indices.total_interval]
+    drawn = np.concatenate([end[order].ravel() for end in ends if end is not None])
+    low, high = float(np.nanmin(drawn)), float(np.nanmax(drawn))
+    ax.set_xlim(max(-MAX_INDEX, min(0.0, 1.05 * low)), min(MAX_INDEX, max(1.0, 1.05 * high)))
     ax.tick_params(labelsize="small")
     ax.set_xlabel("part of the variance", fontsize="small")
     rest = len(indices.keys) - order.size
