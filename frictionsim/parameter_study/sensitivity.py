@@ -212,7 +212,7 @@ def of_polynomial(
         return _none(
             keys,
             f"no Sobol indices: the best polynomial ({DEGREE_WORDS[degree]}) predicts"
-            f" {max(0.0, 100.0 * q2):.0f} % of the variance, fewer than {100.0 * MIN_Q2:.0f} %"
+            f" {max(0.0, 100.0 * q2):.0f} % of the variance, less than {100.0 * MIN_Q2:.0f} %"
             + way_out,
         )
     parts = coefficients[1:] ** 2 / (coefficients[1:] ** 2).sum()

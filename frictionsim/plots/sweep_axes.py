@@ -16,6 +16,7 @@ MAX_LABELS = 20  # of categories along an axis
 MAX_SHOWN = 8  # values of a key in a message
 CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
+MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
 LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
 FALSE_TRUE = ("false", "true")
 
@@ -227,13 +228,14 @@ def _is_truth(coordinate: Coordinate) -> bool:
 
 
 def _is_log(values: Any) -> bool:
-    """Return whether numbers are spaced more evenly in their logarithms than in themselves."""
+    """Return whether numbers are spaced evenly in their logarithms, and more so than otherwise."""
     if values.size < 3 or values[0] <= 0.0 or values[-1] < MIN_LOG_RATIO * values[0]:
         return False
     steps, ratios = np.diff(values), np.diff(np.log(values))
     if steps.min() <= 0.0:
         return False
-    return bool(ratios.max() / ratios.min() < steps.max() / steps.min())
+    unevenness = ratios.max() / ratios.min()
+    return bool(unevenness < min(MAX_UNEVENNESS, steps.max() / steps.min()))
 
 
 def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
