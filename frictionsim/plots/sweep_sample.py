@@ -72,7 +72,7 @@ def draw_histogram(
         f"5 %: {s.low:.5g}, 50 %: {s.median:.5g}, 95 %: {s.high:.5g} {unit}",
     ]
     if s.runs < values.size:
-        lines.append(f"from {s.runs} of {values.size} runs; in the others it is not defined")
+        lines.append(f"from {s.runs} of {values.size} runs; the others failed or do not define it")
     ax.set_title(escape_mathtext("\n".join(lines)), fontsize="x-small", loc="left")
 
 
