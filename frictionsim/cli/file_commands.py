@@ -24,15 +24,27 @@ from frictionsim.io.terminal import ReaderGone, Stdout
 def show(
     result: ResultFile,
     as_json: AsJson = False,
-    as_csv: Annotated[bool, typer.Option("--csv", help="Print the channels as CSV.")] = False,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Print channels, or runs, as CSV.")] = False,
     scenario: Annotated[
         bool, typer.Option("--scenario", help="Print the scenario as TOML.")
     ] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Print the study of a sweep as TOML.")
+    ] = False,
 ) -> None:
-    """Print the summary of a result file again."""
-    if as_json + as_csv + scenario > 1:
-        raise InputError("show: give one of --json, --csv and --scenario")
-    found = fs.open(result)
+    """Print the summary of a result or sweep again."""
+    if as_json + as_csv + scenario + study > 1:
+        raise InputError("show: give one of --json, --csv, --scenario and --study")
+    from frictionsim.api.opening import result_or_sweep
+
+    found = result_or_sweep(result)
+    if not isinstance(found, fs.Result):
+        from frictionsim.cli.show_sweep import show_sweep
+
+        show_sweep(found, result, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
+        return
+    if study:
+        raise InputError(f"{result}: --study is for sweeps, this is the result of a run")
     if as_json:
         print_json(found.to_json())
     elif as_csv:
@@ -119,7 +131,7 @@ def plot(
         typer.Option(
             "--view",
             metavar="NAME",
-            help="View to draw, or 'all'. [the first]",
+            help="View to draw, or 'all'; of a sweep quantities. [the first]",
             autocompletion=views,
         ),
     ] = None,
@@ -127,14 +139,25 @@ def plot(
         int | None,
         typer.Option("--body", metavar="N", help="Number of the body for the view 'body'."),
     ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
+        ),
+    ] = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
-    """Draw a view of a result file; --view all draws each view into FILE-<view>.png."""
-    from frictionsim.api.pictures import save_views
+    """Draw a view of a result, or a sweep; --view all draws each into FILE-<view>.png."""
+    from frictionsim.api.pictures import save_pictures
 
-    pictures, reasons = save_views(
-        fs.open(result), output or result.with_suffix(".png"), view, body, no_clobber=no_clobber
+    pictures, reasons = save_pictures(
+        result,
+        output or result.with_suffix(".png"),
+        view,
+        body,
+        at=_values_by_key(at or []),
+        no_clobber=no_clobber,
     )
     if as_json:
         print_beside_files(
@@ -144,6 +167,25 @@ def plot(
     print_beside_files("\n".join(map(str, pictures)))
     for reason in reasons:
         print_error(f"view skipped: {reason}")
+
+
+def _values_by_key(given: list[str]) -> dict[str, str]:
+    """Return the values that --at gives.
+
+    Raises
+    ------
+    InputError
+        If one is not KEY=VALUE, or a key has two.
+    """
+    found: dict[str, str] = {}
+    for text in given:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise InputError(f"--at {text}: expected KEY=VALUE, as mechanism.load=2000")
+        if key.strip() in found:
+            raise InputError(f"--at {text}: this key has a value already; give one for each key")
+        found[key.strip()] = value.strip()
+    return found
 
 
 @app.command()

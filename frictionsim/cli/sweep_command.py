@@ -222,7 +222,7 @@ def _run(run: "Callable[[Path, Any], Done]", target: Path, files: Files, shown: 
     with _Monitor(not (shown.quiet or shown.as_json)) as monitor:
         done = run(target, monitor)
         if files.csv is not None:
-            from frictionsim.api.sweep_csv import write_csv
+            from frictionsim.parameter_study.report import write_csv
 
             write_csv(done.table, files.csv)
     _print(done, files, shown)

@@ -1,8 +1,9 @@
 """What may be written to: a new file, or one of the kind that replaces it.
 
-A result replaces a result, a sweep a sweep, a picture a picture and a table a table of costs. Any
-other file, as a scenario, a text, or HDF5 of another program, is refused whatever its name is. An
-empty file may be replaced by anything: programs that make names for new files leave such.
+A result replaces a result, a sweep a sweep, a picture a picture, a table of costs such a table, and
+a sweep in CSV one in CSV. Any other file, as a scenario, a text, or HDF5 of another program, is
+refused whatever its name is. An empty file may be replaced by anything: programs that make names
+for new files leave such.
 
 A file that bears the line with our checksum is ours, also where the checksum does not match: it is
 a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
@@ -19,8 +20,9 @@ from frictionsim.io.atomic_write import check_place
 from frictionsim.io.checksum import LENGTH, MARK
 from frictionsim.results import HDF5_SIGNATURE
 
-TABLE = b"law,backend,setting,"  # what the first line of a table in CSV begins with
-RUNS = b"run,status,"  # and that of the runs of a sweep
+TABLE = b"law,backend,setting,"  # what the first line of a table of costs in CSV begins with
+SWEEP_TABLE = b"run [1],", b",status,failure,reason,warnings\n"  # that of a sweep, and its end
+MAX_LINE = 2**20  # bytes
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
 XML, SVG = b"<?xml", b"<svg"
 HEAD = 4096  # bytes, within which XML says that it is SVG
@@ -79,17 +81,19 @@ def _is_table(path: Path) -> bool:
         return file.read(len(TABLE)) == TABLE
 
 
-def _is_runs(path: Path) -> bool:
+def _is_sweep_in_csv(path: Path) -> bool:
     with path.open("rb") as file:
-        return file.read(len(RUNS)) == RUNS
+        line = file.readline(MAX_LINE)
+    begin, end = SWEEP_TABLE
+    return line.startswith(begin) and line.replace(b"\r\n", b"\n").endswith(end)
 
 
 RESULT = Kind("result", "a result", _is_result)
 PICTURE = Kind("picture", "a picture", _is_picture)
 COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
 SWEEP = Kind("sweep", "a sweep", _is_sweep)
-SWEEP_IN_CSV = Kind("table", "a table of a sweep", _is_runs)
 COSTS = Kind("table", "a table of costs", _is_table)
+SWEEP_IN_CSV = Kind("table", "a sweep in CSV", _is_sweep_in_csv)
 
 
 def check_replaceable(path: Path, kind: Kind) -> None:

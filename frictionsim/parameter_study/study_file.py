@@ -109,17 +109,52 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
             f"{name}: study.scenario: expected the file of a scenario, as"
             ' scenario = "pulley.toml", or its tables'
         )
-    try:
-        settings = validate_table(StudySettings, given)
-    except ValidationFailure as failure:
-        raise InputError(f"{name}: " + "; ".join(f"study.{x}" for x in failure.lines())) from None
+    settings = _settings(given, name)
     fixed = dict(_leaves(_table(data, "set", name), ""))
     scenario = load(folder / source if isinstance(source, str) else source, fixed)
-    vary = {key: values_of(key, given) for key, given in _leaves(_table(data, "vary", name), "")}
-    sampling = None
-    if settings.sample is not None:
-        sampling = Sampling(settings.sample, settings.method, settings.seed, settings.indices)
+    vary, sampling = _vary(data, name), _sampling(settings)
     return Study(scenario, vary, settings.zip, sampling, settings.keep_series)
+
+
+def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values], Sampling | None]:
+    """Return what the tables of a study vary, without reading its scenario.
+
+    Parameters
+    ----------
+    data : mapping
+    name : str
+        For messages.
+
+    Returns
+    -------
+    dict of Values
+        By key.
+    Sampling or None
+
+    Raises
+    ------
+    InputError
+        If they are not valid.
+    """
+    given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
+    return _vary(data, name), _sampling(_settings(given, name))
+
+
+def _settings(given: dict[str, Any], name: str) -> StudySettings:
+    try:
+        return validate_table(StudySettings, given)
+    except ValidationFailure as failure:
+        raise InputError(f"{name}: " + "; ".join(f"study.{x}" for x in failure.lines())) from None
+
+
+def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
+    return {key: values_of(key, given) for key, given in _leaves(_table(data, "vary", name), "")}
+
+
+def _sampling(settings: StudySettings) -> Sampling | None:
+    if settings.sample is None:
+        return None
+    return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
 
 
 def study_toml(study: Study) -> str:

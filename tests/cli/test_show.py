@@ -85,10 +85,12 @@ def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
     told("compare", "b.h5", "a.h5", "--rtol", "0", "--atol", "0", "--time-atol", "0")
 
 
-@pytest.mark.parametrize("options", [["--json", "--csv"], ["--csv", "--scenario"]])
+@pytest.mark.parametrize(
+    "options", [["--json", "--csv"], ["--csv", "--scenario"], ["--study", "--json"]]
+)
 def test_one_form_at_a_time(options: list[str], told: Run) -> None:
     assert told("show", FORMAT_1, *options, code=2)[1] == (
-        "frictionsim: show: give one of --json, --csv and --scenario\n"
+        "frictionsim: show: give one of --json, --csv, --scenario and --study\n"
     )
 
 

@@ -1,0 +1,255 @@
+"""The summary of a sweep, as tables and as data for JSON."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.api.tables import Cells, Parts
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.parameter_study.design import SAMPLE, Sampling
+from frictionsim.parameter_study.statistics import (
+    Extremes,
+    Group,
+    Statistics,
+    counts,
+    extremes,
+    grouped,
+    independent_runs,
+    sample_statistics,
+    variation,
+    varied_values,
+)
+from frictionsim.results import finite
+from frictionsim.scenario.overrides import toml_value
+
+if TYPE_CHECKING:
+    from frictionsim.io.sweep_table import SweepTable
+
+MAX_GROUPS = 5  # of reasons, and of warnings
+MAX_VALUES = 3  # of a key in a line
+DESIGNS = {"grid": "all combinations of", "zip": "together", "sample": "a sample of"}
+WORDS = {
+    DONE: "done",
+    FAILED: "failed",
+    AUDIT_FAILED: "with a failed audit",
+    NOT_RUN: "not run",
+}
+
+
+def sweep_parts(table: "SweepTable", path: Path | None = None) -> Parts:
+    """Yield the summary of a sweep.
+
+    Parameters
+    ----------
+    table : SweepTable
+    path : Path, optional
+        Its file.
+
+    Raises
+    ------
+    InputError
+        If the study in it is not valid.
+    """
+    attributes = table.attributes
+    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
+    distributions, sampling = variation(table)
+    texts = {key: d.text for key, d in distributions.items()}
+    yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
+    yield Cells(
+        ("key", ">values", "unit"),
+        [
+            (key, texts.get(key) or _range_text(coordinate.values), coordinate.unit)
+            for key, coordinate in table.coordinates.items()
+        ],
+    )
+    yield _counts_text(table)
+    if attributes["design"] == SAMPLE:
+        yield _statistics_table(table)
+        yield from _sample_lines(table, sampling)
+    else:
+        yield _extremes_table(table)
+    yield from _group_lines("failed", grouped(_reasons(table)))
+    yield from _group_lines("warnings", grouped(table.texts["warnings"]))
+    if attributes["reason"]:
+        yield f"stopped: {attributes['reason']}"
+    yield f"sweep: {path or 'none'}"
+
+
+def sweep_json(table: "SweepTable", path: Path | None = None) -> dict[str, Any]:
+    """Return the JSON object of a sweep.
+
+    Parameters
+    ----------
+    table : SweepTable
+    path : Path, optional
+        Its file.
+
+    Raises
+    ------
+    InputError
+        If the study in it is not valid.
+    """
+    attributes = table.attributes
+    number = counts(table)
+    distributions, sampling = variation(table)
+    is_sample = attributes["design"] == SAMPLE
+    return {
+        "scenario": attributes["source"] or None,
+        "kind": attributes["kind"],
+        "title": attributes["title"],
+        "design": attributes["design"],
+        "status": attributes["status"],
+        "reason": attributes["reason"],
+        "runs": {"all": table.runs}
+        | {word: number[status] for status, word in table.statuses if status in number},
+        "varied": {
+            key: {
+                "unit": coordinate.unit or None,
+                "distribution": distributions[key].text if key in distributions else None,
+                "values": None if is_sample else list(map(plain, coordinate.values)),
+            }
+            for key, coordinate in table.coordinates.items()
+        },
+        "independent_runs": independent_runs(table, sampling).stop if is_sample else None,
+        "quantities": _sample_json(table) if is_sample else _extremes_json(table),
+        "failures": _groups_json(grouped(_reasons(table))),
+        "warnings": _groups_json(grouped(table.texts["warnings"])),
+        "output": None if path is None else str(path),
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a key as one of Python."""
+    return value.item() if hasattr(value, "item") else value
+
+
+def _reasons(table: "SweepTable") -> dict[int, str]:
+    """Return why runs failed or are not to be trusted, by run; in one line each."""
+    failures, reasons = table.texts["failure"], table.texts["reason"]
+    found = {}
+    for run in sorted({*failures, *reasons}):
+        text = " ".join(reasons.get(run, "").split())
+        kind = failures.get(run, "")
+        found[run] = f"{kind}: {text}" if kind and text else kind or text
+    return found
+
+
+def _counts_text(table: "SweepTable") -> str:
+    number = counts(table)
+    parts = [f"{number[s]} {WORDS[s]}" for s in (FAILED, AUDIT_FAILED, NOT_RUN) if number[s]]
+    runs = "run is" if table.runs == 1 else "runs are"
+    text = f"{number[DONE]} of {table.runs} {runs} done"
+    return f"{text}; {', '.join(parts)}: not in the table below" if parts else text
+
+
+def _sample_lines(table: "SweepTable", sampling: Sampling | None) -> list[str]:
+    if sampling is None or not sampling.indices:
+        return []
+    count = independent_runs(table, sampling).stop
+    return [
+        f"the first {count} runs are independent and make these numbers; the others are for Sobol"
+        " indices"
+    ]
+
+
+def _range_text(values: Any) -> str:
+    """Return the values of a key in short."""
+    shown = [_value_text(plain(value)) for value in values]
+    if len(shown) <= MAX_VALUES + 1:
+        return ", ".join(shown)
+    return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
+
+
+def _statistics_table(table: "SweepTable") -> Cells:
+    headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
+    rows = [
+        (
+            name,
+            *map(_number, (s.mean, s.deviation, s.low, s.median, s.high)),
+            table.units[name],
+            str(s.runs),
+        )
+        for name, s in sample_statistics(table).items()
+    ]
+    return Cells((*headings, ">defined in runs"), rows)
+
+
+def _extremes_table(table: "SweepTable") -> Cells:
+    headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
+    found = extremes(table)
+    rows = []
+    for name in table.values:
+        e = found.get(name)
+        if e is None:
+            rows.append((name, "none", "", "none", "", table.units[name], "0"))
+            continue
+        places = (str(e.least_run), str(e.largest_run))
+        least, largest = _number(e.least), _number(e.largest)
+        if e.least == e.largest:
+            places = ("", "")
+        rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
+    return Cells(headings, rows)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}" if value == value else "none"
+
+
+def _group_lines(word: str, groups: list[Group]) -> list[str]:
+    lines = [
+        f"{word}, {group.runs} runs: {group.text} (run {group.first_run})"
+        if group.runs > 1
+        else f"{word}, run {group.first_run}: {group.text}"
+        for group in groups[:MAX_GROUPS]
+    ]
+    rest = groups[MAX_GROUPS:]
+    if rest:
+        lines.append(f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs")
+    return lines
+
+
+def _sample_json(table: "SweepTable") -> dict[str, Any]:
+    return {
+        name: _statistics_json(s, table.units[name]) for name, s in sample_statistics(table).items()
+    }
+
+
+def _statistics_json(s: Statistics, unit: str) -> dict[str, Any]:
+    return {
+        "unit": unit,
+        "runs": s.runs,
+        "mean": finite(s.mean),
+        "standard_deviation": finite(s.deviation),
+        "quantile_5": finite(s.low),
+        "quantile_50": finite(s.median),
+        "quantile_95": finite(s.high),
+    }
+
+
+def _extremes_json(table: "SweepTable") -> dict[str, Any]:
+    found = extremes(table)
+    return {name: _extreme_json(table, found.get(name), name) for name in table.values}
+
+
+def _extreme_json(table: "SweepTable", e: Extremes | None, name: str) -> dict[str, Any]:
+    data: dict[str, Any] = {"unit": table.units[name], "runs": e.runs if e else 0}
+    for word, value, run in (
+        ("least", e.least if e else None, e.least_run if e else None),
+        ("largest", e.largest if e else None, e.largest_run if e else None),
+    ):
+        at = None
+        if run is not None:
+            at = {key: plain(given) for key, given in varied_values(table, run).items()}
+        data[word] = {"value": finite(value), "run": run, "at": at}
+    return data
+
+
+def _groups_json(groups: list[Group]) -> list[dict[str, Any]]:
+    return [
+        {"runs": group.runs, "first_run": group.first_run, "text": group.text} for group in groups
+    ]

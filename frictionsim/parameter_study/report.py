@@ -1,0 +1,103 @@
+"""A sweep as CSV: a line for each run.
+
+    run [1], <key> [unit] ..., <quantity> [unit] ..., status, failure, reason, warnings
+
+Numbers have as many digits as they need to be read back exactly; a quantity that is not defined is
+empty. Text that a spreadsheet would take for a formula begins with an apostrophe.
+"""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from frictionsim.io.atomic_write import replaced_atomically
+from frictionsim.io.replaceable import SWEEP_IN_CSV, check_replaceable
+from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
+
+RUNS_AT_ONCE = 4096
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+class Writable(Protocol):
+    """What text can be written to."""
+
+    def write(self, text: str, /) -> object:
+        """Write text."""
+
+
+def write_csv(table: SweepTable, path: Path) -> None:
+    """Write a sweep as CSV, whole or not at all.
+
+    Parameters
+    ----------
+    table : SweepTable
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written, or would replace what is no such table.
+    """
+    check_replaceable(path, SWEEP_IN_CSV)
+    with (
+        replaced_atomically(path, SWEEP_IN_CSV.word) as part,
+        part.open("w", encoding="utf-8", newline="") as file,
+    ):
+        write_lines(table, file)
+
+
+def write_lines(table: SweepTable, file: Writable) -> None:
+    """Write the heading and a line for each run.
+
+    Parameters
+    ----------
+    table : SweepTable
+    file : text file
+    """
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(
+        [
+            f"{RUN} [1]",
+            *(_heading(key, coordinate) for key, coordinate in table.coordinates.items()),
+            *(f"{name} [{table.units[name]}]" for name in table.values),
+            *(STATUS, *TEXTS),
+        ]
+    )
+    for start in range(0, table.runs, RUNS_AT_ONCE):
+        runs = range(start, min(start + RUNS_AT_ONCE, table.runs))
+        writer.writerows(zip(*_columns(table, runs), strict=True))
+
+
+def _heading(key: str, coordinate: Coordinate) -> str:
+    return key if isinstance(coordinate.values, list) else f"{key} [{coordinate.unit or '1'}]"
+
+
+def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
+    """Yield the cells of some runs, column by column."""
+    yield list(runs)
+    numbers = np.arange(runs.start, runs.stop)
+    indices = (
+        dict.fromkeys(table.coordinates, numbers)
+        if RUN in table.dimensions
+        else dict(zip(table.dimensions, np.unravel_index(numbers, table.shape), strict=True))
+    )
+    for key, coordinate in table.coordinates.items():
+        if isinstance(coordinate.values, list):
+            yield [_text(coordinate.values[i]) for i in indices[key].tolist()]
+        else:
+            values = coordinate.values[indices[key]]
+            # As in a file of HDF5, which has no truth values.
+            yield (values.astype(np.int8) if values.dtype == np.bool_ else values).tolist()
+    for values in table.values.values():
+        yield ["" if value != value else value for value in values[runs.start : runs.stop].tolist()]
+    words = dict(table.statuses)
+    yield [words[status] for status in table.status[runs.start : runs.stop].tolist()]
+    for name in TEXTS:
+        yield [_text(table.texts[name].get(run, "")) for run in runs]
+
+
+def _text(text: str) -> str:
+    return f"'{text}" if text.startswith(FORMULA) else text

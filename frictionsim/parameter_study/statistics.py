@@ -1,0 +1,180 @@
+"""What the runs of a sweep have in common: statistics of a sample, extremes of a grid, reasons.
+
+Only runs that are done and passed their audit count: the quantities of a failed run are those up
+to its end. Of a sample with Sobol indices only the runs of its two samples A and B count; the
+others repeat their values and are not independent.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from tomllib import TOMLDecodeError, loads
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.io.sweep_table import RUN, SweepTable
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.parameter_study.design import SAMPLE, Sampling
+from frictionsim.parameter_study.study_file import variation_of
+from frictionsim.parameter_study.values import Distribution
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array
+
+LOW, MEDIAN, HIGH = 0.05, 0.5, 0.95
+NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
+
+
+class Statistics(NamedTuple):
+    """The statistics of a quantity; those that are not defined are NaN.
+
+    Attributes
+    ----------
+    runs : int
+        In which the quantity is defined.
+    mean, deviation : float
+        The standard deviation is that of a sample (divided by runs - 1).
+    low, median, high : float
+        The quantiles of 5, 50 and 95 %, interpolated linearly.
+    """
+
+    runs: int
+    mean: float
+    deviation: float
+    low: float
+    median: float
+    high: float
+
+
+class Extremes(NamedTuple):
+    """The least and the largest value of a quantity, and the numbers of the runs that have them."""
+
+    runs: int
+    least: float
+    least_run: int
+    largest: float
+    largest_run: int
+
+
+class Group(NamedTuple):
+    """Texts that differ in numbers only: how many, the run of the first one, and its text."""
+
+    runs: int
+    first_run: int
+    text: str
+
+
+def counts(table: SweepTable) -> dict[int, int]:
+    """Return the number of runs by status."""
+    found = Counter(table.status.tolist())
+    return {status: found.get(status, 0) for status in (NOT_RUN, DONE, FAILED, AUDIT_FAILED)}
+
+
+def sound_values(table: SweepTable, name: str) -> "Array":
+    """Return a quantity of all runs; NaN if a run is not done, or its audit failed."""
+    return np.where(table.status == DONE, table.values[name], np.nan)
+
+
+def is_defined(table: SweepTable, name: str) -> bool:
+    """Return whether a quantity is defined in a run that counts."""
+    return bool(np.isfinite(sound_values(table, name)).any())
+
+
+def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling | None]:
+    """Return the distributions and the sampling of a sweep; none if it is no sample.
+
+    Raises
+    ------
+    InputError
+        If the study in its file is not valid.
+    """
+    if table.attributes["design"] != SAMPLE:
+        return {}, None
+    try:
+        data = loads(table.attributes["study"])
+    except TOMLDecodeError as error:
+        raise InputError(f"cannot read the study in this sweep: {error}") from None
+    vary, sampling = variation_of(data, "study")
+    distributions = {key: given for key, given in vary.items() if isinstance(given, Distribution)}
+    if sampling is None or list(distributions) != list(table.coordinates):
+        raise InputError("the study in this sweep does not describe its runs")
+    runs = sampling.runs * ((len(distributions) + 2) if sampling.indices else 1)
+    if runs != table.runs:
+        raise InputError(
+            f"the study in this sweep describes {runs} runs, but it has {table.runs}; expected all"
+            " runs of a sample"
+        )
+    return distributions, sampling
+
+
+def independent_runs(table: SweepTable, sampling: Sampling | None) -> slice:
+    """Return the runs that are an independent sample: of one with Sobol indices A and B."""
+    if sampling is None or not sampling.indices:
+        return slice(0, table.runs)
+    return slice(0, 2 * sampling.runs)
+
+
+def statistics_of(values: "Array") -> Statistics:
+    """Return the statistics of the values that are not NaN."""
+    found = values[~np.isnan(values)]
+    if not found.size:
+        nan = float("nan")
+        return Statistics(0, nan, nan, nan, nan, nan)
+    quantiles = np.quantile(found, (LOW, MEDIAN, HIGH)).tolist()
+    deviation = float(found.std(ddof=1)) if found.size > 1 else float("nan")
+    return Statistics(found.size, float(found.mean()), deviation, *quantiles)
+
+
+def sample_statistics(table: SweepTable) -> dict[str, Statistics]:
+    """Return the statistics of each quantity of a sample.
+
+    Raises
+    ------
+    InputError
+        If the study in its file is not valid.
+    """
+    runs = independent_runs(table, variation(table)[1])
+    return {name: statistics_of(sound_values(table, name)[runs]) for name in table.values}
+
+
+def extremes(table: SweepTable) -> dict[str, Extremes]:
+    """Return the extremes of each quantity that is defined in a run."""
+    found = {}
+    for name in table.values:
+        values = sound_values(table, name)
+        defined = int((~np.isnan(values)).sum())
+        if defined:
+            least, largest = int(np.nanargmin(values)), int(np.nanargmax(values))
+            found[name] = Extremes(
+                defined, float(values[least]), least, float(values[largest]), largest
+            )
+    return found
+
+
+def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
+    """Return the values of the varied keys in a run, by key."""
+    if RUN in table.dimensions:
+        places = dict.fromkeys(table.coordinates, run)
+    else:
+        indices = np.unravel_index(run, table.shape)
+        places = {key: int(i) for key, i in zip(table.dimensions, indices, strict=True)}
+    return {key: table.coordinates[key].values[place] for key, place in places.items()}
+
+
+def grouped(texts: Mapping[int, str]) -> list[Group]:
+    """Return texts in groups of those that differ in numbers only; the largest group first.
+
+    Parameters
+    ----------
+    texts : mapping of int to str
+        By the number of the run; of several lines each counts.
+    """
+    groups: dict[str, Group] = {}
+    for run, text in sorted(texts.items()):
+        for line in dict.fromkeys(text.splitlines()):
+            pattern = NUMBER.sub("0", line)
+            known = groups.get(pattern, Group(0, run, line))
+            groups[pattern] = known._replace(runs=known.runs + 1)
+    return sorted(groups.values(), key=lambda group: (-group.runs, group.first_run))

@@ -1,0 +1,360 @@
+"""Pictures of sweeps: curves over one key, maps over two, histograms and indices of samples.
+
+Those quantities are drawn that vary, the first MAX_PANELS of the summary. Of a grid
+
+- with one key of several values: a curve of each quantity; over a key of text: points;
+- with two: a map of each quantity; if one has few texts as values: a curve for each of them;
+- with three: one quantity, a panel for each value of the third key: the last one of text, else the
+  last one.
+
+Failed runs, runs that are left, runs with a failed audit, and values that are not defined are
+marked, and counted in the legend.
+"""
+
+from collections.abc import Mapping, Sequence
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from frictionsim.errors import InputError, unknown
+from frictionsim.io.sweep_table import SweepTable
+from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
+from frictionsim.parameter_study.design import SAMPLE
+from frictionsim.parameter_study.sensitivity import indices_of
+from frictionsim.parameter_study.statistics import (
+    counts,
+    independent_runs,
+    sound_values,
+    statistics_of,
+    variation,
+)
+from frictionsim.plots.placement import drawn_in
+from frictionsim.plots.style import MAX_LINES, add_legend, escape_mathtext, relative_width
+from frictionsim.plots.sweep_axes import (
+    MAX_WORD,
+    Face,
+    KeyAxis,
+    face_of,
+    short_keys,
+    shortened_key,
+    unit_text,
+)
+from frictionsim.plots.sweep_curves import (
+    FLAT,
+    draw_curves,
+    legend_of,
+    legend_of_curves,
+    outcomes_of,
+)
+from frictionsim.plots.sweep_map import draw_map, legend_of_map, norm_of
+from frictionsim.plots.sweep_sample import MAX_BARS, draw_histogram, draw_tornado, legend_of_sample
+
+if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
+MAX_PANELS = 6
+MAX_KEYS = 3
+MAX_DRAWN = 1e100
+COLUMNS = 2
+KEY_BESIDE = 28  # characters of a line of a key beside a map
+TITLE, MAX_TITLE = 88, 240  # characters of a line of the title, and of all of it
+HEADING = 0.9  # inches, of title and labels of the axes
+CURVES, MAPS, SAMPLES = 2.1, 2.7, 2.0  # inches of a row of panels
+HEIGHT_OF_BAR = 0.28  # inches
+
+
+def draw_sweep(
+    table: SweepTable,
+    quantities: Sequence[str] = (),
+    at: Mapping[str, Any] | None = None,
+    figure: "Figure | SubFigure | None" = None,
+    ax: Any = None,
+) -> Figure:
+    """Draw a sweep as a matplotlib figure.
+
+    Parameters
+    ----------
+    table : SweepTable
+    quantities : sequence of str
+        By default the first ones that vary.
+    at : mapping, optional
+        By key of a grid, the one value of it that is drawn.
+    figure, ax : optional
+        As in `frictionsim.plots.draw`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        If a quantity, key or value is not in the sweep, too many keys are varied, the figure is
+        not empty, or the axes cannot be replaced.
+    """
+    _check(table, quantities)
+    if table.attributes["design"] == SAMPLE:
+        if at:
+            raise InputError(f"--at {next(iter(at))}: this sweep is a sample; leave it out")
+        return drawn_in(lambda target: _draw_sample(table, quantities, target), figure, ax)
+    face = face_of(table, at or {})
+    if len(face.axes) > MAX_KEYS:
+        keys = ", ".join(axis.key for axis in face.axes)
+        raise InputError(
+            f"cannot draw this sweep: {len(face.axes)} keys have several values ({keys}), a picture"
+            f" shows {MAX_KEYS} at most; choose values of the others with --at KEY=VALUE"
+        )
+    third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
+    return drawn_in(lambda target: _draw_face(table, face, third, quantities, target), figure, ax)
+
+
+def _third(face: Face, quantities: Sequence[str]) -> int:
+    """Return which of three keys has a panel for each of its values: one of text, or the last.
+
+    Raises
+    ------
+    InputError
+        If it has too many values, or several quantities are wanted.
+    """
+    of_text = [number for number, axis in enumerate(face.axes) if axis.labels]
+    third = of_text[-1] if of_text else MAX_KEYS - 1
+    axis = face.axes[third]
+    if axis.values.size > MAX_PANELS:
+        raise InputError(
+            f"cannot draw this sweep: three keys have several values, and {axis.key} has"
+            f" {axis.values.size}, more than the {MAX_PANELS} panels of a picture; choose one with"
+            f" --at {axis.key}={axis.plain(0)}"
+        )
+    if len(quantities) > 1:
+        raise InputError(
+            "with three keys of several values a picture shows one quantity, got"
+            f" {len(quantities)}; give one, or choose a value with --at {axis.key}={axis.plain(0)}"
+        )
+    return third
+
+
+def _check(table: SweepTable, quantities: Sequence[str]) -> None:
+    """Check that there is something to draw, and that a scale of it does not overflow."""
+    if not table.values:
+        reasons = [*table.texts["reason"].values(), "no run is done"]
+        raise InputError(f"cannot draw this sweep: no run has quantities ({reasons[0]})")
+    for name in quantities:
+        if name not in table.values:
+            raise InputError(unknown("quantity", name, list(table.values)))
+    if len(quantities) > MAX_PANELS:
+        raise InputError(
+            f"expected at most {MAX_PANELS} quantities in a picture, got {len(quantities)};"
+            " '--view all' draws each into its own"
+        )
+    numbers = {
+        key: c.values for key, c in table.coordinates.items() if not isinstance(c.values, list)
+    }
+    for name, values in (numbers | table.values).items():
+        finite = values[np.isfinite(values)]
+        if finite.size and max(abs(float(finite.max())), abs(float(finite.min()))) > MAX_DRAWN:
+            raise InputError(f"cannot draw this sweep: '{name}' has numbers above {MAX_DRAWN:g}")
+
+
+def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], list[str]]:
+    """Return the first quantities of the summary that vary in some runs, and a note on the others.
+
+    Those that do not vary are drawn if there are no others.
+    """
+    varying = []
+    for name in table.values:
+        values = sound_values(table, name)[runs]
+        values = values[np.isfinite(values)]
+        if values.size and float(np.ptp(values)) > FLAT * float(np.abs(values).max()):
+            varying.append(name)
+    candidates = varying or list(table.values)
+    notes = [] if varying or np.size(runs) == 1 else ["no quantity varies"]
+    if len(candidates) > count:
+        notes.append(f"{count} of {len(candidates)} quantities{' that vary' if varying else ''}")
+    return candidates[:count], notes
+
+
+class _Panel(NamedTuple):
+    """A panel: its quantity, its runs in the shape of the axes, and what it is at."""
+
+    name: str
+    runs: Any
+    title: str = ""
+
+
+class _Layout(NamedTuple):
+    """How the panels are drawn: as maps, or as curves over the first key."""
+
+    axes: tuple[KeyAxis, ...]
+    is_map: bool
+    joined: bool
+
+
+def _layout(axes: tuple[KeyAxis, ...], runs: Any, joined: bool) -> tuple[_Layout, Any]:
+    """Return how runs over one or two keys are drawn, and the runs in that shape."""
+    if len(axes) == 1:
+        return _Layout(axes, False, joined and not axes[0].labels), runs
+    one, other = axes
+    if bool(one.labels) != bool(other.labels):
+        if one.labels:
+            one, other, runs = other, one, runs.T
+        if other.values.size <= MAX_LINES:
+            return _Layout((one, other), False, True), runs
+    return _Layout((one, other), True, False), runs
+
+
+def _draw_face(
+    table: SweepTable,
+    face: Face,
+    third: int | None,
+    quantities: Sequence[str],
+    figure: "Figure | SubFigure",
+) -> None:
+    """Draw each quantity into a panel; with three keys one of them, for each value of the third."""
+    names, notes = list(quantities), list(face.fixed)
+    if not names:
+        names, note = chosen(table, face.runs, MAX_PANELS if third is None else 1)
+        notes += note
+    axes = face.axes
+    if third is None:
+        layout, runs = _layout(axes, face.runs, face.joined)
+        panels = [_Panel(name, runs) for name in names]
+    else:
+        axis, rest = axes[third], axes[:third] + axes[third + 1 :]
+        panels = []
+        for place in range(axis.values.size):
+            layout, runs = _layout(rest, face.runs.take(place, axis=third), True)
+            key = escape_mathtext(shortened_key(axis.key))
+            panels.append(_Panel(names[0], runs, f"{key} = {axis.text(place)}"))
+    height = MAPS if layout.is_map else CURVES
+    places = _panels(figure, len(panels), height, sharey=layout.is_map or third is not None)
+    for ax, panel in zip(places, panels, strict=True):
+        if panel.title:
+            ax.set_title(panel.title, fontsize="small")
+        if layout.is_map:
+            common = panel.runs if third is None else face.runs
+            norm = norm_of(_drawn_values(table, panel.name, common))
+            mesh = draw_map(ax, table, panel.name, layout.axes, panel.runs, norm)
+            if mesh is not None:
+                figure.colorbar(mesh, ax=ax, label=label_of(table, panel.name))
+            else:
+                ax.set_title(f"{label_of(table, panel.name)}: no values", fontsize="small")
+        else:
+            draw_curves(ax, table, panel.name, layout.axes, panel.runs, layout.joined)
+            ax.set_ylabel(label_of(table, panel.name))
+    _label_keys(places, layout)
+    if not layout.is_map:
+        figure.align_ylabels(places)
+    _title(figure, table, [axis.key for axis in axes], notes)
+    add_legend(figure, _handles(table, layout, panels), columns=3)
+
+
+def _label_keys(places: list[Any], layout: _Layout) -> None:
+    """Label the keys below the lowest panels, and of maps beside the left ones."""
+    columns = min(len(places), COLUMNS)
+    for ax in places[-columns:]:
+        ax.set_xlabel(layout.axes[0].label(), fontsize="small")
+    if layout.is_map:
+        for ax in places[::columns]:
+            ax.set_ylabel(layout.axes[1].label(KEY_BESIDE), fontsize="small")
+
+
+def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
+    found = outcomes_of(table, name, runs)
+    return np.where(np.isnan(found.values), found.of_failed_audit, found.values)
+
+
+def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[Any]:
+    """Return what the legend shows: curves, and marks with the number of their runs."""
+    found = []
+    if not layout.is_map and len(layout.axes) == 2:
+        found = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)
+        if layout.axes[1].key:
+            key = escape_mathtext(shortened_key(layout.axes[1].key))
+            found.insert(0, Line2D([], [], linestyle="", label=f"{key}:"))
+    marks: dict[str, str] = {}
+    counted: dict[str, dict[str, set[int]]] = {}
+    for panel in panels:
+        for mark, where in outcomes_of(table, panel.name, panel.runs).marks.items():
+            runs = counted.setdefault(mark, {}).setdefault(panel.name, set())
+            runs |= set(panel.runs[where].tolist())
+    for mark, of_names in counted.items():
+        numbers = [len(runs) for runs in of_names.values()]
+        if any(numbers):
+            least = min(number for number in numbers if number)
+            several = f"{least} to {max(numbers)}" if max(numbers) > least else f"{least}"
+            marks[mark] = f"{mark}: {several} run{'' if several == '1' else 's'}"
+    return [*found, *(legend_of_map(marks) if layout.is_map else legend_of(marks, bool(found)))]
+
+
+def _draw_sample(
+    table: SweepTable, quantities: Sequence[str], figure: "Figure | SubFigure"
+) -> None:
+    """Draw histogram and indices of each quantity in a row."""
+    sampling = variation(table)[1]
+    runs = independent_runs(table, sampling)
+    names, notes = list(quantities), list[str]()
+    if not names:
+        names, notes = chosen(table, runs)
+    found = indices_of(table, names)
+    row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
+    if isinstance(figure, Figure):
+        figure.set_figheight(HEADING + row * len(names))
+    axes = figure.subplots(len(names), 2, squeeze=False)
+    for (left, right), name in zip(axes, names, strict=True):
+        values = sound_values(table, name)[runs]
+        draw_histogram(left, table, name, values, statistics_of(values))
+        draw_tornado(right, found[name])
+    if sampling is not None:
+        count = runs.stop - runs.start
+        notes.insert(0, f"{sampling.method} sample, {count} independent runs")
+    _title(figure, table, list(table.coordinates), notes)
+    add_legend(figure, legend_of_sample(any(i.first.size for i in found.values())), columns=5)
+
+
+def label_of(table: SweepTable, name: str) -> str:
+    """Return the label of a quantity with its unit."""
+    words = fill(name.replace("_", " "), MAX_WORD)
+    return escape_mathtext(f"{words},\n{unit_text(table.units[name])}")
+
+
+def _panels(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) -> list[Any]:
+    """Return the Axes of panels, in one column or two."""
+    columns = 1 if count == 1 else COLUMNS
+    rows = -(-count // columns)
+    if isinstance(figure, Figure):
+        single = 1.6 if rows == 1 else 1.0
+        figure.set_figheight(HEADING + single * row * rows)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
+    flat = list(axes.ravel())
+    for empty in flat[count:]:
+        empty.remove()
+        axes[-2, -1].xaxis.set_tick_params(labelbottom=True)
+    return flat[:count]
+
+
+def _title(
+    figure: "Figure | SubFigure", table: SweepTable, keys: Sequence[str], notes: Sequence[str]
+) -> None:
+    """Give a figure the title of a sweep: what is varied, and how many runs there are."""
+    attributes = table.attributes
+    title = attributes["title"] or attributes["kind"]
+    number = counts(table)
+    parts = [*notes]
+    if number[NOT_RUN]:
+        parts.append(f"{attributes['status']}: {table.runs - number[NOT_RUN]} of {table.runs} runs")
+    else:
+        parts.append(f"{table.runs} run{'' if table.runs == 1 else 's'}")
+    for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "with a failed audit")):
+        if number[status]:
+            parts.append(f"{number[status]} {words}")
+    names = short_keys(keys)
+    of_keys = " and ".join(names) if len(names) <= MAX_KEYS else f"{len(names)} keys"
+    short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
+    width = int(TITLE * min(1.0, relative_width(figure)))
+    text = fill(escape_mathtext(f"{short}: sweep over {of_keys}"), width)
+    # The notes have their $ escaped where they are made.
+    text += "\n" + fill(f"({'; '.join(parts)})", width)
+    figure.suptitle(text, fontsize="medium", wrap=True)

@@ -1,0 +1,302 @@
+"""What of a sweep a picture shows: its keys as axes, and its runs in the shape of these."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+
+from frictionsim.errors import InputError, unknown
+from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
+from frictionsim.plots.style import escape_mathtext
+
+MAX_KEY, MAX_WORD = 44, 24  # characters of a label
+MAX_LABELS = 20  # of categories along an axis
+MAX_SHOWN = 8  # values of a key in a message
+CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
+MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
+MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
+LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
+FALSE_TRUE = ("false", "true")
+
+
+class KeyAxis(NamedTuple):
+    """A varied key along an axis.
+
+    Attributes
+    ----------
+    key, unit : str
+    values : (n,)
+        In ascending order; of text, or if values are equal, the numbers from 0.
+    order : (n,) of int
+        The place of each in the sweep.
+    labels : tuple of str
+        Of text; empty for numbers.
+    log : bool
+        The numbers are spaced evenly in their logarithms rather than in themselves.
+    """
+
+    key: str
+    unit: str
+    values: Any
+    order: Any
+    labels: tuple[str, ...] = ()
+    log: bool = False
+
+    def label(self, width: int = MAX_KEY) -> str:
+        """Return the label of the axis: the key, and the unit of numbers.
+
+        Parameters
+        ----------
+        width : int
+            Of a line, in characters; a longer key is broken after its dots.
+        """
+        lines = [""]
+        for part in re.findall(r"[^.]*\.?", shortened_key(self.key)):
+            if lines[-1] and len(lines[-1]) + len(part) > width:
+                lines.append("")
+            lines[-1] += part
+        text = escape_mathtext("\n".join(lines))
+        return f"{text}, {unit_text(self.unit)}" if self.unit else text
+
+    def text(self, place: int) -> str:
+        """Return a value with its unit; `place` is that along the axis."""
+        if self.labels:
+            return escape_mathtext(self.labels[place])
+        unit = "" if self.unit in ("", "1") else f" {unit_text(self.unit)}"
+        return f"{self.values[place]:.6g}{unit}"
+
+    def plain(self, place: int) -> str:
+        """Return a value as --at takes it."""
+        return self.labels[place] if self.labels else repr(float(self.values[place]))
+
+    @property
+    def edges(self) -> Any:
+        """The edges of the cells around the values, halfway between them."""
+        values = np.log(self.values) if self.log else self.values.astype(np.float64)
+        if values.size == 1:
+            half = 0.5 if self.labels or not values[0] else 0.5 * abs(values[0])
+            edges = np.array([values[0] - half, values[0] + half])
+        else:
+            middle = 0.5 * (values[1:] + values[:-1])
+            edges = np.concatenate(
+                ([2.0 * values[0] - middle[0]], middle, [2.0 * values[-1] - middle[-1]])
+            )
+        return np.exp(edges) if self.log else edges
+
+    def prepare(self, ax: Any, side: str) -> None:
+        """Give the x or y axis of Axes its scale, and ticks at the values of text."""
+        axis, set_scale = getattr(ax, f"{side}axis"), getattr(ax, f"set_{side}scale")
+        if self.log:
+            set_scale("log")
+            if self.values[-1] < LOG_DECADES * self.values[0]:
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+                axis.set_minor_formatter(NullFormatter())
+        if self.labels:
+            step = -(-len(self.labels) // MAX_LABELS)
+            texts = [escape_mathtext(_cut(label, MAX_WORD)) for label in self.labels[::step]]
+            slanted = side == "x" and sum(map(len, texts)) > MAX_WORD
+            turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
+            axis.set_ticks(self.values[::step], labels=texts, **turned)
+            axis.set_minor_locator(NullLocator())
+            getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
+
+
+class Face(NamedTuple):
+    """What a picture shows of a grid or of values together.
+
+    Attributes
+    ----------
+    axes : tuple of KeyAxis
+        Of the keys with more than one value.
+    runs : array of int
+        The numbers of the runs in the shape of the axes.
+    fixed : tuple of str
+        The other keys with their values.
+    joined : bool
+        Neighbours along the first axis may be joined by lines.
+    """
+
+    axes: tuple[KeyAxis, ...]
+    runs: Any
+    fixed: tuple[str, ...] = ()
+    joined: bool = True
+
+
+def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
+    """Return what a picture shows of a sweep that is no sample.
+
+    Parameters
+    ----------
+    table : SweepTable
+    at : mapping
+        By key of a grid, the value of those that are not varied in the picture.
+
+    Raises
+    ------
+    InputError
+        If a key or value is not in the sweep.
+    """
+    if RUN in table.dimensions:
+        if at:
+            raise InputError(
+                f"--at {next(iter(at))}: only of a grid a value of a key can be chosen; this sweep"
+                f" is a {table.attributes['design']}"
+            )
+        return _together(table)
+    for key in at:
+        if key not in table.dimensions:
+            raise InputError("--at: " + unknown("varied key", key, list(table.dimensions)))
+    runs: Any = np.arange(table.runs).reshape(table.shape)
+    axes: list[KeyAxis] = []
+    fixed: list[str] = []
+    for key in table.dimensions:
+        found = key_axis(key, table.coordinates[key])
+        position = len(axes)
+        if key in at or found.values.size == 1:
+            place = _place(table.coordinates[key], found, at[key]) if key in at else 0
+            runs = runs.take(int(found.order[place]), axis=position)
+            fixed.append(f"{escape_mathtext(shortened_key(key))} = {found.text(place)}")
+        else:
+            runs = runs.take(found.order, axis=position)
+            axes.append(found)
+    if not axes:  # a single run, over its first key
+        first = key_axis(next(iter(table.dimensions)), next(iter(table.coordinates.values())))
+        place = int(np.unravel_index(int(runs), table.shape)[0])
+        at_place = int(np.flatnonzero(first.order == place)[0])
+        single = first._replace(
+            values=first.values[at_place : at_place + 1],
+            order=first.order[at_place : at_place + 1],
+            labels=first.labels[at_place : at_place + 1],
+            log=False,
+        )
+        if single.labels:
+            single = single._replace(values=np.zeros(1))
+        return Face((single,), runs.reshape(1), tuple(fixed[1:]), joined=False)
+    return Face(tuple(axes), runs, tuple(fixed), joined=not axes[0].labels)
+
+
+def _together(table: SweepTable) -> Face:
+    """Return values together over the first key of numbers; else over the first key."""
+    found = [
+        (key, coordinate)
+        for key, coordinate in table.coordinates.items()
+        if not isinstance(coordinate.values, list) and not _is_truth(coordinate)
+    ]
+    if not found:
+        axis = key_axis(*next(iter(table.coordinates.items())))
+        return Face((axis,), axis.order, _beside(table, axis.key), joined=False)
+    key, coordinate = found[0]
+    numbers = np.asarray(coordinate.values, dtype=np.float64)
+    order = np.argsort(numbers, kind="stable")
+    values = numbers[order]
+    distinct = bool((np.diff(values) > 0.0).all())
+    axis = KeyAxis(key, coordinate.unit, values, order, (), _is_log(values))
+    return Face((axis,), order, _beside(table, key), joined=distinct and values.size > 1)
+
+
+def _beside(table: SweepTable, key: str) -> tuple[str, ...]:
+    """Return the note on the keys that vary together with one."""
+    others = [other for other in table.coordinates if other != key]
+    return (f"together with {escape_mathtext(', '.join(short_keys(others)))}",) if others else ()
+
+
+def key_axis(key: str, coordinate: Coordinate) -> KeyAxis:
+    """Return the axis of a varied key."""
+    values = coordinate.values
+    if isinstance(values, list) or _is_truth(coordinate):
+        texts = values if isinstance(values, list) else [FALSE_TRUE[int(v)] for v in values]
+        places = np.arange(len(texts))
+        return KeyAxis(key, "", places.astype(np.float64), places, tuple(texts))
+    numbers = np.asarray(values, dtype=np.float64)
+    order = np.argsort(numbers, kind="stable")
+    if (np.diff(numbers[order]) <= 0.0).any():
+        places = np.arange(numbers.size)
+        labels = tuple(f"{number:.6g}" for number in numbers[order])
+        return KeyAxis(key, coordinate.unit, places.astype(np.float64), order, labels)
+    return KeyAxis(key, coordinate.unit, numbers[order], order, (), _is_log(numbers[order]))
+
+
+def _is_truth(coordinate: Coordinate) -> bool:
+    """Return whether a key is true or false; a file has 0 and 1 of one byte instead."""
+    return not isinstance(coordinate.values, list) and coordinate.values.dtype in (
+        np.bool_,
+        np.int8,
+    )
+
+
+def _is_log(values: Any) -> bool:
+    """Return whether numbers are spaced evenly in their logarithms, and more so than otherwise."""
+    if values.size < 3 or values[0] <= 0.0 or values[-1] < MIN_LOG_RATIO * values[0]:
+        return False
+    steps, ratios = np.diff(values), np.diff(np.log(values))
+    if steps.min() <= 0.0:
+        return False
+    unevenness = ratios.max() / ratios.min()
+    return bool(unevenness < min(MAX_UNEVENNESS, steps.max() / steps.min()))
+
+
+def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
+    """Return the place of a value along its axis.
+
+    Raises
+    ------
+    InputError
+        If the sweep does not have it.
+    """
+    text = str(wanted).strip()
+    if axis.labels and (isinstance(coordinate.values, list) or _is_truth(coordinate)):
+        known = [label.strip('"') for label in axis.labels]
+        text = text.lower() if _is_truth(coordinate) else text.strip("\"'")
+        if text in known:
+            return known.index(text)
+        shown = list(axis.labels)
+    else:
+        numbers = np.asarray(coordinate.values, dtype=np.float64)[axis.order]
+        try:
+            number = float(wanted)
+        except (TypeError, ValueError):
+            number = float("nan")
+        distances = np.abs(numbers - number)
+        scale = np.abs(numbers).max()
+        if np.isfinite(number) and distances.min() <= CLOSE * scale:
+            return int(np.argmin(distances))
+        shown = [f"{value:.6g}" for value in numbers]
+    if len(shown) > MAX_SHOWN:
+        shown = [*shown[: MAX_SHOWN - 1], "...", shown[-1]]
+    raise InputError(f"--at {axis.key}: the sweep has no value {text}; it has {', '.join(shown)}")
+
+
+def shortened_key(key: str) -> str:
+    """Return a key without its first parts if it is too long for a label."""
+    if len(key) <= MAX_KEY:
+        return key
+    parts = key.split(".")
+    while len(parts) > 1 and len(".".join(parts)) > MAX_KEY - 2:
+        parts = parts[1:]
+    return _cut(f"… {'.'.join(parts)}", MAX_KEY)
+
+
+def short_keys(keys: Sequence[str]) -> list[str]:
+    """Return the shortest ends of keys that tell them apart, for labels in little space."""
+    found = []
+    for key in keys:
+        parts = key.split(".")
+        for count in range(1, len(parts) + 1):
+            end = ".".join(parts[-count:])
+            same = [other for other in keys if f".{other}".endswith(f".{end}")]
+            if len(same) == 1 and not parts[-count].isdecimal():
+                break
+        found.append(end)
+    return found
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else f"{text[: length - 1]}…"
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit for display."""
+    return unit.replace("^2", "²")

@@ -1,0 +1,75 @@
+"""`fs.plot` of sweeps: of a file, of the dataset, and of a part of it."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray
+
+import frictionsim as fs
+from frictionsim.api.sweep_dataset import table_of
+from frictionsim.errors import InputError
+from frictionsim.io.hdf5_reader import read_sweep
+from tests.support.scenarios import SCENARIOS
+
+MU_S, WAY = "effects.shaft_friction.mu_s", "drive.direction"
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path]:
+    path = tmp_path_factory.mktemp("sweep") / "s.h5"
+    vary = {MU_S: [0.1, 0.2, 0.3], WAY: ["vertical", "horizontal"]}
+    return fs.sweep(SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path), path
+
+
+def test_the_table_of_a_dataset_is_that_of_its_file(swept: tuple[xarray.Dataset, Path]) -> None:
+    dataset, path = swept
+    found, read = table_of(dataset), read_sweep(path)
+    assert found.dimensions == read.dimensions
+    assert found.units == read.units
+    assert found.statuses == read.statuses
+    assert found.texts == read.texts
+    assert {k: found.attributes[k] for k in read.attributes} == read.attributes
+    for name, values in read.values.items():
+        np.testing.assert_array_equal(found.values[name], values)
+    for key, coordinate in read.coordinates.items():
+        np.testing.assert_array_equal(found.coordinates[key].values, coordinate.values)
+        assert found.coordinates[key]._replace(values=0) == coordinate._replace(values=0)
+
+
+def test_a_file_and_a_dataset_and_a_part_of_it_are_drawn(
+    swept: tuple[xarray.Dataset, Path],
+) -> None:
+    dataset, path = swept
+    for source in (path, str(path), dataset):
+        figure = fs.plot(source, "final_angle")
+        drawn = [line.get_ydata() for line in figure.axes[0].lines]
+        np.testing.assert_array_equal(drawn, dataset["final_angle"].values.T)
+    chosen = fs.plot(dataset, "final_angle, force_to_lift", at={WAY: "horizontal"})
+    part = fs.plot(dataset.sel({WAY: "horizontal"}), "final_angle")
+    for figure, count in ((chosen, 2), (part, 1)):
+        assert len(figure.axes) == count
+        (line,) = figure.axes[0].lines
+        np.testing.assert_array_equal(line.get_ydata(), dataset["final_angle"].values[:, 1])
+
+
+def test_a_sweep_is_drawn_in_the_place_of_axes(swept: tuple[xarray.Dataset, Path]) -> None:
+    figure, axes = plt.subplots(1, 2, figsize=(14, 6), layout="constrained")
+    assert fs.plot(swept[0], ax=axes[0]) is figure
+    assert axes[0] not in figure.axes
+    plt.close(figure)
+
+
+def test_other_datasets_are_refused(swept: tuple[xarray.Dataset, Path]) -> None:
+    dataset, _ = swept
+    with pytest.raises(InputError, match=r"as fs\.sweep and fs\.open_sweep return .* no 'study'"):
+        fs.plot(xarray.Dataset({"a": ("x", [1.0])}))
+    with pytest.raises(InputError, match=r"no 'failure', which a reduction as mean\(\) leaves out"):
+        fs.plot(dataset.mean(keep_attrs=True))
+    with pytest.raises(InputError, match="expected a dataset of several runs"):
+        fs.plot(dataset.isel({MU_S: 0, WAY: 0}))
+    with pytest.raises(InputError, match="'final_angle' of this dataset does not have a value for"):
+        fs.plot(dataset.assign(final_angle=dataset["final_angle"].isel({WAY: 0})))
+    with pytest.raises(InputError, match="'body' is for a view of the result of a run"):
+        fs.plot(dataset, body=2)

@@ -1,0 +1,159 @@
+"""Sobol indices of functions whose indices are known, from both kinds of samples."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from frictionsim.parameter_study.block import FAILED
+from frictionsim.parameter_study.design import Sampling
+from frictionsim.parameter_study.sensitivity import Indices, indices_of
+from frictionsim.parameter_study.values import values_of
+from tests.support.sweeps import Function, sample_of, with_outcomes
+
+PI = repr(np.pi)
+CUBE = dict.fromkeys(("x1", "x2", "x3"), f"uniform(-{PI}, {PI})")
+MIXED = {
+    "a": "normal(3.0, 0.5)",
+    "b": "lognormal(0.5, 0.2)",
+    "c": "triangular(1.0, 1.5, 4.0)",
+    "d": "uniform(-1.0, 3.0)",
+}
+WAYS = [
+    Sampling(2048, indices=True),
+    Sampling(512),
+    Sampling(300, "lhs"),
+    Sampling(400, "random", 5),
+]
+
+
+def ishigami(x1: Any, x2: Any, x3: Any) -> Any:
+    return np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
+
+
+def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> Indices:
+    return indices_of(sample_of(vary, {"f": function}, sampling), ["f"])["f"]
+
+
+def test_the_indices_of_ishigami() -> None:
+    # Closed forms of Ishigami and Homma 1990 with a = 7, b = 0.1.
+    a, b = 7.0, 0.1
+    v1 = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2
+    v2, v13 = a**2 / 8.0, b**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    first = np.array([v1, v2, 0.0]) / (v1 + v2 + v13)
+    total = np.array([v1 + v13, v2, v13]) / (v1 + v2 + v13)
+    found = indices(CUBE, ishigami, Sampling(4096, indices=True))
+    np.testing.assert_allclose(found.first, first, atol=0.015)
+    np.testing.assert_allclose(found.total, total, atol=0.015)
+    assert found.basis == "from 4096 rows; 95 % confidence"
+    for known, interval in ((first, found.first_interval), (total, found.total_interval)):
+        assert interval is not None
+        assert (interval[:, 0] <= known).all()
+        assert (known <= interval[:, 1]).all()
+        assert (np.ptp(interval, axis=1) < 0.25).all()
+
+
+def moments(vary: dict[str, str]) -> tuple[Any, Any]:
+    """Return means and variances of the keys, by SciPy's own quadrature."""
+    frozen = {
+        "a": stats.norm(3.0, 0.5),
+        "b": stats.lognorm(0.2, scale=np.exp(0.5)),
+        "c": stats.triang(0.5 / 3.0, loc=1.0, scale=3.0),
+        "d": stats.uniform(-1.0, 4.0),
+    }
+    found = np.array([frozen[key].stats("mv") for key in vary])
+    return found[:, 0], found[:, 1]
+
+
+@pytest.mark.parametrize("sampling", WAYS, ids=lambda way: f"{way.method}-{way.indices}")
+def test_the_indices_of_a_sum_are_the_parts_of_its_variance(sampling: Sampling) -> None:
+    factors = np.array([2.0, -1.0, 1.0, 0.3])
+    found = indices(MIXED, lambda *x: factors @ np.array(x), sampling)
+    parts = factors**2 * moments(MIXED)[1]
+    parts /= parts.sum()
+    within = 0.03 if sampling.indices else 2e-3  # a cubic has the quantiles of b to 1e-3
+    np.testing.assert_allclose(found.first, parts, atol=within)
+    np.testing.assert_allclose(found.total, parts, atol=within)
+    if not sampling.indices:
+        assert found.first_interval is None
+        assert found.basis.endswith("of the variance")
+
+
+@pytest.mark.parametrize("sampling", WAYS, ids=lambda way: f"{way.method}-{way.indices}")
+def test_the_indices_of_a_product(sampling: Sampling) -> None:
+    vary = {key: MIXED[key] for key in ("a", "c", "d")}
+    found = indices(vary, lambda a, c, d: a * c * d, sampling)
+    mean, variance = moments(vary)
+    # V = prod(m² + v) - prod(m²); alone v_i prod(m_j²), together v_i prod(m_j² + v_j).
+    everything = np.prod(mean**2 + variance) - np.prod(mean**2)
+    first = variance / mean**2 * np.prod(mean**2) / everything
+    total = variance / (mean**2 + variance) * np.prod(mean**2 + variance) / everything
+    within = 0.04 if sampling.indices else 1e-9  # the product is a cubic polynomial
+    np.testing.assert_allclose(found.first, first, atol=within)
+    np.testing.assert_allclose(found.total, total, atol=within)
+
+
+def test_polynomials_are_orthonormal_for_their_distribution() -> None:
+    from frictionsim.parameter_study.sensitivity import _orthonormal, _score
+
+    for text in (*MIXED.values(), "triangular(0.0, 0.0, 1.0)", "triangular(0.0, 1.0, 1.0)"):
+        distribution: Any = values_of("a", text)
+        even = (np.arange(200_000) + 0.5) / 200_000
+        scores = _score(distribution, distribution.quantiles(even))
+        polynomials = _orthonormal(distribution, scores, 3)
+        np.testing.assert_allclose(polynomials @ polynomials.T / even.size, np.eye(4), atol=2e-2)
+
+
+@pytest.mark.parametrize("sampling", [Sampling(64, indices=True), Sampling(64)])
+def test_a_constant_has_no_indices(sampling: Sampling) -> None:
+    rounding = 3.0 * (1.0 + np.finfo(float).eps)
+    for function in (lambda *x: 3.0 + 0.0 * x[0], lambda *x: np.where(x[0] > 3.0, 3.0, rounding)):
+        found = indices(MIXED, function, sampling)
+        assert found.first.size == 0
+        assert found.basis == "no Sobol indices: the quantity does not vary"
+
+
+def test_a_sample_that_no_polynomial_fits_says_how_to_get_indices() -> None:
+    found = indices(CUBE, lambda x1, x2, x3: np.sin(20.0 * x1), Sampling(256))
+    assert found.first.size == 0
+    assert "of the variance, less than 90 %; --indices runs what they need" in found.basis
+    found = indices(CUBE, ishigami, Sampling(7, "random"))
+    assert "7 runs in which the quantity is defined are fewer than the 8" in found.basis
+
+
+def test_noise_is_not_taken_for_a_polynomial() -> None:
+    # As many terms as half the runs fit noise well, but do not predict it.
+    noise = np.random.default_rng(2).normal(size=40)
+    found = indices(CUBE, lambda *x: noise, Sampling(40, "random"))
+    assert "predicts 0 % of the variance" in found.basis
+
+
+def test_rows_with_a_run_that_failed_are_left_out() -> None:
+    table = sample_of(CUBE, {"f": ishigami}, Sampling(256, indices=True))
+    # Row 3 in A, row 5 in the third mixed sample; what such runs hold does not count.
+    table.values["f"][[3, 4 * 256 + 5]] = 1e6
+    table = with_outcomes(table, {3: FAILED, 4 * 256 + 5: FAILED})
+    found = indices_of(table, ["f"])["f"]
+    assert found.basis.startswith("from 128 rows of 256")
+    rows = [row for row in range(256) if row not in (3, 5)][:128]
+    blocks = table.values["f"].reshape(5, 256)[:, rows]
+    a, b, mixed = blocks[0], blocks[1], blocks[2:]
+    variance = np.var(np.concatenate((a, b)))
+    np.testing.assert_allclose(found.total, 0.5 * ((a - mixed) ** 2).mean(axis=1) / variance)
+
+
+def test_too_few_rows_give_no_indices() -> None:
+    found = indices(CUBE, ishigami, Sampling(8, indices=True))
+    assert "8 of 8 rows of the sample, which are fewer than 16" in found.basis
+
+
+def test_one_key_causes_all_of_the_variance() -> None:
+    found = indices({"a": "uniform(0.0, 1.0)"}, lambda a: a**2, Sampling(32, indices=True))
+    assert found.first.tolist() == found.total.tolist() == [1.0]
+    assert found.basis == "only one key is varied"
+
+
+def test_the_same_sample_gives_the_same_intervals() -> None:
+    found = [indices(CUBE, ishigami, Sampling(64, indices=True)) for _ in range(2)]
+    np.testing.assert_array_equal(found[0].total_interval, found[1].total_interval)

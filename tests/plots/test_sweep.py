@@ -1,0 +1,396 @@
+"""Pictures of sweeps: what is drawn are the numbers of the table; nothing is missing silently."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from frictionsim.errors import InputError
+from frictionsim.io.sweep_table import SweepTable
+from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
+from frictionsim.parameter_study.design import Sampling
+from frictionsim.parameter_study.sensitivity import indices_of
+from frictionsim.parameter_study.statistics import sample_statistics
+from frictionsim.plots import save
+from frictionsim.plots.sweep import draw_sweep
+from frictionsim.plots.sweep_axes import key_axis, short_keys, shortened_key
+from tests.support.sweeps import grid_of, sample_of, with_outcomes
+
+MAX_BYTES = 200_000
+MARKS = {"failed": "x", "not defined": "v", "not run": "_", "audit failed": "D"}
+FIVE = [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def lines_of(ax: Any, marker: str | None = None) -> list[Any]:
+    """Return the lines with a marker, or those without a mark of a run that is not sound."""
+    marks = set(MARKS.values())
+    return [
+        line
+        for line in ax.lines
+        if (line.get_marker() == marker if marker else line.get_marker() not in marks)
+    ]
+
+
+def title_of(figure: Figure) -> str:
+    return " ".join(figure.get_suptitle().split())
+
+
+def legend_of(figure: Figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def curves() -> SweepTable:
+    """Return a grid of five runs: one failed, one with a failed audit, one undefined, one left."""
+    table = grid_of({"a.b.x": FIVE}, {"f": lambda x: x**2, "g": lambda x: -x})
+    table.values["f"][3] = np.nan
+    return with_outcomes(table, {1: FAILED, 2: AUDIT_FAILED, 4: NOT_RUN})
+
+
+def test_a_curve_has_the_values_of_the_sound_runs_and_marks_at_the_others() -> None:
+    figure = draw_sweep(curves(), ["f"])
+    (ax,) = figure.axes
+    (line,) = lines_of(ax)
+    np.testing.assert_array_equal(line.get_xdata(), FIVE)
+    np.testing.assert_array_equal(line.get_ydata(), [1.0, np.nan, np.nan, np.nan, np.nan])
+    at = {name: lines_of(ax, marker) for name, marker in MARKS.items() if name != "audit failed"}
+    found = {name: line.get_xdata().tolist() for name, (line,) in at.items()}
+    assert found == {"failed": [2.0], "not defined": [4.0], "not run": [5.0]}
+    (audit,) = lines_of(ax, "D")
+    assert (audit.get_xdata().tolist(), audit.get_ydata().tolist()) == ([3.0], [9.0])
+    assert legend_of(figure) == [f"{name}: 1 run" for name in MARKS]
+    assert title_of(figure) == (
+        "A sweep: sweep over x (done: 4 of 5 runs; 1 failed; 1 with a failed audit)"
+    )
+    assert ax.get_xlabel() == "a.b.x, m"
+    assert ax.get_ylabel() == "f,\nN m"
+
+
+def test_marks_lie_below_all_values() -> None:
+    (ax,) = draw_sweep(curves(), ["g"]).axes
+    low, high = ax.get_ylim()
+    (mark,) = lines_of(ax, "x")
+    assert low + mark.get_ydata()[0] * (high - low) < -3.0
+
+
+def test_values_are_drawn_in_ascending_order_with_a_logarithmic_axis_where_it_fits() -> None:
+    table = grid_of({"x": [100.0, 1.0, 10.0]}, {"f": lambda x: 2.0 * x})
+    (ax,) = draw_sweep(table).axes
+    (line,) = lines_of(ax)
+    assert line.get_xdata().tolist() == [1.0, 10.0, 100.0]
+    assert line.get_ydata().tolist() == [2.0, 20.0, 200.0]
+    assert ax.get_xscale() == "log"
+    for values in (FIVE, [-1.0, 1.0, 10.0], [0.0, 1.0, 10.0], [1.0, 1.1, 1.21]):
+        (ax,) = draw_sweep(grid_of({"x": values}, {"f": lambda x: x})).axes
+        assert ax.get_xscale() == "linear"
+
+
+def test_a_quantity_over_decades_has_a_logarithmic_axis() -> None:
+    (ax,) = draw_sweep(grid_of({"x": FIVE}, {"f": lambda x: 10.0**x})).axes
+    assert ax.get_yscale() == "log"
+
+
+def test_text_is_drawn_as_points_by_category_and_beside_a_number_as_curves() -> None:
+    words = ["up", "down"]
+    figure = draw_sweep(grid_of({"w": words}, {"f": lambda w: np.where(w == "up", 1.0, 3.0)}))
+    (ax,) = figure.axes
+    (line,) = lines_of(ax)
+    assert line.get_linestyle() == "None"
+    assert line.get_ydata().tolist() == [1.0, 3.0]
+    assert [label.get_text() for label in ax.get_xticklabels()] == words
+    for vary in ({"w": words, "x": FIVE}, {"x": FIVE, "w": words}):
+        table = grid_of(vary, {"f": lambda **_: 0.0} | {"f": lambda *columns: _signed(*columns)})
+        figure = draw_sweep(table)
+        up, down = lines_of(figure.axes[0])
+        assert up.get_ydata().tolist() == FIVE
+        assert down.get_ydata().tolist() == [-x for x in FIVE]
+        assert up.get_linestyle() != down.get_linestyle()  # in grey
+        assert legend_of(figure) == ["w:", "up", "down"]
+
+
+def _signed(*columns: Any) -> Any:
+    word, number = columns if isinstance(columns[0][0], str) else columns[::-1]
+    return np.where(word == "up", 1.0, -1.0) * number.astype(float)
+
+
+def test_truth_values_are_words() -> None:
+    (ax,) = draw_sweep(grid_of({"on": [False, True]}, {"f": lambda on: on * 1.0})).axes
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["false", "true"]
+
+
+def meshes(ax: Any) -> list[QuadMesh]:
+    return [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
+
+
+def test_a_map_has_the_values_in_cells_halfway_between_them() -> None:
+    # Uneven, in no order, the second key logarithmic.
+    table = grid_of({"x": [5.0, 1.0, 7.0], "y": [1.0, 100.0, 10.0]}, {"f": lambda x, y: x - y})
+    figure = draw_sweep(table)
+    ax, bar = figure.axes
+    (mesh,) = meshes(ax)
+    expected = [[x - y for x in (1.0, 5.0, 7.0)] for y in (1.0, 10.0, 100.0)]
+    np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(3, 3), expected)
+    corners = np.asarray(mesh.get_coordinates())
+    np.testing.assert_allclose(corners[0, :, 0], [-1.0, 3.0, 6.0, 8.0])
+    np.testing.assert_allclose(corners[:, 0, 1], 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x, m", "y, m")
+    assert bar.get_ylabel() == "f,\nN m"
+    written = {text.get_text() for text in ax.texts}
+    assert written == {f"{value:.3g}" for row in expected for value in row}
+
+
+def test_cells_without_a_sound_value_differ_from_each_other() -> None:
+    table = grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: 10.0 * x + y})
+    table.values["f"][7] = np.nan
+    figure = draw_sweep(with_outcomes(table, {0: FAILED, 1: AUDIT_FAILED, 2: NOT_RUN}))
+    ax = figure.axes[0]
+    white, mesh = meshes(ax)
+    covered = np.ma.getmaskarray(white.get_array()).reshape(5, 5).T
+    assert np.argwhere(~covered).tolist() == [[0, 0], [0, 2]]
+    values = np.ma.masked_array(mesh.get_array()).reshape(5, 5).T
+    assert np.argwhere(np.ma.getmaskarray(values)).tolist() == [[0, 0], [0, 2], [1, 2]]
+    assert values[0, 1] == 12.0
+    (failed,), (audit,) = lines_of(ax, "x"), lines_of(ax, "D")
+    assert (failed.get_xdata().tolist(), failed.get_ydata().tolist()) == ([1.0], [1.0])
+    assert (audit.get_xdata().tolist(), audit.get_ydata().tolist()) == ([1.0], [2.0])
+    assert ax.patch.get_hatch()
+    assert legend_of(figure) == [f"{name}: 1 run" for name in MARKS]
+
+
+def test_contour_lines_are_at_their_values() -> None:
+    numbers = np.linspace(0.0, 1.0, 9).tolist()
+    figure = draw_sweep(grid_of({"x": numbers, "y": numbers}, {"f": lambda x, y: x + y}))
+    lines = [c for c in figure.axes[0].collections if hasattr(c, "levels")]
+    assert len(lines) == 1
+    for level, path in zip(lines[0].levels, lines[0].get_paths(), strict=True):
+        np.testing.assert_allclose(path.vertices.sum(axis=1), level, atol=1e-12)
+        assert len(path.vertices) > 1
+
+
+def test_a_map_over_decades_has_a_logarithmic_scale() -> None:
+    figure = draw_sweep(grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: 10.0 ** (x + y)}))
+    assert isinstance(meshes(figure.axes[0])[0].norm, LogNorm)
+
+
+def test_a_third_key_has_a_panel_for_each_value_on_one_scale() -> None:
+    table = grid_of(
+        {"x": FIVE, "z": [1.0, 2.0, 3.0], "y": [0.0, 1.0]},
+        {"f": lambda x, z, y: 100 * z + 10 * y + x},
+    )
+    figure = draw_sweep(table)
+    panels = [ax for ax in figure.axes if ax.get_title()]
+    assert [ax.get_title() for ax in panels] == ["y = 0 m", "y = 1 m"]
+    for y, ax in enumerate(panels):
+        (mesh,) = meshes(ax)
+        expected = [[100.0 * z + 10.0 * y + x for x in FIVE] for z in (1, 2, 3)]
+        np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(3, 5), expected)
+        assert (mesh.norm.vmin, mesh.norm.vmax) == (101.0, 315.0)
+
+
+def test_of_three_keys_one_of_text_has_the_panels() -> None:
+    table = grid_of({"w": ["a", "b"], "x": FIVE, "y": FIVE}, {"f": lambda w, x, y: x * y})
+    titles = [ax.get_title() for ax in draw_sweep(table).axes]
+    assert titles[:2] == ["w = a", "w = b"]
+
+
+def test_more_keys_need_a_choice() -> None:
+    two = [0.1, 0.3]
+    table = grid_of(dict.fromkeys("abcd", two), {"f": lambda a, b, c, d: a + 10.0 * d})
+    with pytest.raises(InputError, match=r"4 keys .*\(a, b, c, d\).* with --at KEY=VALUE"):
+        draw_sweep(table)
+    figure = draw_sweep(table, at={"b": "0.3", "c": 0.1, "d": 0.30000000000000004})
+    (line,) = lines_of(figure.axes[0])
+    np.testing.assert_array_equal(line.get_ydata(), np.array(two) + 10.0 * 0.3)
+    assert "b = 0.3 m; c = 0.1 m; d = 0.3 m" in title_of(figure)
+    with pytest.raises(InputError, match=r"--at b: the sweep has no value 0\.2; it has 0\.1, 0\.3"):
+        draw_sweep(table, at={"b": 0.2})
+    with pytest.raises(InputError, match="unknown varied key 'e'"):
+        draw_sweep(table, at={"e": 0.2})
+    many = grid_of({"a": two, "b": two, "c": [*FIVE, 6.0, 7.0]}, {"f": lambda a, b, c: c})
+    with pytest.raises(InputError, match=r"c has 7, more than the 6 panels .* --at c=1\.0"):
+        draw_sweep(many)
+    three = grid_of(dict.fromkeys("abc", two), {"f": lambda a, b, c: c, "g": lambda a, b, c: a})
+    with pytest.raises(InputError, match="shows one quantity, got 2"):
+        draw_sweep(three, ["f", "g"])
+
+
+def test_values_together_are_drawn_over_the_first_number() -> None:
+    vary = {"w": ["a", "b", "c"], "x": [3.0, 1.0, 2.0], "y": [7.0, 8.0, 9.0]}
+    figure = draw_sweep(grid_of(vary, {"f": lambda w, x, y: y.astype(float)}, "zip"))
+    (line,) = lines_of(figure.axes[0])
+    assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == (
+        [1.0, 2.0, 3.0],
+        [8.0, 9.0, 7.0],
+    )
+    assert "together with w, y" in title_of(figure)
+    with pytest.raises(InputError, match="only of a grid"):
+        draw_sweep(grid_of(vary, {"f": lambda w, x, y: 1.0}, "zip"), at={"x": 1.0})
+
+
+def test_the_first_quantities_that_vary_are_drawn() -> None:
+    functions: Any = {f"q{i}": (lambda x, i=i: i * x) for i in range(9)}
+    figure = draw_sweep(grid_of({"x": FIVE}, functions))
+    assert [ax.get_ylabel() for ax in figure.axes] == [f"q{i},\nN m" for i in range(1, 7)]
+    assert "6 of 8 quantities that vary" in title_of(figure)
+    same = draw_sweep(grid_of({"x": FIVE}, {"f": lambda x: 5.0, "g": lambda x: np.nan}))
+    assert "no quantity varies" in title_of(same)
+    low, high = same.axes[0].get_ylim()
+    assert low < 4.9
+    assert high > 5.1
+    assert legend_of(same) == ["not defined: 5 runs"]
+
+
+def test_what_cannot_be_drawn_is_refused() -> None:
+    table = grid_of({"x": FIVE}, {"final_angle": lambda x: x})
+    with pytest.raises(InputError, match=r"unknown quantity 'final_angl' \(did you mean 'final_an"):
+        draw_sweep(table, ["final_angl"])
+    with pytest.raises(InputError, match="at most 6 quantities in a picture, got 7; '--view all'"):
+        draw_sweep(table, ["final_angle"] * 7)
+    table.values["final_angle"][2] = 1e200
+    with pytest.raises(InputError, match="'final_angle' has numbers above 1e"):
+        draw_sweep(table)
+    empty = table._replace(values={}, units={})
+    empty.texts["reason"][0] = "no memory"
+    with pytest.raises(InputError, match=r"no run has quantities \(no memory\)"):
+        draw_sweep(empty)
+
+
+@pytest.fixture(scope="module")
+def sample() -> SweepTable:
+    vary = {
+        "p.mu": "uniform(0.0, 1.0)",
+        "p.load": "normal(5.0, 0.5)",
+        "r.load": "uniform(1.0, 2.0)",
+    }
+    functions = {
+        "f": lambda a, b, c: 3.0 * a + b * c,
+        "g": lambda a, b, c: np.where(a < 0.1, np.nan, a),
+    }
+    return sample_of(vary, functions, Sampling(64, indices=True))
+
+
+def pairs(figure: Figure) -> Iterator[tuple[Any, Any]]:
+    """Return histogram and tornado of each row."""
+    return zip(figure.axes[::2], figure.axes[1::2], strict=True)
+
+
+def test_a_histogram_counts_all_runs_and_has_the_statistics_of_the_summary(
+    sample: SweepTable,
+) -> None:
+    figure = draw_sweep(sample)
+    statistics = sample_statistics(sample)
+    for (left, _), name in zip(pairs(figure), ("f", "g"), strict=True):
+        s = statistics[name]
+        assert sum(bar.get_height() for bar in left.patches) == s.runs
+        drawn = [line.get_xdata()[0] for line in left.lines]
+        assert drawn == [s.mean, s.median, s.low, s.high]
+        title = left.get_title(loc="left")
+        assert f"mean {s.mean:.5g}, standard deviation {s.deviation:.4g} N m" in title
+        assert f"5 %: {s.low:.5g}, 50 %: {s.median:.5g}, 95 %: {s.high:.5g} N m" in title
+        assert left.get_xlabel() == f"{name}, N m"
+    assert statistics["g"].runs < 128
+    assert f"from {statistics['g'].runs} of 128 runs" in title
+    assert "sobol sample, 128 independent runs; 320 runs" in title_of(figure)
+
+
+def test_a_tornado_has_the_indices_with_the_largest_at_the_top(sample: SweepTable) -> None:
+    figure = draw_sweep(sample, ["f"])
+    ((_, right),) = pairs(figure)
+    found = indices_of(sample, ["f"])["f"]
+    order = np.argsort(-found.total)
+    bars = [bar.get_width() for bar in right.patches]
+    np.testing.assert_array_equal(bars, [*found.first[order], *found.total[order]])
+    names = np.array(["mu", "p.load", "r.load"])
+    assert [label.get_text() for label in right.get_yticklabels()] == names[order].tolist()
+    assert right.get_ylim()[0] > right.get_ylim()[1]
+    assert right.get_title(loc="left") == "from 64 rows; 95 % confidence"
+    intervals = np.concatenate([c.get_segments() for c in right.collections])[:, :, 0]
+    expected = np.concatenate((found.first_interval[order], found.total_interval[order]))  # type: ignore[index]
+    np.testing.assert_allclose(intervals, expected, atol=1e-12)
+
+
+def test_a_sample_without_indices_says_why() -> None:
+    vary = {"a": "uniform(0.0, 1.0)", "b": "uniform(0.0, 1.0)"}
+    table = sample_of(vary, {"f": lambda a, b: np.sin(40.0 * a + 30.0 * b)}, Sampling(64))
+    figure = draw_sweep(table)
+    said = " ".join(figure.axes[1].texts[0].get_text().split())
+    assert "--indices runs what they need" in said
+    assert legend_of(figure) == ["mean", "50 %", "5 % and 95 %"]
+
+
+def texts_of(figure: Figure) -> list[Any]:
+    """Return the boxes of titles and labels of a figure that was drawn."""
+    found = [figure._suptitle]  # type: ignore[attr-defined]
+    for ax in figure.axes:
+        found += [ax.xaxis.label, ax.yaxis.label, ax.title, ax._left_title]  # type: ignore[attr-defined]
+    boxes = [text.get_window_extent() for text in found if text.get_text()]
+    return boxes + [legend.get_window_extent() for legend in figure.legends]
+
+
+LONG = "mechanism.pulleys.of_the_second_shaft.contact_of_the_rim.friction.static_coefficient"
+
+
+@pytest.mark.parametrize("kind", ["curves", "map", "sample"])
+def test_long_titles_and_keys_do_not_overlap_and_are_no_formulas(kind: str, tmp_path: Path) -> None:
+    name = "an_uncommonly_long_quantity_of_a_mechanism"
+    if kind == "curves":
+        table = grid_of({LONG: FIVE, "$w$": ["$a_b", "c$"]}, {name: lambda x, w: x.astype(float)})
+    elif kind == "map":
+        table = grid_of(
+            {LONG: FIVE, f"{LONG}.b": FIVE}, {name: lambda x, y: x * y, "g": lambda x, y: x}
+        )
+    else:
+        vary = {f"{LONG}.{i}.mu$": "uniform(0.0, 1.0)" for i in range(10)}
+        table = sample_of(vary, {name: lambda *x: sum(x)}, Sampling(64))
+    table = with_outcomes(table, {2: FAILED})
+    title = "A $very$ <long> & odd^title_ with ünïcödé " * 4
+    figure = draw_sweep(table._replace(attributes=table.attributes | {"title": title}))
+    save(figure, tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size < MAX_BYTES
+    figure.draw_without_rendering()
+    boxes, page = texts_of(figure), figure.bbox
+    for i, box in enumerate(boxes):
+        assert box.x0 >= page.x0 - 1.0, (i, box)
+        assert box.x1 <= page.x1 + 1.0, (i, box)
+        assert not any(box.overlaps(other) for other in boxes[:i]), (i, box)
+
+
+def test_equal_sweeps_give_equal_files(sample: SweepTable, tmp_path: Path) -> None:
+    for name in ("a.svg", "b.svg"):
+        save(draw_sweep(sample, ["f"]), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_a_single_run_is_a_point() -> None:
+    table = grid_of({"x": [2.0], "w": ["a"]}, {"f": lambda x, w: x.astype(float)})
+    figure = draw_sweep(table)
+    (line,) = lines_of(figure.axes[0])
+    assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([2.0], [2.0])
+    assert "w = a; 1 run" in title_of(figure)
+
+
+def test_equal_values_of_a_key_are_drawn_side_by_side() -> None:
+    table = grid_of({"x": [1.0, 1.0, 2.0]}, {"f": lambda x: x})
+    table.values["f"][:] = [5.0, 6.0, 7.0]
+    axis = key_axis("x", table.coordinates["x"])
+    assert axis.labels == ("1", "1", "2")
+    (line,) = lines_of(draw_sweep(table).axes[0])
+    assert line.get_ydata().tolist() == [5.0, 6.0, 7.0]
+
+
+def test_keys_are_shortened_so_that_they_differ() -> None:
+    assert short_keys(("a.mu", "b.mu", "c.load", "d.value.1")) == [
+        "a.mu",
+        "b.mu",
+        "load",
+        "value.1",
+    ]
+    assert shortened_key("a.b") == "a.b"
+    short = shortened_key(LONG)
+    assert short.startswith("… ")
+    assert LONG.endswith(short[2:])
