@@ -128,8 +128,11 @@ def resume(
         Only with `check`.
     """
     from frictionsim.io.destination import check_same_scenario, whole_name
+    from frictionsim.io.hdf5_reader import is_sweep
 
     limits = _limits(max_wall, max_steps, progress)
+    if not isinstance(result, Result) and is_sweep(as_path("result", result)):
+        raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path

@@ -230,7 +230,11 @@ def _check_alone(
     ------
     InputError
     """
-    given = [name for name in OF_STUDIES if options.get(name, None) not in (None, False)]
+    given = [
+        name
+        for name in OF_STUDIES
+        if options.get(name) is not None and options.get(name) is not False
+    ]
     if vary:
         given.insert(0, "vary")
     if overrides:

@@ -43,6 +43,7 @@ class InProcess:
             except _Stopped as stopped:
                 raise stopped.reason from None
             yield block.to_bytes()
+            on_step.beat_in_time()
 
     def close(self) -> None:
         """Do nothing."""
@@ -66,11 +67,14 @@ class _OnStep:
         self._calls += 1
         if self._calls % STEPS_BETWEEN_BEATS:
             return
-        now = monotonic()
-        if now - self._last < SECONDS_BETWEEN_BEATS:
-            return
-        self._last = now
         try:
-            self._beat()
+            self.beat_in_time()
         except BaseException as error:
             raise _Stopped(error) from None
+
+    def beat_in_time(self) -> None:
+        """Call `beat` if it is time."""
+        now = monotonic()
+        if now - self._last >= SECONDS_BETWEEN_BEATS:
+            self._last = now
+            self._beat()

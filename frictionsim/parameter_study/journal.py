@@ -148,9 +148,10 @@ class Journal:
                 yield block
 
     def close(self, remove: bool) -> None:
-        """Give the lock up, and remove the file if it is not needed any more."""
+        """Give the lock up, and remove the file if it is not needed any more, or empty."""
         if self._descriptor < 0:
             return
+        remove = remove or not os.fstat(self._descriptor).st_size
         if remove and fcntl is not None:
             with suppress(OSError):
                 self.path.unlink()

@@ -307,6 +307,7 @@ def run_sweep(
     beat : callable
         As of `Execution.blocks`.
     """
+    beat()
     for image in execution.blocks(plan, assembly.left, beat):
         block = Block.from_bytes(image)
         on_block(image, block)

@@ -28,7 +28,8 @@ SHARES = {
     "csv_signals": 150_000,
     "extremes": 130_000,
     "hdf5_bytes": 200_000,
-    "hdf5_structure": 150_000,
+    "hdf5_structure": 130_000,
+    "sweeps": 20_000,
     "checkpoints": 22_500,  # more than a thousand of each original
     "targets": 10_000,
     "kills": 1000,

@@ -13,6 +13,7 @@ LEGAL = {
     "plot": {0, 2, 4},
     "resume": {0, 1, 2, 3, 4, 5},
     "show": {0, 2},
+    "sweep": {0, 2, 4},
     "cost": {0, 1, 2, 4, 5},
 }
 # In messages; a case has two gigabytes (`batch.MEMORY`), and none may need more.

@@ -18,9 +18,26 @@ MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 SHORT = ["--set", "solver.rtol=1e-4", "-j", "1", "-q"]
 VALUES = [
     *("[0.2, 0.3]", "lin(0.2, 0.4, 3)", "log(0.2, 0.4, 3)", '["none", "x"]', "[[0.2], [0.3]]"),
-    *("uniform(0.2, 0.4)", "normal(0.3, 0.01)", "lognormal(-1.2, 0.1)", "triangular(0.2, 0.3, 0.4)"),
+    *(
+        "uniform(0.2, 0.4)",
+        "normal(0.3, 0.01)",
+        "lognormal(-1.2, 0.1)",
+        "triangular(0.2, 0.3, 0.4)",
+    ),
 ]
-PIECES = [*TOKENS, "(", ")", ",", "lin", "normal", "1e9", "1e-9", "-0.0", "1e308", "__import__('os')"]
+PIECES = [
+    *TOKENS,
+    "(",
+    ")",
+    ",",
+    "lin",
+    "normal",
+    "1e9",
+    "1e-9",
+    "-0.0",
+    "1e308",
+    "__import__('os')",
+]
 KEYS = [MU_S, LOAD, "solver.duration", "drive.force.value.1", "drive.force", "title", "kind", ""]
 
 

@@ -1,0 +1,106 @@
+"""Kill a sweep with SIGKILL at random times, resume it, and check that no file ever lies.
+
+    python -m tests.attacks.sweep_kills [TRIALS] [SEED]
+
+Each trial starts a sweep, kills it at a random time, with or without its workers, up to three times
+in a row, and lets the last resumption end. After each kill the file must open, each run that it or
+its journal calls done must have the bits of an uninterrupted sweep, and what is lost must be no
+more than what the blocks in flight held; in the end the bytes are those of that sweep.
+"""
+
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.parameter_study.journal import Journal
+from frictionsim.parameter_study.sweep import Assembly
+from frictionsim.parameter_study.sweep_files import _digest
+from tests.support.sweep_files import command, started
+
+RUNS = 1200
+LONGEST = 4.0  # s, until a kill
+
+
+def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[str, int]:
+    """Kill and resume a sweep; return how many runs were there after each kill."""
+    path = folder / "s.h5"
+    arguments, found = [*command(RUNS, "s.h5", "-q")], {}
+    for kill in range(rng.choice((1, 1, 2, 3))):
+        process = started(arguments, folder)
+        time.sleep(rng.uniform(0.3, LONGEST))
+        if rng.random() < 0.5 and process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)  # and its workers
+        else:
+            process.kill()
+        process.communicate()
+        time.sleep(0.2)  # for workers to see that they are alone
+        if process.returncode == 0 or not path.exists():
+            found[f"kill {kill}"] = RUNS if path.exists() else 0
+            break
+        found[f"kill {kill}"] = check(path, table)
+        arguments = ["resume", "s.h5", "-q"]
+    if not path.exists():
+        arguments = [*command(RUNS, "s.h5", "-q")]
+    if path.exists() and read_sweep(path).attributes["status"] == "done":
+        assert path.read_bytes() == whole
+    else:
+        process = started(arguments, folder)
+        said = process.communicate()
+        assert process.returncode == 0, said
+    assert path.read_bytes() == whole, found
+    left = set(os.listdir(folder)) - {"s.h5"}
+    assert all(name.endswith(".runs") for name in left) or not left, left
+    return found
+
+
+def check(path: Path, whole: Any) -> int:
+    """Check the file and journal of a killed sweep; return how many runs are done."""
+    table = read_sweep(path)
+    if table.attributes["status"] == "done":
+        return RUNS
+    assert table.attributes["status"] == "interrupted"
+    assembly = Assembly(RUNS)
+    assembly.take_up(table)
+    journal = Journal(path)  # also: nobody else has it
+    for block in journal.blocks(_digest(table)):
+        assembly.add(block)
+    journal.close(remove=False)
+    done = assembly.status != 0
+    assert np.array_equal(assembly.status[done], whole.status[done])
+    for name, values in assembly._columns.items():
+        assert values[done].tobytes() == whole.values[name][done].tobytes(), name
+        assert np.isnan(values[~done]).all()
+    return int(done.sum())
+
+
+def whole_sweep(folder: Path) -> tuple[bytes, Any]:
+    """Return the file of an uninterrupted sweep, and what is in it."""
+    path = folder / "whole.h5"
+    process = started(command(RUNS, path.name, "-q"), folder)
+    said = process.communicate()
+    assert process.returncode == 0, said
+    whole = path.read_bytes(), read_sweep(path)
+    path.unlink()
+    return whole
+
+
+def main(trials: int = 50, seed: int = 1) -> None:
+    """Run the trials."""
+    with TemporaryDirectory() as name:
+        whole = whole_sweep(Path(name))
+    rng = random.Random(seed)
+    for number in range(trials):
+        with TemporaryDirectory() as name:
+            print(f"{number + 1}: {trial(rng, Path(name), *whole)}", flush=True)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,195 @@
+"""`frictionsim sweep`, and `resume` of a sweep."""
+
+import csv
+import os
+import random
+import signal
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.io.hdf5_reader import read_sweep
+from tests.attacks import sweep_kills
+from tests.cli.conftest import Run, strict_json
+from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command, journal_grows, started
+
+STUDY = f"""\
+[study]
+scenario = "{PULLEY.as_posix()}"
+zip = true
+[set]
+"solver.rtol" = 1e-4
+[vary]
+"{LOAD}" = [2000.0, 2100.0]
+"effects.shaft_friction.mu_s" = [0.2, 0.3]
+"""
+
+
+def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
+    arguments = command(3, "s.h5", "--csv", "s.csv", "-j", "1")
+    assert told(*arguments) == ("3 runs: 3 done, 0 failed, 0 with a failed audit; s.h5\n", "")
+    assert sorted(os.listdir()) == ["s.csv", "s.h5"]
+    expected = fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 3)"}, LOOSE)
+    assert np.array_equal(fs.open_sweep("s.h5")["final_angle"], expected["final_angle"])
+    with open("s.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["run"] for row in rows] == ["0", "1", "2"]
+    assert {row["status"] for row in rows} == {"done"}
+    assert [float(row["mechanism.load [N]"]) for row in rows] == [2000.0, 2200.0, 2400.0]
+    assert [float(row["final_angle [rad]"]) for row in rows] == expected[
+        "final_angle"
+    ].values.tolist()
+    # Both are replaced by another sweep, and nothing else is.
+    told(*command(2, "s.h5", "--csv", "s.csv", "-q"))
+    assert len(Path("s.csv").read_text().splitlines()) == 3
+
+
+def test_runs_that_fail_are_rows_and_are_counted(told: Run, here: Path) -> None:
+    vary = "solver.max_steps=[1, 100000]"
+    out, err = told("sweep", PULLEY, "--vary", vary, "--set", "solver.rtol=1e-4", "--json")
+    found = strict_json(out)
+    assert found["runs"] == {"not_run": 0, "done": 1, "failed": 1, "audit_failed": 0}
+    assert found["output"] == str(Path("results") / "pulley-sweep.h5")
+    assert err == "frictionsim: warning: 1 of 2 runs failed\n"
+    assert str(fs.open_sweep(found["output"])["failure"][0].item()) == "budget_exceeded"
+
+
+def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
+    Path("study.toml").write_text(STUDY)
+    told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
+    found = fs.open_sweep("s.h5")
+    assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
+    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--seed", "0"]):
+        name = options[0].removeprefix("--")
+        _, err = told("sweep", "study.toml", *options, code=2)
+        assert err == (
+            f"frictionsim: {name}: this is a study already, which says what is varied; change it"
+            " there\n"
+        )
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["-j", "0"], "--workers: expected a whole number above 0, got 0"),
+        (["-j", "two"], "--workers: expected a whole number, got 'two'; see frictionsim sweep"),
+        (
+            ["-j", "2", "--dask", "local:2"],
+            "workers and dask exclude each other: with dask the cluster has the workers",
+        ),
+        (["--dask", "host"], "dask: expected the address of a scheduler, as tcp://host:8786"),
+        (["--vary", f"{LOAD}=[1.0]"], f"--vary: {LOAD} is given twice; give all its values"),
+        (["--vary", "a.b"], "--vary: expected KEY=VALUES, as a.b=[1, 2], got 'a.b'"),
+        (["--vary", "a.b=[1]"], "vary: mechanism.load=2000.0, a.b=1 is not valid"),
+        (["-o", "-"], "-o -: a sweep is an HDF5 file, it is not printed; give a file name"),
+        (["-o", "a.csv", "--csv", "a.csv"], "-o and --csv would both be written to a.csv"),
+    ],
+)
+def test_a_mistake_writes_nothing(options: list[str], message: str, told: Run, here: Path) -> None:
+    vary = ["--vary", f"{LOAD}=[2000.0, -1.0]"] if "a.b=[1]" not in options else []
+    vary = vary or ["--vary", f"{LOAD}=[2000.0]"]
+    out, err = told("sweep", PULLEY, *vary, *options, code=2)
+    assert out == ""
+    assert err.startswith(f"frictionsim: {message}")
+    assert err.count("\n") == 1
+    assert os.listdir() == []
+
+
+def test_an_invalid_combination_writes_nothing(told: Run, here: Path) -> None:
+    _, err = told("sweep", PULLEY, "--vary", f"{LOAD}=[2000.0, -1.0]", code=2)
+    assert err.startswith("frictionsim: vary: mechanism.load=-1.0 is not valid: ")
+    assert os.listdir() == []
+
+
+def test_what_cannot_be_written_is_told_first(told: Run, here: Path) -> None:
+    Path("notes.h5").write_text("notes")
+    for target, message in (
+        ("notes.h5", "notes.h5: cannot write the sweep: the existing file is not a sweep"),
+        ("none/s.h5", "none/s.h5: cannot write the sweep: there is no folder 'none'"),
+    ):
+        _, err = told(*command(3, target), code=4)
+        assert err.startswith(f"frictionsim: {message}")
+    assert told(*command(3, "notes.h5", "--no-clobber"), code=4)[1].startswith(
+        "frictionsim: notes.h5: the file exists and --no-clobber forbids to replace it"
+    )
+    assert Path("notes.h5").read_text() == "notes"
+    assert os.listdir() == ["notes.h5"]
+
+
+def test_resume_refuses_what_it_cannot_do(told: Run, here: Path) -> None:
+    told(*command(2, "s.h5", "-q", "-j", "1"))
+    told("solve", PULLEY, "-q", "-o", "r.h5", "--set", "solver.rtol=1e-4")
+    for arguments, message in (
+        (["s.h5"], "s.h5: this sweep is done; there is nothing to resume"),
+        (
+            ["s.h5", "--max-steps", "5"],
+            "s.h5: this is a sweep; --max-wall and --max-steps are of runs",
+        ),
+        (
+            ["r.h5", "-j", "2"],
+            "r.h5: expected a sweep with -j or --dask; this is the file of a run",
+        ),
+    ):
+        assert told("resume", *arguments, code=2) == ("", f"frictionsim: {message}\n")
+    with pytest.raises(fs.InputError, match=r"this is a sweep"):
+        fs.resume("s.h5")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
+    process = started(command(2000, "s.h5", "-j", "2"), here)
+    journal_grows(here / "s.h5.runs", process)
+    os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
+    out, err = process.communicate(timeout=30.0)
+    assert process.returncode == 128 + getattr(signal, name), err
+    assert out == b""
+    table = read_sweep(here / "s.h5")
+    done = int((table.status == 1).sum())
+    assert 0 < done < 2000
+    assert err.decode() == (
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.h5;"
+        " 'frictionsim resume s.h5' goes on\n"
+    )
+    assert os.listdir() == ["s.h5"]
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="kills groups of processes")
+def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sweep_kills, "RUNS", 300)
+    monkeypatch.setattr(sweep_kills, "LONGEST", 1.5)
+    whole = sweep_kills.whole_sweep(here)
+    for seed in (1, 2):
+        folder = here / str(seed)
+        folder.mkdir()
+        sweep_kills.trial(random.Random(seed), folder, *whole)
+
+
+def test_a_belt_is_swept(told: Run, here: Path) -> None:
+    """Kernels are compiled before the workers start, and what a run prints goes nowhere."""
+    told(
+        *("sweep", SCENARIOS / "belt_drive.toml", "--vary", "mechanism.belt.pretension=[500, 600]"),
+        *("--set", "solver.duration=1e-4", "--set", "output.interval=1e-4"),
+        *("-j", "2", "-o", "s.h5", "-q"),
+    )
+    with h5py.File("s.h5") as file:
+        assert file["status"][...].tolist() == [1, 1]
+
+
+def test_the_program_ends_its_workers(here: Path) -> None:
+    process = started(command(3000, "s.h5", "-j", "2"), here)
+    journal_grows(here / "s.h5.runs", process)
+    process.kill()
+    process.wait()
+    # The workers have this pipe, too: it ends when they do.
+    try:
+        process.communicate(timeout=10.0)
+    except subprocess.TimeoutExpired:
+        pytest.fail("a worker goes on without its parent")

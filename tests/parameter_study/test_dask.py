@@ -1,0 +1,94 @@
+"""Sweeps on a cluster of Dask, with a real scheduler and workers."""
+
+import logging
+import os
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+from frictionsim.api.sweep_run import SweepProgress
+from frictionsim.parameter_study import dask_cluster, dispatch
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY
+
+VARY = {LOAD: "lin(2000, 2400, 150)"}
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    """A scheduler and two worker processes."""
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    ) as found:
+        yield found
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills a worker")
+def test_a_worker_that_is_killed_costs_nothing(
+    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any
+) -> None:
+    monkeypatch.setattr(dispatch, "SECONDS_OF_A_BLOCK", 0.01)  # many blocks
+    monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_BEATS", 0.0)
+    killed: list[int] = []
+
+    def kill_one(found: SweepProgress) -> None:
+        if not killed and 10 < found.done < found.total // 2:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    serial, spread = tmp_path / "serial.h5", tmp_path / "spread.h5"
+    fs.sweep(PULLEY, VARY, LOOSE, output=serial, workers=1)
+    address = cluster.scheduler_address
+    capfd.readouterr()
+    found = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
+    assert killed
+    assert spread.read_bytes() == serial.read_bytes()
+    assert found["status"].values.tolist() == [1] * 150
+    assert capfd.readouterr() == ("", "")
+    assert sorted(os.listdir(tmp_path)) == ["serial.h5", "spread.h5"]
+
+
+def test_what_does_not_fit_is_one_sentence(
+    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address, output = cluster.scheduler_address, tmp_path / "s.h5"
+    with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
+        fs.sweep(PULLEY, {LOAD: [2000.0, -1.0]}, LOOSE, output=output, dask=address)
+    monkeypatch.setattr(dask_cluster, "__version__", "9.9")
+    with pytest.raises(fs.InputError) as refused:
+        fs.sweep(PULLEY, VARY, LOOSE, output=output, dask=address)
+    assert f"has frictionsim {fs.__version__}; this is frictionsim 9.9: install" in str(
+        refused.value
+    )
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_scheduler_that_does_not_answer_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    monkeypatch.setattr(dask_cluster, "SECONDS_TO_ANSWER", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:  # takes connections, and says nothing
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler answers there"):
+            fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", dask=address)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_missing_extra_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(fs.InputError) as refused:
+        fs.sweep(PULLEY, VARY, LOOSE, dask="local:2")
+    assert str(refused.value) == (
+        "dask: the package distributed is not installed; install it with"
+        " pip install 'frictionsim[dask]'"
+    )

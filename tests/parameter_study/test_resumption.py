@@ -1,0 +1,317 @@
+"""Sweeps that are interrupted or killed, and go on: the same bytes, and no file that lies."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.api import sweep_run
+from frictionsim.api.sweep_run import SweepInterrupted, SweepProgress
+from frictionsim.io.checksum import LENGTH, append_trailer
+from frictionsim.parameter_study import in_process, worker_process
+from frictionsim.parameter_study.journal import HEAD, MARK, Journal, journal_name
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY
+
+VARY = {LOAD: "lin(2000, 2400, 12)"}
+SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(0.2, 0.4)"}
+
+
+@pytest.fixture(autouse=True)
+def beats(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Progress is told as often as can be."""
+    monkeypatch.setattr(in_process, "SECONDS_BETWEEN_BEATS", 0.0)
+
+
+def after(runs: int) -> Any:
+    """Return a progress function that interrupts a sweep after some runs."""
+
+    def progress(found: SweepProgress) -> None:
+        if found.done >= runs and found.checked == found.total:
+            raise SweepInterrupted(signal.SIGTERM)
+
+    return progress
+
+
+def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
+    """Interrupt a sweep; return what is said."""
+    arguments: dict[str, Any] = {"workers": 1, "vary": VARY, "overrides": LOOSE, **options}
+    with pytest.raises(SweepInterrupted) as stopped:
+        fs.sweep(PULLEY, output=path, progress=after(runs), **arguments)
+    assert stopped.value.exit_code == 143
+    return str(stopped.value)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The file of an uninterrupted sweep."""
+    path = tmp_path_factory.mktemp("whole") / "s.h5"
+    fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+    return path.read_bytes()
+
+
+def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    assert interrupted(path) == (
+        f"sweep interrupted: 5 of 12 runs are done and kept in {path};"
+        f" 'frictionsim resume {path}' goes on"
+    )
+    assert os.listdir(tmp_path) == ["s.h5"]
+    found = fs.open_sweep(path)
+    assert found.attrs["status"] == "interrupted"
+    assert found.attrs["reason"] == "interrupted after 5 of 12 runs"
+    assert found["status"].values.tolist() == [1] * 5 + [0] * 7
+    assert np.isnan(found["final_angle"][5:]).all()
+    assert not np.isnan(found["final_angle"][:5]).any()
+    # Once more, with another number of workers.
+    with pytest.raises(SweepInterrupted, match="7 of 12 runs are done"):
+        fs.resume_sweep(path, workers=1, progress=after(7))
+    fs.resume_sweep(path, workers=2)
+    assert path.read_bytes() == whole
+    assert os.listdir(tmp_path) == ["s.h5"]
+
+
+def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, again = tmp_path / "s.h5", tmp_path / "t.h5"
+    options: dict[str, Any] = {"sample": 6, "seed": 3, "method": "lhs", "vary": SAMPLE}
+    fs.sweep(PULLEY, overrides=LOOSE, workers=1, output=again, **options)
+    interrupted(path, 2, **options)
+    monkeypatch.delattr("frictionsim.parameter_study.design._points")
+    fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == again.read_bytes()
+
+
+def test_a_complete_sweep_stays_until_the_next_is_complete(whole: bytes, tmp_path: Path) -> None:
+    path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
+    path.write_bytes(whole)
+    assert f"kept in {part};" in interrupted(path)
+    assert path.read_bytes() == whole
+    assert sorted(os.listdir(tmp_path)) == ["s.h5", "s.partial.h5"]
+    fs.resume_sweep(part, workers=1)
+    assert path.read_bytes() == whole
+    assert os.listdir(tmp_path) == ["s.h5"]
+
+
+def test_a_complete_sweep_of_another_study_is_not_replaced(tmp_path: Path) -> None:
+    path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
+    fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+    before = path.read_bytes()
+    interrupted(path)
+    with pytest.raises(fs.OutputError, match="the existing file is of another study and is not"):
+        fs.resume_sweep(part, workers=1)
+    fs.resume_sweep(part, workers=1, output=tmp_path / "t.h5")
+    assert path.read_bytes() == before
+    assert int(fs.open_sweep(tmp_path / "t.h5")["status"].sum()) == 12
+
+
+def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Leave the files of a sweep that was killed after some runs; return its journal."""
+    with monkeypatch.context() as patch:
+        patch.setattr("frictionsim.parameter_study.sweep_files.SweepFiles.write_incomplete", _no)
+        patch.setattr("frictionsim.parameter_study.journal.Journal.close", _close)
+        interrupted(path)
+    return journal_name(path)
+
+
+def _no(*_: Any) -> None:
+    pass
+
+
+def _close(journal: Any, remove: bool) -> None:
+    if journal._descriptor >= 0:
+        os.close(journal._descriptor)
+    journal._descriptor = -1
+
+
+def test_the_journal_of_a_killed_sweep_has_its_runs(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+    journal = killed(path, monkeypatch)
+    found = fs.open_sweep(path)
+    assert not found["status"].any()
+    assert found.attrs["reason"] == (
+        "not finished: what was done since is in the journal beside this file"
+    )
+    ran: list[int] = []
+    fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))
+    assert min(ran) == 5
+    assert path.read_bytes() == whole
+    assert not journal.exists()
+
+
+def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+    journal = killed(path, monkeypatch)
+    content, incomplete = journal.read_bytes(), path.read_bytes()
+    frames, place = [], len(MARK) + 32
+    while place < len(content):
+        frames.append(place)
+        place += HEAD.size + HEAD.unpack_from(content, place)[0]
+    last, flipped = frames[-1], bytearray(content)
+    flipped[last + 30] ^= 1
+    huge = HEAD.pack(2**32 - 1, 0)
+    for bad, kept in (
+        (content[:-1], 4),
+        (content[: last + 3], 4),
+        (bytes(flipped), 4),
+        (content[:last] + huge, 4),
+        (content + b"\0" * 100, 5),
+        (content[: len(MARK) + 5], 0),
+        (MARK + bytes(32) + content[len(MARK) + 32 :], 0),  # of another study
+        (b"", 0),
+    ):
+        path.write_bytes(incomplete)
+        journal.write_bytes(bad)
+        ran: list[int] = []
+        fs.resume_sweep(path, workers=1, progress=lambda found, ran=ran: ran.append(found.done))
+        assert min(ran) == kept
+        assert path.read_bytes() == whole
+
+
+def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    beside = journal_name(path)
+    beside.write_text("my notes")
+    with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+    assert beside.read_text() == "my notes"
+    beside.unlink()
+    beside.mkdir()
+    with pytest.raises(fs.OutputError, match=r"s\.h5: cannot write the sweep"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+    assert os.listdir(tmp_path) == ["s.h5.runs"]
+
+
+def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    interrupted(path)
+    before = path.read_bytes()
+    running = Journal(path)
+    for again in (
+        lambda: fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1),
+        lambda: fs.resume_sweep(path, workers=1),
+    ):
+        with pytest.raises(fs.OutputError) as refused:
+            again()
+        assert str(refused.value) == (
+            f"{path}: another process is running this sweep now; wait for its end, or stop it"
+        )
+    assert path.read_bytes() == before
+    running.close(remove=True)
+
+
+def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    path.write_bytes(whole)
+    with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
+        fs.resume_sweep(path)
+    interrupted(tmp_path / "t.h5")
+    for name, value, message in (
+        ("frictionsim_version", "0.0.9", "it was begun with frictionsim 0.0.9, this is"),
+        ("study", "vary = 1", "study"),
+        ("order", "[", "it is damaged"),
+        ("order", "{}", "it is damaged"),
+    ):
+        edited = tmp_path / "u.h5"
+        edited.write_bytes((tmp_path / "t.h5").read_bytes()[:-LENGTH])
+        with h5py.File(edited, "r+") as file:
+            file.attrs[name] = value
+        append_trailer(edited)
+        before = edited.read_bytes()
+        with pytest.raises(fs.InputError, match=message):
+            fs.resume_sweep(edited, workers=1)
+        assert edited.read_bytes() == before
+        assert not journal_name(edited).exists()
+
+
+def test_an_error_in_a_sweep_keeps_what_is_done(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+
+    def fail(found: SweepProgress) -> None:
+        if found.done == 3:
+            raise ZeroDivisionError("of the user")
+
+    with pytest.raises(ZeroDivisionError, match="of the user"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, progress=fail)
+    assert fs.open_sweep(path).attrs["reason"] == (
+        "stopped by an error (ZeroDivisionError) after 3 of 12 runs"
+    )
+    fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == whole
+
+
+@pytest.mark.skipif(
+    threading.current_thread() is not threading.main_thread(), reason="signals need it"
+)
+def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
+    def press(found: SweepProgress) -> None:
+        if found.done == 4:
+            signal.raise_signal(signal.SIGINT)
+
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt, match="of 12 runs are done and kept in"):
+            fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=1, progress=press)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    assert 4 <= int((fs.open_sweep(tmp_path / "s.h5")["status"] == 1).sum()) < 12
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the worker is a copy with another function")
+def test_a_long_run_is_left_when_a_sweep_is_interrupted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(found: SweepProgress) -> None:
+        if found.checked == found.total:
+            raise SweepInterrupted(signal.SIGTERM)
+
+    monkeypatch.setattr(worker_process, "may_fork", lambda: True)
+    monkeypatch.setattr(worker_process, "run_task", lambda *_: time.sleep(600.0))
+    begun = time.monotonic()
+    options: dict[str, Any] = {"output": tmp_path / "s.h5", "workers": 2, "progress": stop}
+    with pytest.raises(SweepInterrupted, match="0 of 2 runs are done"):
+        fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, **options)
+    assert time.monotonic() - begun < 20.0
+
+
+def test_series_are_kept_and_go_on(tmp_path: Path) -> None:
+    path, folder = tmp_path / "s.h5", tmp_path / "s.series"
+    interrupted(path, 2, keep_series=True, vary={LOAD: [2000.0, 2100.0, 2200.0]})
+    assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]
+    stamp = (folder / "run-0000000.h5").stat().st_mtime_ns
+    found = fs.resume_sweep(path, workers=1)
+    assert (folder / "run-0000000.h5").stat().st_mtime_ns == stamp
+    result = fs.open(folder / "run-0000002.h5")
+    assert len(result.dataset["time"]) > 100
+    assert float(result.quantities["final_angle"]) == float(found["final_angle"][2])
+    plain = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0, 2200.0]}, LOOSE, workers=1)
+    assert np.array_equal(plain["final_angle"], found["final_angle"])
+    with pytest.raises(fs.OutputError, match="it is not a folder of the same study; move it"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, keep_series=True)
+    assert path.exists()
+
+
+def test_a_series_that_cannot_be_written_ends_the_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+
+    def full(*_: Any) -> None:
+        raise fs.OutputError("no space")
+
+    monkeypatch.setattr("frictionsim.io.hdf5_writer.write", full)
+    with pytest.raises(fs.OutputError, match="no space"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, keep_series=True)
+    assert not fs.open_sweep(path)["status"].any()
+    assert sweep_run.RUNNING not in fs.open_sweep(path).attrs["reason"]

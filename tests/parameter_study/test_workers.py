@@ -1,0 +1,167 @@
+"""Worker processes: the same bytes whatever their number, and nothing lost when they die."""
+
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.parameter_study import worker_process
+from frictionsim.parameter_study.in_process import InProcess
+from frictionsim.parameter_study.process_pool import (
+    ProcessPool,
+    available_cores,
+    local_execution,
+)
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY, die_in
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="workers are copies, on POSIX")
+
+VARY = {LOAD: "lin(2000, 2400, 40)"}
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The file of a sweep in one process."""
+    path = tmp_path_factory.mktemp("serial") / "s.h5"
+    fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+    return path.read_bytes()
+
+
+@pytest.fixture(autouse=True)
+def copies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers are copies of this process, with what a test has changed, whatever runs the tests."""
+    monkeypatch.setattr(worker_process, "may_fork", lambda: True)
+
+
+@pytest.mark.parametrize("workers", [2, 3])
+def test_the_file_does_not_depend_on_the_workers(
+    serial: bytes, workers: int, tmp_path: Path
+) -> None:
+    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=workers)
+    assert (tmp_path / "s.h5").read_bytes() == serial
+    assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
+
+
+def test_new_interpreters_do_the_same(
+    serial: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker_process, "may_fork", lambda: False)
+    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=2)
+    assert (tmp_path / "s.h5").read_bytes() == serial
+
+
+def test_a_run_whose_worker_dies_is_run_again(
+    serial: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = tmp_path / "times"
+    times.write_text("xx")  # in its block, and alone
+    monkeypatch.setattr(worker_process, "run_task", die_in(17, times))
+    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=2)
+    assert times.read_text() == ""
+    assert (tmp_path / "s.h5").read_bytes() == serial
+
+
+def test_a_run_that_kills_its_workers_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = tmp_path / "times"
+    times.write_text("x" * 100)
+    monkeypatch.setattr(worker_process, "run_task", die_in(17, times))
+    found = fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+    assert found["status"].values.tolist() == [1] * 17 + [2] + [1] * 22
+    assert str(found["failure"][17].item()) == "worker_died"
+    assert str(found["reason"][17].item()) == (
+        "the worker process died in this run each time, of SIGKILL"
+    )
+    assert np.isnan(found["final_angle"][17])
+    assert len(times.read_text()) >= 97
+
+
+def test_workers_that_cannot_start_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worker_process, "_isolate", lambda: os._exit(3))
+    with pytest.raises(fs.InputError, match=r"no worker process can be started \(it ended with"):
+        fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+
+
+def test_the_first_invalid_combination_is_named() -> None:
+    vary = {LOAD: [*np.linspace(2000.0, 2400.0, 70).tolist(), -1.0, *([2000.0] * 30), -2.0]}
+    with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
+        fs.sweep(PULLEY, vary, LOOSE, workers=2)
+
+
+def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
+    def broken(found: Any) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 400)"}, LOOSE, workers=2, progress=broken)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc")
+def test_no_worker_outlives_its_sweep() -> None:
+    before = set(_children())
+    fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+    assert set(_children()) <= before
+
+
+def _children() -> list[int]:
+    return [
+        int(word)
+        for thread in Path("/proc/self/task").iterdir()
+        for word in (thread / "children").read_text().split()
+    ]
+
+
+def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = tmp_path / "said"
+
+    def tell(combinations: Any, task: Any, *more: Any) -> Any:
+        from threadpoolctl import threadpool_info
+
+        from frictionsim.parameter_study.single_run import run_task
+
+        os.kill(os.getpid(), signal.SIGINT)
+        threads = {library["num_threads"] for library in threadpool_info()}
+        said.write_text(f"{threads or {1}} {threading.current_thread().name}")
+        return run_task(combinations, task, *more)
+
+    monkeypatch.setattr(worker_process, "run_task", tell)
+    found = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, workers=2)
+    assert found["status"].values.tolist() == [1, 1]
+    assert said.read_text() == "{1} MainThread"
+
+
+def test_one_worker_or_one_run_needs_no_process() -> None:
+    assert available_cores() >= 1
+    assert isinstance(local_execution(1, 100), InProcess)
+    assert isinstance(local_execution(8, 1), InProcess)
+    assert isinstance(local_execution(8, 2), ProcessPool)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"workers": 0}, "workers: expected a whole number above 0, got 0"),
+        ({"workers": 1.5}, "workers: expected a whole number above 0, got 1.5"),
+        ({"workers": True}, "workers: expected a whole number above 0, got True"),
+        (
+            {"workers": 2, "dask": "local:2"},
+            "workers and dask exclude each other: with dask the cluster has the workers",
+        ),
+        ({"keep_series": True}, "keep_series: the results of the runs are kept beside an output"),
+        ({"dask": "here"}, "dask: expected the address of a scheduler, as tcp://host:8786"),
+        ({"dask": "local:0"}, "dask: expected local:N with N workers, as local:4, got 'local:0'"),
+    ],
+)
+def test_bad_options_are_refused(options: Any, message: str) -> None:
+    with pytest.raises(fs.InputError) as refused:
+        fs.sweep(PULLEY, VARY, LOOSE, **options)
+    assert message in str(refused.value)

@@ -1,0 +1,66 @@
+"""Small sweeps for tests, and what is done to them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from tests.support.scenarios import SCENARIOS
+
+PULLEY = SCENARIOS / "pulley.toml"
+LOAD = "mechanism.load"
+LOOSE = {"solver.rtol": 1e-4}
+
+
+def command(runs: int, target: str, *more: str) -> list[str]:
+    """Return the arguments of a sweep of a pulley."""
+    vary = f"{LOAD}=lin(2000, 2400, {runs})"
+    return [
+        *("sweep", str(PULLEY), "--vary", vary, "--set", "solver.rtol=1e-4"),
+        *("-o", target, *more),
+    ]
+
+
+def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
+    """Start the program in a group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "frictionsim", *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=hasattr(os, "setsid"),
+    )
+
+
+def journal_grows(path: Path, process: "subprocess.Popen[bytes]", most: float = 30.0) -> None:
+    """Wait until some runs are in a journal."""
+    latest = time.monotonic() + most
+    while time.monotonic() < latest and process.poll() is None:
+        if path.exists() and path.stat().st_size > 400:
+            return
+        time.sleep(0.005)
+    raise AssertionError(f"{path} did not grow: {process.stderr and process.stderr.read()!r}")
+
+
+def worker_ids(process_id: int) -> list[int]:
+    """Return the children of a process, on Linux."""
+    found = Path(f"/proc/{process_id}/task/{process_id}/children").read_text()
+    return [int(word) for word in found.split()]
+
+
+def die_in(number: int, times: Path) -> Any:
+    """Return a `run_task` that kills its process in one run, as often as a file has characters."""
+    from frictionsim.parameter_study.single_run import run_task
+
+    def run_or_die(combinations: Any, task: Any, *more: Any) -> Any:
+        if number in range(task.first, task.first + len(task.values)):
+            left = times.read_text()
+            if left:
+                times.write_text(left[1:])
+                os.kill(os.getpid(), signal.SIGKILL)
+        return run_task(combinations, task, *more)
+
+    return run_or_die
