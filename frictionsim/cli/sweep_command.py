@@ -230,29 +230,21 @@ def _run(run: "Callable[[Path, Any], Done]", target: Path, files: Files, shown: 
 
 
 def _print(done: "Done", files: Files, shown: Shown) -> None:
-    counts = {
-        meaning: int((done.table.status == number).sum()) for number, meaning in done.table.statuses
-    }
+    """Print the summary, and how many runs have failed."""
+    from frictionsim.api.sweep_tables import sweep_json, sweep_parts
+    from frictionsim.api.tables import as_text
+    from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED
+
+    table = done.table
     if shown.as_json:
-        print_beside_files(
-            {
-                "scenario": shown.source,
-                "kind": done.table.attributes["kind"],
-                "status": done.table.attributes["status"],
-                "design": done.table.attributes["design"],
-                "runs": counts,
-                "output": str(done.path),
-                "csv": None if files.csv is None else str(files.csv),
-            }
-        )
+        csv = None if files.csv is None else str(files.csv)
+        print_beside_files(sweep_json(table, done.path) | {"scenario": shown.source, "csv": csv})
     elif not shown.quiet:
-        print_beside_files(
-            f"{sum(counts.values())} runs: {counts['done']} done, {counts['failed']} failed,"
-            f" {counts['audit_failed']} with a failed audit; {done.path}"
-        )
-    for name, words in (("failed", "failed"), ("audit_failed", "failed their audit")):
-        if counts[name]:
-            print_error(f"warning: {counts[name]} of {sum(counts.values())} runs {words}")
+        print_beside_files(as_text(sweep_parts(table, done.path)))
+    for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "failed their audit")):
+        count = int((table.status == status).sum())
+        if count:
+            print_error(f"warning: {count} of {table.runs} runs {words}")
 
 
 class _Monitor:

@@ -32,13 +32,17 @@ zip = true
 
 def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
     arguments = command(3, "s.h5", "--csv", "s.csv", "-j", "1")
-    assert told(*arguments) == ("3 runs: 3 done, 0 failed, 0 with a failed audit; s.h5\n", "")
+    out, err = told(*arguments)
+    assert out.splitlines()[0] == "Pulley on a dry shaft: sweep done"
+    assert "all 3 runs are done" in out or "3 of 3 runs are done" in out
+    assert out.splitlines()[-1] == "sweep: s.h5"
+    assert err == ""
     assert sorted(os.listdir()) == ["s.csv", "s.h5"]
     expected = fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 3)"}, LOOSE)
     assert np.array_equal(fs.open_sweep("s.h5")["final_angle"], expected["final_angle"])
     with open("s.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [row["run"] for row in rows] == ["0", "1", "2"]
+    assert [row["run [1]"] for row in rows] == ["0", "1", "2"]
     assert {row["status"] for row in rows} == {"done"}
     assert [float(row["mechanism.load [N]"]) for row in rows] == [2000.0, 2200.0, 2400.0]
     assert [float(row["final_angle [rad]"]) for row in rows] == expected[
@@ -53,7 +57,7 @@ def test_runs_that_fail_are_rows_and_are_counted(told: Run, here: Path) -> None:
     vary = "solver.max_steps=[1, 100000]"
     out, err = told("sweep", PULLEY, "--vary", vary, "--set", "solver.rtol=1e-4", "--json")
     found = strict_json(out)
-    assert found["runs"] == {"not_run": 0, "done": 1, "failed": 1, "audit_failed": 0}
+    assert found["runs"] == {"all": 2, "not_run": 0, "done": 1, "failed": 1, "audit_failed": 0}
     assert found["output"] == str(Path("results") / "pulley-sweep.h5")
     assert err == "frictionsim: warning: 1 of 2 runs failed\n"
     assert str(fs.open_sweep(found["output"])["failure"][0].item()) == "budget_exceeded"
