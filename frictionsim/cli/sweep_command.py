@@ -23,6 +23,7 @@ from frictionsim.cli.app import (
     WorkerCount,
     app,
 )
+from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import print_beside_files, print_error, warn
 from frictionsim.cli.monitor import SECONDS_FOR_ONE_SIGNAL, STOP_SIGNALS
 from frictionsim.cli.sources import STDIN, load_scenario
@@ -78,7 +79,12 @@ def sweep(
         int | None, typer.Option(metavar="N", help="Draw a sample of N runs of distributions.")
     ] = None,
     method: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of the sample: sobol, lhs, random. [sobol]")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of the sample: sobol, lhs, random. [sobol]",
+            autocompletion=sampling_methods,
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="S", help="Of the sample. [0]")] = None,
     indices: Annotated[
