@@ -211,6 +211,8 @@ def resume_study(
         if output is None:
             check_same_study(files.whole, table, path)
         plan = _plan_of_file(path, table, files.whole)
+        if plan.series is not None:
+            check_series_folder(plan.series, table.attributes["study"])
         assembly = Assembly(plan.design.runs)
         files.take_up(assembly, table)
     except BaseException:

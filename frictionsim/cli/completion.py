@@ -37,6 +37,13 @@ def backends(incomplete: str) -> list[str]:
     return _beginning(incomplete, METHODS)
 
 
+def sampling_methods(incomplete: str) -> list[str]:
+    """Return the ways to draw a sample that begin with a text."""
+    from frictionsim.parameter_study.design import METHODS
+
+    return _beginning(incomplete, METHODS)
+
+
 def _kinds() -> tuple[str, ...]:
     from frictionsim.scenario.kinds import KINDS, kind_names
 

@@ -23,6 +23,7 @@ from frictionsim.cli.app import (
     WorkerCount,
     app,
 )
+from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import print_beside_files, print_error, warn
 from frictionsim.cli.monitor import SECONDS_FOR_ONE_SIGNAL, STOP_SIGNALS
 from frictionsim.cli.sources import STDIN, load_scenario
@@ -78,7 +79,12 @@ def sweep(
         int | None, typer.Option(metavar="N", help="Draw a sample of N runs of distributions.")
     ] = None,
     method: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of the sample: sobol, lhs, random. [sobol]")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of the sample: sobol, lhs, random. [sobol]",
+            autocompletion=sampling_methods,
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="S", help="Of the sample. [0]")] = None,
     indices: Annotated[
@@ -127,11 +133,10 @@ def sweep(
     def run(target: Path, progress: Any) -> "Done":
         return run_study(study, target, no_clobber, progress, workers, dask)
 
-    with _default_folder(output, source) as target:
+    with _target(output, source) as target:
         _check_csv(files, target)
         warn(study.scenario.warnings())
         return _run(run, target, files, Shown(source, as_json, quiet, verbose))
-    raise AssertionError
 
 
 class Shown(NamedTuple):
@@ -163,7 +168,7 @@ def _varied(options: list[str]) -> dict[str, str]:
 
 
 @contextmanager
-def _default_folder(output: Path | None, source: str) -> Iterator[Path]:
+def _target(output: Path | None, source: str) -> Iterator[Path]:
     """Return the context with the file to write; a folder made for it is removed if unused."""
     if output is not None:
         yield output
@@ -260,6 +265,8 @@ class _Monitor:
         self._replaced: dict[int, Any] = {}
 
     def __enter__(self) -> "_Monitor":
+        # Those of the program around it: within a sweep, that of `fs.sweep` may be in the place.
+        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -283,8 +290,7 @@ class _Monitor:
             self._bar(found)
 
     def _handle_signals(self) -> None:
-        for number in STOP_SIGNALS:
-            before = signal.getsignal(number)
+        for number, before in self._before.items():
             if before not in (signal.SIG_IGN, None):
                 signal.signal(number, self._on_signal)
                 self._replaced[number] = before

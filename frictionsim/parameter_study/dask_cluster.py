@@ -7,6 +7,7 @@ worker that died to others; those that have killed several are taken one run at 
 
 import logging
 import pickle
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -59,6 +60,8 @@ class DaskCluster:
         self._count, self._counted = 0, 0.0
         try:
             self._connect(distributed, wanted)
+            if self._cluster is not None:
+                self._client.register_plugin(_deaf_to_ctrl_c(distributed))
             self._check_workers()
         except BaseException:
             self.close()
@@ -166,7 +169,7 @@ class DaskCluster:
                     self._cluster = distributed.LocalCluster(
                         n_workers=workers,
                         threads_per_worker=1,
-                        dashboard_address=None,
+                        dashboard_address=":0",  # any port: the usual one may be taken
                         silence_logs=logging.CRITICAL,
                     )
                 place = self._address if self._cluster is None else self._cluster
@@ -263,6 +266,20 @@ def _probe() -> Callable[[], str]:
     return version
 
 
+def _deaf_to_ctrl_c(distributed: Any) -> Any:
+    """Return what has each worker on this machine ignore Ctrl-C, also one that starts later.
+
+    A terminal sends it to all processes; workers would print how it ended them.
+    """
+
+    class Deaf(distributed.WorkerPlugin):  # type: ignore[misc]
+        def setup(self, worker: Any) -> None:
+            with suppress(ValueError):  # not in the main thread
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    return Deaf()
+
+
 def _other_version(where: str, version: Any) -> str:
     has = f"has frictionsim {version}" if isinstance(version, str) and version else "has none"
     return f"dask {where}: {has}; this is frictionsim {__version__}: install the same there"
@@ -301,10 +318,6 @@ def _distributed() -> Any:
         If it is not installed.
     """
     try:
-        import dask
-
-        # Read when the library is imported: it would log on stderr.
-        dask.config.set({"logging.distributed": "critical"})
         import distributed
     except ImportError:
         raise InputError(

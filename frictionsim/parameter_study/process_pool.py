@@ -107,7 +107,8 @@ class ProcessPool:
         self._stillborn = 0 if worker.has_begun else self._stillborn + 1
         if self._stillborn >= MAX_STILLBORN:
             raise InputError(
-                f"no worker process can be started (it ended {how}); run with one worker"
+                f"no worker process can be started (it ended {how}); a script of Python needs"
+                " \"if __name__ == '__main__':\" around what it does, or workers=1"
             )
         fresh = Worker(self._plan)
         self._workers.append(fresh)

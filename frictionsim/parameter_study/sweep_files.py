@@ -78,7 +78,7 @@ class SweepFiles:
         assert self._journal is not None
         try:
             assembly.take_up(table)
-            for block in self._journal.blocks(_digest(table)):
+            for block in self._journal.blocks(digest_of(table)):
                 assembly.add(block)
         except (ValueError, KeyError, TypeError):
             raise InputError(f"{self.place}: cannot resume this sweep: it is damaged") from None
@@ -93,7 +93,7 @@ class SweepFiles:
         if self._journal is None:
             self.lock()
         assert self._journal is not None
-        digest = _digest(table)
+        digest = digest_of(table)
         if self._resumed is None:
             # The runs of an earlier sweep, if there are any, are not those of the file any more.
             self._journal.start(digest)
@@ -211,7 +211,7 @@ def _place_of(whole: Path) -> Path:
     return place
 
 
-def _digest(table: "SweepTable") -> bytes:
+def digest_of(table: "SweepTable") -> bytes:
     """Return what a journal knows its sweep by: study, version and the values of the keys."""
     found = sha256()
     for name in ("frictionsim_version", "study", "overrides"):

@@ -22,7 +22,7 @@ import numpy as np
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study.journal import Journal
 from frictionsim.parameter_study.sweep import Assembly
-from frictionsim.parameter_study.sweep_files import _digest
+from frictionsim.parameter_study.sweep_files import digest_of
 from tests.support.sweep_files import command, started
 
 RUNS = 1200
@@ -70,7 +70,7 @@ def check(path: Path, whole: Any) -> int:
     assembly = Assembly(RUNS)
     assembly.take_up(table)
     journal = Journal(path)  # also: nobody else has it
-    for block in journal.blocks(_digest(table)):
+    for block in journal.blocks(digest_of(table)):
         assembly.add(block)
     journal.close(remove=False)
     done = assembly.status != 0

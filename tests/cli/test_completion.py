@@ -37,7 +37,7 @@ def offered(*words: str, cwd: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("words", "wanted"),
     [
-        (["s"], ["solve", "static", "show", "schema"]),
+        (["s"], ["solve", "static", "show", "schema", "sweep"]),
         (["solve", "--max"], ["--max-wall", "--max-steps"]),
         (["show", "--"], ["--json", "--csv", "--scenario", "--help"]),
         (["schema", ""], list(KINDS)),
@@ -47,6 +47,7 @@ def offered(*words: str, cwd: Path) -> list[str]:
         (["plot", "a.h5", "--view", "t"], ["torque", "tension"]),
         (["plot", "a.h5", "--view", "a"], ["all"]),
         (["solve", "a.toml", "--backend", "rk"], ["rkf45", "rk45"]),
+        (["sweep", "a.toml", "--method", ""], ["sobol", "lhs", "random"]),
     ],
 )  # fmt: skip
 def test_words_are_offered(words: list[str], wanted: list[str], tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ pytestmark = pytest.mark.quick
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
+OPTIONAL = {"distributed"}  # imported when it is asked for, and its absence is told
+
 
 def imported() -> set[str]:
     """Return the libraries that a module of the package imports, at its top or in a function.
@@ -36,7 +38,9 @@ def names(requirements: list[str]) -> set[str]:
 
 def test_a_plain_install_has_all_that_the_package_imports() -> None:
     assert "numpy" in imported()
-    assert imported() <= names(PROJECT["dependencies"])
+    assert imported() - OPTIONAL <= names(PROJECT["dependencies"])
+    extras = [extra for extras in PROJECT["optional-dependencies"].values() for extra in extras]
+    assert names(extras) >= OPTIONAL
     # xarray reads results with h5netcdf, which nothing imports by its name.
     assert {"xarray", "h5netcdf"} <= names(PROJECT["dependencies"])
 
