@@ -391,6 +391,18 @@ def test_equal_values_of_a_key_are_drawn_side_by_side() -> None:
     assert line.get_ydata().tolist() == [5.0, 6.0, 7.0]
 
 
+def test_a_sweep_of_which_all_runs_failed_is_drawn_as_such(sample: SweepTable) -> None:
+    figure = draw_sweep(with_outcomes(sample, dict.fromkeys(range(320), FAILED)))
+    assert "320 runs; 320 failed" in title_of(figure)
+    said = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert said.count("not defined in any run") == 2
+    grid = grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: x})
+    figure = draw_sweep(with_outcomes(grid, dict.fromkeys(range(25), FAILED)))
+    assert figure.axes[0].get_title() == "f,\nN m: no values"
+    assert legend_of(figure) == ["failed: 25 runs"]
+    assert len(lines_of(figure.axes[0], "x")[0].get_xdata()) == 25
+
+
 def test_keys_are_shortened_so_that_they_differ() -> None:
     assert short_keys(("a.mu", "b.mu", "c.load", "d.value.1")) == [
         "a.mu",
