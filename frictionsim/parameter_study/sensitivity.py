@@ -38,10 +38,10 @@ MIN_Q2 = 0.9
 DEGREES = (1, 2, 3)
 DEGREE_WORDS = {1: "linear", 2: "quadratic", 3: "cubic"}
 RUNS_PER_TERM = 2  # at least, of a polynomial
-MAX_FITTED = 20_000  # runs
-MAX_TERMS = 1000
+MAX_FITTED = 8192  # runs
+MAX_TERMS = 500
 ROUNDING = 1e-12  # a quantity that varies relatively less is constant
-RESAMPLES, CONFIDENCE = 400, 0.95
+RESAMPLES, CONFIDENCE = 200, 0.95
 SEED = 0  # of the bootstrap: the same file gives the same picture
 
 

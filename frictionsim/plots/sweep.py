@@ -170,7 +170,9 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
         if values.size and float(np.ptp(values)) > FLAT * float(np.abs(values).max()):
             varying.append(name)
     candidates = varying or list(table.values)
-    notes = [] if varying or np.size(runs) == 1 else ["no quantity varies"]
+    defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
+    several = not isinstance(runs, np.ndarray) or runs.size > 1
+    notes = ["no quantity varies"] if defined and several and not varying else []
     if len(candidates) > count:
         notes.append(f"{count} of {len(candidates)} quantities{' that vary' if varying else ''}")
     return candidates[:count], notes
@@ -240,7 +242,7 @@ def _draw_face(
             if mesh is not None:
                 figure.colorbar(mesh, ax=ax, label=label_of(table, panel.name))
             else:
-                ax.set_title(f"{label_of(table, panel.name)}: no values", fontsize="small")
+                ax.set_title(label_of(table, panel.name) + ": no values", fontsize="small")
         else:
             draw_curves(ax, table, panel.name, layout.axes, panel.runs, layout.joined)
             ax.set_ylabel(label_of(table, panel.name))
@@ -308,8 +310,8 @@ def _draw_sample(
         draw_histogram(left, table, name, values, statistics_of(values))
         draw_tornado(right, found[name])
     if sampling is not None:
-        count = runs.stop - runs.start
-        notes.insert(0, f"{sampling.method} sample, {count} independent runs")
+        independent = f", {runs.stop} independent runs" if sampling.indices else ""
+        notes.insert(0, f"{sampling.method} sample{independent}")
     _title(figure, table, list(table.coordinates), notes)
     add_legend(figure, legend_of_sample(any(i.first.size for i in found.values())), columns=5)
 
@@ -351,7 +353,9 @@ def _title(
         if number[status]:
             parts.append(f"{number[status]} {words}")
     names = short_keys(keys)
-    of_keys = " and ".join(names) if len(names) <= MAX_KEYS else f"{len(names)} keys"
+    of_keys = f"{len(names)} keys"
+    if len(names) <= MAX_KEYS:
+        of_keys = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
     short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
     width = int(TITLE * min(1.0, relative_width(figure)))
     text = fill(escape_mathtext(f"{short}: sweep over {of_keys}"), width)

@@ -127,6 +127,7 @@ def _cut_left(name: str) -> str:
 
 def write(ax: Any, text: str) -> None:
     """Write a text instead of a drawing."""
+    ax.set_ylabel("")
     ax.set_xticks([])
     ax.set_yticks([])
     for side in ax.spines.values():

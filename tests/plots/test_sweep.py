@@ -1,5 +1,6 @@
 """Pictures of sweeps: what is drawn are the numbers of the table; nothing is missing silently."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import SweepTable
@@ -19,7 +21,7 @@ from frictionsim.parameter_study.statistics import sample_statistics
 from frictionsim.plots import save
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.plots.sweep_axes import key_axis, short_keys, shortened_key
-from tests.support.sweeps import grid_of, sample_of, with_outcomes
+from tests.support.sweeps import Function, grid_of, sample_of, with_outcomes
 
 MAX_BYTES = 200_000
 MARKS = {"failed": "x", "not defined": "v", "not run": "_", "audit failed": "D"}
@@ -70,11 +72,15 @@ def test_a_curve_has_the_values_of_the_sound_runs_and_marks_at_the_others() -> N
     assert ax.get_ylabel() == "f,\nN m"
 
 
-def test_marks_lie_below_all_values() -> None:
-    (ax,) = draw_sweep(curves(), ["g"]).axes
-    low, high = ax.get_ylim()
-    (mark,) = lines_of(ax, "x")
-    assert low + mark.get_ydata()[0] * (high - low) < -3.0
+@pytest.mark.parametrize("function", [lambda x, w: -x, lambda x, w: 10.0**x])
+def test_marks_lie_below_all_values(function: Function) -> None:
+    table = grid_of({"x": FIVE, "w": ["a", "b"]}, {"f": lambda x, w: function(x.astype(float), w)})
+    (ax,) = draw_sweep(with_outcomes(table, {2: FAILED, 5: FAILED})).axes
+    lowest = min(np.nanmin(line.get_ydata()) for line in lines_of(ax) if line.get_ydata().size == 5)
+    for mark in lines_of(ax, "x"):
+        half = 0.03  # of the height of the panel, that of a mark
+        top = ax.transAxes.transform((0.0, mark.get_ydata()[0] + half))
+        assert ax.transData.inverted().transform(top)[1] < lowest
 
 
 def test_values_are_drawn_in_ascending_order_with_a_logarithmic_axis_where_it_fits() -> None:
@@ -352,6 +358,8 @@ def test_long_titles_and_keys_do_not_overlap_and_are_no_formulas(kind: str, tmp_
     figure = draw_sweep(table._replace(attributes=table.attributes | {"title": title}))
     save(figure, tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size < MAX_BYTES
+    for text in figure.findobj(Text):
+        assert not re.search(r"(?<!\\)\$", text.get_text()), text
     figure.draw_without_rendering()
     boxes, page = texts_of(figure), figure.bbox
     for i, box in enumerate(boxes):
@@ -381,6 +389,18 @@ def test_equal_values_of_a_key_are_drawn_side_by_side() -> None:
     assert axis.labels == ("1", "1", "2")
     (line,) = lines_of(draw_sweep(table).axes[0])
     assert line.get_ydata().tolist() == [5.0, 6.0, 7.0]
+
+
+def test_a_sweep_of_which_all_runs_failed_is_drawn_as_such(sample: SweepTable) -> None:
+    figure = draw_sweep(with_outcomes(sample, dict.fromkeys(range(320), FAILED)))
+    assert "320 runs; 320 failed" in title_of(figure)
+    said = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert said.count("not defined in any run") == 2
+    grid = grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: x})
+    figure = draw_sweep(with_outcomes(grid, dict.fromkeys(range(25), FAILED)))
+    assert figure.axes[0].get_title() == "f,\nN m: no values"
+    assert legend_of(figure) == ["failed: 25 runs"]
+    assert len(lines_of(figure.axes[0], "x")[0].get_xdata()) == 25
 
 
 def test_keys_are_shortened_so_that_they_differ() -> None:
