@@ -4,7 +4,9 @@ Each result has the bits of that of its scenario alone with samples at the start
 at the end only. What does not go in lockstep is given back to be run alone.
 """
 
+import gc
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,9 +134,22 @@ def run_lockstep(scenarios: "Sequence[Scenario]") -> list[SimulationResult | Non
         run has to be done alone, because it fails or is unlike the others.
     """
     found: list[SimulationResult | None] = []
-    for first in range(0, len(scenarios), BATCH):
-        found += _run_batch(scenarios[first : first + BATCH])
+    with _no_search_for_cycles():
+        for first in range(0, len(scenarios), BATCH):
+            found += _run_batch(scenarios[first : first + BATCH])
     return found
+
+
+@contextmanager
+def _no_search_for_cycles() -> Iterator[None]:
+    """Make thousands of small objects, none of them in a cycle, without a search for cycles."""
+    searched = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if searched:
+            gc.enable()
 
 
 def _run_batch(scenarios: "Sequence[Scenario]") -> list[SimulationResult | None]:

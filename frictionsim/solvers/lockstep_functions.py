@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cache
+from itertools import repeat
+from operator import is_
 from types import CellType, FunctionType
 from typing import TYPE_CHECKING, Any
 
@@ -48,10 +50,9 @@ def joined(values: Sequence[Any]) -> Any:
     first = values[0]
     if isinstance(first, float):
         return _joined_numbers(values)
-    if all(value is first for value in values):
+    if all(map(is_, values, repeat(first))):
         return first
-    kind = type(first)
-    if any(type(value) is not kind for value in values):
+    if set(map(type, values)) != {type(first)}:
         raise Unlike
     if isinstance(first, FunctionType):
         return _joined_function(first, values)
@@ -75,19 +76,20 @@ def _joined_numbers(values: Sequence[Any]) -> Any:
 
 
 def _joined_items(values: Sequence[Any]) -> list[Any]:
-    if any(len(value) != len(values[0]) for value in values):
+    if set(map(len, values)) != {len(values[0])}:
         raise Unlike
     return [joined(items) for items in zip(*values, strict=True)]
 
 
 def _joined_function(first: FunctionType, values: Sequence[Any]) -> Any:
-    if any(f.__code__ is not first.__code__ or f.__kwdefaults__ for f in values):
+    code = first.__code__
+    if first.__kwdefaults__ or not all(f.__code__ is code for f in values):
         raise Unlike
     defaults = joined([f.__defaults__ for f in values])
     try:
         cells = [
             joined([f.__closure__[i].cell_contents for f in values])
-            for i in range(len(first.__code__.co_freevars))
+            for i in range(len(code.co_freevars))
         ]
     except ValueError:  # a cell is empty
         raise Unlike from None

@@ -129,16 +129,17 @@ class PiecewiseLinearOfRuns:
     """
 
     def __init__(self, signals: "Sequence[Signal]") -> None:
+        same, runs = vars(signals[0]), len(signals)
+        if all(vars(signal) == same for signal in signals):
+            signals = signals[:1]  # one table for all runs
         tables = [[piece[:3] for piece in signal.pieces()] for signal in signals]
-        if any(len(table) != len(tables[0]) for table in tables):
+        if set(map(len, tables)) != {len(tables[0])}:
             raise Unlike
-        if all(table == tables[0] for table in tables):
-            tables = tables[:1]  # one for all runs
-        elif len(tables[0]) > MAX_POINTS:
+        if len(signals) > 1 and len(tables[0]) > MAX_POINTS:
             raise Unlike
         # (table, piece, run): the knots, values and slopes; the first piece has no beginning.
         self._pieces = np.array(tables).transpose(2, 1, 0)
-        self._begin(len(signals))
+        self._begin(runs)
 
     def _begin(self, runs: int) -> None:
         self._runs = runs

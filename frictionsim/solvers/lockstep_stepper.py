@@ -71,9 +71,10 @@ class LockstepStepper:
     def __init__(self, states: int, runs: int, rhs: Rhs, tolerances: Tolerances) -> None:
         self._rhs = rhs
         self._tolerances = tolerances
-        shape = (states, runs)
-        self._k = [np.empty(shape) for _ in range(6)]
-        self._stage, self.y_new, self.error = (np.empty(shape) for _ in range(3))
+        # The stages take all states of all runs as one row.
+        row = (1, states, runs)
+        self._k = [np.empty(row) for _ in range(6)]
+        self._stage, self._y_new, self._error = (np.empty(row) for _ in range(3))
 
     def start(self, t: Any, y: Any) -> Start:
         """Return how a segment starts at (t, y)."""
@@ -87,15 +88,20 @@ class LockstepStepper:
 
         The next call overwrites both.
         """
-        self._k[0] = f
-        stages(self._rhs, t, h, y, self._k, self._stage, self.y_new, self.error)  # type: ignore[arg-type]
-        return self.y_new
+        self._k[0] = f[None]
+        stages(
+            self._rhs_of_row, t, h, y[None], self._k, self._stage, self._y_new, self._error
+        )  # type: ignore[arg-type]
+        return self._y_new[0]
+
+    def _rhs_of_row(self, t: Any, y: Any, dy: Any) -> None:
+        self._rhs(t, y[0], dy[0])
 
     def error_norm(self, y_old: Any, y: Any) -> Any:
         """Return the largest error of each run, relative to its tolerance; nan if one is nan."""
         rtol, atol = self._tolerances.rtol, self._tolerances.atol
         size = np.maximum(abs(y_old), abs(y))
-        ratio = abs(self.error) / (atol + rtol * size)
+        ratio = abs(self._error[0]) / (atol + rtol * size)
         return ratio.max(axis=0)
 
     def next_step_size(
