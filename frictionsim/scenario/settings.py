@@ -283,7 +283,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction, which have a law, by name."""
         effects = getattr(self, "effects", ())
-        return {name: e for name, e in effects if _has_law(type(e))}
+        return {name: e for name, e in effects if _has_law(type(e))}  # type: ignore[arg-type]
 
     @property
     def law(self) -> str:

@@ -5,7 +5,7 @@ at the end only. What does not go in lockstep is given back to be run alone.
 """
 
 import gc
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -119,13 +119,17 @@ def _agrees(mechanism: Mechanism) -> bool:
     )
 
 
-def run_lockstep(scenarios: "Sequence[Scenario]") -> list[SimulationResult | None]:
+def run_lockstep(
+    scenarios: "Sequence[Scenario]", on_pass: Callable[[], object] = lambda: None
+) -> list[SimulationResult | None]:
     """Simulate many scenarios of one kind that differ in numbers only.
 
     Parameters
     ----------
     scenarios : sequence of Scenario
-        To all of them lockstep `applies`.
+        To all of them lockstep `applies`. It pays for more than about twenty.
+    on_pass : callable, optional
+        Called between passes over all runs; it may raise Interrupted.
 
     Returns
     -------
@@ -136,7 +140,7 @@ def run_lockstep(scenarios: "Sequence[Scenario]") -> list[SimulationResult | Non
     found: list[SimulationResult | None] = []
     with _no_search_for_cycles():
         for first in range(0, len(scenarios), BATCH):
-            found += _run_batch(scenarios[first : first + BATCH])
+            found += _run_batch(scenarios[first : first + BATCH], on_pass)
     return found
 
 
@@ -152,7 +156,9 @@ def _no_search_for_cycles() -> Iterator[None]:
             gc.enable()
 
 
-def _run_batch(scenarios: "Sequence[Scenario]") -> list[SimulationResult | None]:
+def _run_batch(
+    scenarios: "Sequence[Scenario]", on_pass: Callable[[], object]
+) -> list[SimulationResult | None]:
     build = mechanism_module(scenarios[0].kind).build
     mechanisms = [build(scenario) for scenario in scenarios]
     found: list[SimulationResult | None] = [None] * len(scenarios)
@@ -161,7 +167,7 @@ def _run_batch(scenarios: "Sequence[Scenario]") -> list[SimulationResult | None]
         batch = _Batch([scenarios[i] for i in alike], [mechanisms[i] for i in alike])
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):
-            for run, result in batch.results():
+            for run, result in batch.results(on_pass):
                 found[alike[run]] = result
     except (Unlike, ArithmeticError):
         return [None] * len(scenarios)
@@ -193,10 +199,11 @@ class _Batch:
         self._joined = joined_mechanism(mechanisms)
         self._tolerances = tolerances_of([scenario.solver for scenario in scenarios])
 
-    def results(self) -> Iterator[tuple[int, SimulationResult]]:
+    def results(self, on_pass: Callable[[], object]) -> Iterator[tuple[int, SimulationResult]]:
         """Yield the index and result of each run that was not given back."""
         exact = with_exact_powers(self._joined)
-        solver = LockstepSolver(exact, self._tolerances, self._scenarios[0].solver.max_steps)
+        max_steps = self._scenarios[0].solver.max_steps
+        solver = LockstepSolver(exact, self._tolerances, max_steps, on_pass)
         solver.run()
         at_events = np.array([scenario.output.at_events for scenario in self._scenarios])
         samples = samples_of_runs(solver, exact, self._tolerances.end, at_events)

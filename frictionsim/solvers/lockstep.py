@@ -6,6 +6,7 @@ sliding runs try a step together, as arrays with one number for each run. A run 
 there, for whatever reason, is given back to be done by the reference, which says why.
 """
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,12 @@ from frictionsim.solvers.lockstep_stepper import LockstepStepper, Tolerances
 
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
+
+
+# A pass of so few runs takes longer than their steps one by one in the reference.
+FEW = 16
+# Passes that few runs may take, however soon the others were done.
+PASSES_OF_FEW = 500
 
 
 class Events(NamedTuple):
@@ -60,6 +67,8 @@ class LockstepSolver:
         Of all runs, as of `joined_mechanism`.
     tolerances : Tolerances
     max_steps : int
+    on_pass : callable, optional
+        Called between passes; it may raise what stops all runs.
 
     Attributes
     ----------
@@ -72,19 +81,27 @@ class LockstepSolver:
     events : list of Events
     """
 
-    def __init__(self, mechanism: "Mechanism", tolerances: Tolerances, max_steps: int) -> None:
+    def __init__(
+        self,
+        mechanism: "Mechanism",
+        tolerances: Tolerances,
+        max_steps: int,
+        on_pass: Callable[[], object] = lambda: None,
+    ) -> None:
         runs = mechanism.velocity.size  # type: ignore[attr-defined]
         self._mechanism, self._tolerances, self._max_steps = mechanism, tolerances, max_steps
         y = np.zeros((len(mechanism.initial_state), runs))
         y[0], y[1] = mechanism.position, mechanism.velocity
         t, mode, h, error_before, smooth_end = np.zeros((5, runs))
-        steps = np.zeros(runs, dtype=np.int64)
-        self._segment = Segment(t, mode, h, error_before, smooth_end, steps, y, np.zeros_like(y))
+        steps, rejected_here = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=bool)
+        counts = steps, rejected_here
+        self._segment = Segment(t, mode, h, error_before, smooth_end, *counts, y, np.zeros_like(y))
         self.mode, self.y = mode, y  # the mode is the direction of sliding
         self.mode[:] = np.sign(mechanism.velocity)
         self.start_mode = self.mode.copy()
         self.given_back = np.zeros(runs, dtype=bool)
         self.events: list[Events] = []
+        self._on_pass, self._passes, self._passes_of_few = on_pass, 0, 0
         self._state = np.zeros(runs, dtype=np.int8)
         self._held = np.full(runs, NEVER)
         self._switches = np.zeros(runs, dtype=np.int64)
@@ -102,6 +119,9 @@ class LockstepSolver:
             resting = np.flatnonzero(on_the_way & (self.mode == STICK))
             sliding = np.flatnonzero(on_the_way & (self.mode != STICK))
             may_rest = np.flatnonzero(self._state == MAY_REST)
+            if self._takes_too_long(resting.size + sliding.size + may_rest.size):
+                self._state[self._state != AT_END] = GIVEN_BACK
+                break
             if resting.size:
                 self._stick(resting)
             elif sliding.size:
@@ -111,6 +131,15 @@ class LockstepSolver:
             else:
                 break
         self.given_back = self._state == GIVEN_BACK
+
+    def _takes_too_long(self, runs: int) -> bool:
+        """Count a pass, and return whether the runs that are left are better done alone."""
+        self._on_pass()
+        self._passes += 1
+        if runs > FEW:
+            return False
+        self._passes_of_few += 1
+        return self._passes_of_few > max(PASSES_OF_FEW, self._passes // 2)
 
     def _slip(self, runs: Any) -> None:
         """Slide until half of the runs are at their end or may come to rest."""
@@ -122,6 +151,8 @@ class LockstepSolver:
         )
         while 2 * np.count_nonzero(group.state == SLIDING) > runs.size:
             group.advance()
+            if self._takes_too_long(runs.size):
+                break
         self._segment.put(runs, group.segment)
         self._state[runs] = group.state
         self._t_new[runs], self._y_new[:, runs] = group.t_new, group.y_new

@@ -35,6 +35,8 @@ class Segment(NamedTuple):
     smooth_end : s
         End of the smooth part of the drive.
     steps : steps and rejected steps so far
+    rejected_here : of bool
+        A trial of the next step was rejected.
     y, f : states and their derivatives
     """
 
@@ -44,6 +46,7 @@ class Segment(NamedTuple):
     error_before: Any
     smooth_end: Any
     steps: Any
+    rejected_here: Any
     y: Any
     f: Any
 
@@ -103,7 +106,6 @@ class SlidingRuns:
         self._rhs = slip_rhs(mechanism, mechanism.contact, segment.direction)
         self._stepper = LockstepStepper(states, runs, self._rhs, tolerances)
         self._monitor = EnergyMonitor(mechanism, tolerances)
-        self._rejected_here = np.zeros(runs, dtype=bool)
         self.state = np.zeros(runs, dtype=np.int8)
         self.t_new, self.y_new, self.f_new = (
             np.zeros_like(x) for x in (segment.t, segment.y, segment.f)
@@ -145,7 +147,7 @@ class SlidingRuns:
         now = self.segment
         shorter = reduced_steps(h[runs], error[runs])
         now.h[runs] = shorter
-        self._rejected_here[runs] = True
+        now.rejected_here[runs] = True
         failed = ~(shorter >= 4.0 * np.spacing(now.smooth_end[runs]))
         failed |= ~np.isfinite(error[runs]) | (now.steps[runs] >= self._max_steps)
         self.state[runs[failed]] = GIVEN_BACK
@@ -155,11 +157,11 @@ class SlidingRuns:
         now = self.segment
         error = controlled_error(error)
         planned = self._stepper.next_step_size(
-            h, now.h, error, now.error_before, self._rejected_here
+            h, now.h, error, now.error_before, now.rejected_here
         )
         np.copyto(now.h, planned, where=accepted)
         np.copyto(now.error_before, error, where=accepted)
-        self._rejected_here &= ~accepted
+        now.rejected_here[accepted] = False
 
     def _commit(self, accepted: Any, t: Any, y: Any, f: Any) -> None:
         """Go to the end of the steps, where they bring no stop."""

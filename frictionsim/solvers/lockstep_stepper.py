@@ -89,9 +89,7 @@ class LockstepStepper:
         The next call overwrites both.
         """
         self._k[0] = f[None]
-        stages(
-            self._rhs_of_row, t, h, y[None], self._k, self._stage, self._y_new, self._error
-        )  # type: ignore[arg-type]
+        stages(self._rhs_of_row, t, h, y[None], self._k, self._stage, self._y_new, self._error)  # type: ignore[arg-type]
         return self._y_new[0]
 
     def _rhs_of_row(self, t: Any, y: Any, dy: Any) -> None:
