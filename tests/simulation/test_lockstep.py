@@ -26,6 +26,7 @@ SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 RETURN = {"time": [0.0, 0.8, 1.6, 2.4], "value": [1832.6, 3113.75, 3113.75, 1832.6]}
 COARSE = {"backend": "events", "duration": 3.0, "rtol": 1e-6}
 GEAR = next(case["scenario"] for case in cases("epicyclic") if case["name"] == "decay_from_80")
+HINGE = {"torque_static": 0.3, "torque_kinetic": 0.2}
 SWEEPS: dict[str, tuple[dict[str, Any], str, tuple[float, ...]]] = {
     "load, some of which do not move": (
         pulley(),
@@ -79,13 +80,13 @@ SWEEPS: dict[str, tuple[dict[str, Any], str, tuple[float, ...]]] = {
     "tolerance": (pulley(drive__force=SINE), "solver.rtol", (1e-3, 1e-6, 1e-9)),
     "duration": (pulley(drive__force=RETURN), "solver.duration", (0.1, 0.8, 3.0, 6.0)),
     "gear": (
-        changed(GEAR, solver__duration=2.0, effects__rolling_friction=None, effects__hinge_friction={
-            "torque_static": 0.3, "torque_kinetic": 0.2,
-        }),
+        changed(
+            GEAR, solver__duration=2.0, effects={"gravity": {"g": 9.81}, "hinge_friction": HINGE}
+        ),
         "mechanism.planet_mass",
         (0.1, 0.5, 1.0, 3.0),
     ),
-}  # fmt: skip
+}
 
 
 def sweep(data: dict[str, Any], key: str, values: tuple[float, ...]) -> list[Scenario]:
