@@ -87,7 +87,7 @@ def samples_of_runs(
     for columns, of in ((start, runs), (last, runs), (before, who), (after, who)):
         sound[of[~np.isfinite(columns).all(axis=0)]] = False
     kept = at_events[who]
-    rows, run = _with_events(
+    rows, run = with_events(
         start, last, (before[:, kept], after[:, kept], mode_from[kept]), who[kept]
     )
     transitions = _transitions(mechanism, who, (time, mode_from, mode_to, y[0]))
@@ -118,10 +118,10 @@ def _rows(mechanism: "Mechanism", t: Any, y: Any, mode: Any) -> Any:
     return np.stack(np.broadcast_arrays(t, u, q, v, acceleration, friction, mode, *y[2:]))
 
 
-def _with_events(start: Any, last: Any, events: Any, who: Any) -> tuple[Any, Any]:
+def with_events(start: Any, last: Any, events: Any, who: Any) -> tuple[Any, Any]:
     """Return the samples of all runs with those at events, and the run of each.
 
-    As `event_samples.samples_of` of one run: an event replaces a regular sample at its time, by
+    As `samples_of` of one run: an event replaces a regular sample at its time, by
     its sticking side if there is one; of several at one time take the last that sticks, else the
     last.
     """

@@ -156,9 +156,7 @@ class SlidingRuns:
         """Plan the next step of each run that has taken one."""
         now = self.segment
         error = controlled_error(error)
-        planned = self._stepper.next_step_size(
-            h, now.h, error, now.error_before, now.rejected_here
-        )
+        planned = self._stepper.next_step_size(h, now.h, error, now.error_before, now.rejected_here)
         np.copyto(now.h, planned, where=accepted)
         np.copyto(now.error_before, error, where=accepted)
         now.rejected_here[accepted] = False

@@ -18,6 +18,7 @@ from frictionsim.solvers.lockstep_functions import (
     functions_agree,
     joined,
     joined_mechanism,
+    with_exact_powers,
 )
 from frictionsim.solvers.lockstep_roots import bracket_roots
 from frictionsim.solvers.lockstep_signals import Unlike, joined_signal
@@ -166,6 +167,22 @@ def test_a_mechanism_without_dry_friction_is_not_joined() -> None:
     mechanism = mechanism_of(simulate(pulley()))
     with pytest.raises(Unlike):
         joined_mechanism([mechanism, mechanism._replace(contact=None)])
+
+
+def test_the_powers_in_functions_are_those_of_floats() -> None:
+    def reaction_of(load: float) -> Any:
+        return lambda force, angle: (force * force + load * load) ** 0.5
+
+    mechanism = mechanism_of(simulate(pulley()))
+    contact = mechanism.contact
+    assert contact is not None
+    forces, loads = np.random.default_rng(1).uniform(1.0, 1e4, (2, 5000))
+    reactions = [reaction_of(load) for load in loads.tolist()]
+    mechanisms = [mechanism._replace(contact=contact._replace(static_limit=f)) for f in reactions]
+    exact = with_exact_powers(joined_mechanism(mechanisms)).contact
+    assert exact is not None
+    expected = [f(force, 0.0) for f, force in zip(reactions, forces.tolist(), strict=True)]
+    assert exact.static_limit(forces, 0.0).tolist() == expected
 
 
 def test_powers_and_sines_of_arrays_are_those_of_floats_here() -> None:
