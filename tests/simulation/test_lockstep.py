@@ -181,6 +181,37 @@ def test_other_runs_and_their_order_do_not_matter(monkeypatch: pytest.MonkeyPatc
     assert [content(result) for result in run_lockstep(scenarios)] == expected
 
 
+def test_a_step_is_tried_again_after_another_run_has_ended() -> None:
+    """The second gear has just had a step rejected when the first one is at its end."""
+
+    def gear(planet: float, crank: float, amplitude: float, hz: float, end: float) -> Scenario:
+        sine = {"mean": 4.0, "amplitude": amplitude, "frequency_hz": hz}
+        hinge = {"torque_static": 0.0, "torque_kinetic": 0.0}
+        mechanism = {
+            "sun_radius": 0.21397240640434953,
+            "planet_radius": planet,
+            "crank_mass": crank,
+            "planet_mass": 0.32200098748970346,
+            "initial_angle_deg": 117.26227748431494,
+            "initial_angular_velocity": 4.0,
+        }
+        data = {
+            "kind": "epicyclic",
+            "mechanism": mechanism,
+            "drive": {"torque": {"sine": {**sine, "phase_deg": -32.00524411482192}}},
+            "effects": {"hinge_friction": hinge},
+            "solver": {"duration": end, "rtol": 1e-6, "atol": 1e-12},
+        }
+        return validate(data, Path())
+
+    scenarios = [
+        gear(0.12, 0.2139724061903771, 11.346667926866708, 4.499732062297174, 2.2),
+        gear(0.06000000006, 0.1925751655713394, 5.673333969106689, 11.400687688919264, 2.0),
+    ]
+    found = [content(result) for result in run_lockstep(scenarios)]
+    assert found == [content(alone(scenario)) for scenario in scenarios]
+
+
 def test_runs_that_fail_are_given_back_and_the_others_are_not() -> None:
     data = pulley(drive__force=SINE, solver__max_steps=150)
     scenarios = sweep(data, "drive.force.sine.amplitude", (100.0, 500.0, 1000.0, 4000.0))
