@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import Check, Quantities, SimulationResult, Transition
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.audit import (
     ROUNDING,
@@ -75,8 +75,11 @@ def _value_at(tables: Any, key: str) -> Any:
 
 def _is_joined(scenario: "Scenario") -> bool:
     """Return whether the functions of two such scenarios join to those of arrays."""
+    # Whether the functions of an installed kind are arithmetic only is not known.
+    if scenario.kind not in KINDS or scenario.solver.backend != BACKEND:
+        return False
     module = mechanism_module(scenario.kind)
-    if not hasattr(module, "build") or scenario.solver.backend != BACKEND:
+    if not hasattr(module, "build"):
         return False
     mechanism: Mechanism = module.build(scenario)
     contact = mechanism.contact
@@ -159,11 +162,11 @@ def _no_search_for_cycles() -> Iterator[None]:
 def _run_batch(
     scenarios: "Sequence[Scenario]", on_pass: Callable[[], object]
 ) -> list[SimulationResult | None]:
-    build = mechanism_module(scenarios[0].kind).build
-    mechanisms = [build(scenario) for scenario in scenarios]
     found: list[SimulationResult | None] = [None] * len(scenarios)
-    alike = _alike(scenarios, mechanisms)
     try:
+        build = mechanism_module(scenarios[0].kind).build
+        mechanisms = [build(scenario) for scenario in scenarios]
+        alike = _alike(scenarios, mechanisms)
         batch = _Batch([scenarios[i] for i in alike], [mechanisms[i] for i in alike])
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):

@@ -22,8 +22,6 @@ from frictionsim.solvers.lockstep_signals import Unlike, joined_signal
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
 
-Change = Callable[[Any], Any]
-
 POWER = "**"  # of an instruction of Python
 
 
@@ -31,7 +29,8 @@ class ExactPowers(np.ndarray):
     """An array whose powers are those of floats; numpy has faster ones that round differently."""
 
     def __pow__(self, exponent: Any, modulo: Any = None) -> Any:
-        return np.float_power(self, exponent)
+        with np.errstate(over="raise"):  # as of floats, whose products do not
+            return np.float_power(self, exponent)
 
 
 def joined(values: Sequence[Any]) -> Any:
@@ -113,7 +112,7 @@ def _remade(like: Any, items: list[Any]) -> Any:
     return type(like)(*items) if hasattr(like, "_fields") else type(like)(items)
 
 
-def changed(value: Any, change: Change) -> Any:
+def changed(value: Any, change: Callable[[Any], Any]) -> Any:
     """Return a joined value with another in the place of each array of one number per run."""
     if isinstance(value, np.ndarray):
         return change(value)
@@ -186,7 +185,7 @@ def _joined_breaks(breaks: list[tuple[float, ...]]) -> tuple[Any, ...]:
     return tuple(filled)
 
 
-def changed_mechanism(mechanism: "Mechanism", change: Change) -> "Mechanism":
+def changed_mechanism(mechanism: "Mechanism", change: Callable[[Any], Any]) -> "Mechanism":
     """Return a joined mechanism with another array in the place of each."""
     return mechanism._replace(
         inertia=changed(mechanism.inertia, change),

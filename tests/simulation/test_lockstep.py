@@ -303,6 +303,13 @@ def test_it_says_where_it_does_not_apply(data: dict[str, Any], keys: list[str]) 
     assert not applies(validate(data, Path()), keys)
 
 
+def test_it_does_not_apply_to_installed_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their functions may be more than arithmetic, which nothing can check."""
+    scenario = validate(pulley(), Path())
+    monkeypatch.setattr(lockstep, "KINDS", {})
+    assert not applies(scenario, ["mechanism.load"])
+
+
 def test_it_does_not_apply_where_arrays_round_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = validate(pulley(), Path())
     assert applies(scenario, ["mechanism.load"])
