@@ -200,7 +200,7 @@ class SingleDofSimulation:
                 self._set_valued,
                 settings.rtol,
                 settings.atol,
-                _size(mechanism, trajectory),
+                float(energy_scale(mechanism, trajectory)),
             ),
             non_finite_tail=samples.non_finite_tail,
             warnings=tuple(self._run_warnings(trajectory)),
@@ -231,13 +231,17 @@ class SingleDofSimulation:
         }
 
 
-def _size(mechanism: Mechanism, trajectory: Trajectory) -> float:
-    """Return the energy scale of the scenario, J, which does not depend on the solution."""
+def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:
+    """Return the energy scale of the scenario, J, which does not depend on the solution.
+
+    Of the samples of many runs, (n, runs), one value for each.
+    """
     applied_torque = mechanism.applied_torque(
         trajectory.drive, trajectory.position, np.zeros_like(trajectory.velocity)
     )
     at_start = mechanism.stored_energies["energy_kinetic"](mechanism.position, mechanism.velocity)
-    return float(np.max(np.abs(applied_torque), initial=0.0)) + float(at_start)
+    torque = np.broadcast_to(np.abs(applied_torque), trajectory.velocity.shape)
+    return np.max(torque, axis=0, initial=0.0) + at_start
 
 
 def _samples(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
@@ -268,25 +272,45 @@ def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
 def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
     """Return the quantities of the summary: those of the mechanism, then those of any motion.
 
-    breakaway_time is the first transition from stick to slip; None if there is none. Transitions
-    after the last sample, which a failed run may have, are ignored.
+    Transitions after the last sample, which a failed run may have, are ignored.
     """
     found = mechanism.quantities(trajectory)
     if mechanism.contact is not None:
         seen = [
             e for e in trajectory.transitions if e.time <= np.max(trajectory.time, initial=-np.inf)
         ]
-        slips = (e.time for e in seen if e.mode_from == STICK)
-        rests = [e.time for e in seen if e.mode_to == STICK]
-        found["breakaway_time"] = Quantity(next(slips, None), "s")
-        found["last_rest_time"] = Quantity(rests[-1] if rests else None, "s")
+        found |= quantities_of_transitions(seen)
     if trajectory.time.size:
-        found["final_time"] = Quantity(float(trajectory.time[-1]), "s")
-        found["final_angle"] = Quantity(float(trajectory.position[-1]), "rad")
-        found["final_angular_velocity"] = Quantity(float(trajectory.velocity[-1]), "rad/s")
-        for name, energy in (
-            *trajectory.energy_integrals.items(),
-            *trajectory.stored_energies.items(),
-        ):
-            found[name] = Quantity(float(energy[-1]), "J")
+        energies = trajectory.energy_integrals | trajectory.stored_energies
+        found |= final_quantities(
+            float(trajectory.time[-1]),
+            float(trajectory.position[-1]),
+            float(trajectory.velocity[-1]),
+            {name: float(energy[-1]) for name, energy in energies.items()},
+        )
     return found
+
+
+def quantities_of_transitions(transitions: list[Transition]) -> Quantities:
+    """Return when a contact first broke away and last came to rest; None if it did not.
+
+    breakaway_time is the first transition from stick to slip.
+    """
+    slips = (e.time for e in transitions if e.mode_from == STICK)
+    rests = (e.time for e in reversed(transitions) if e.mode_to == STICK)
+    return {
+        "breakaway_time": Quantity(next(slips, None), "s"),
+        "last_rest_time": Quantity(next(rests, None), "s"),
+    }
+
+
+def final_quantities(
+    time: float, position: float, velocity: float, energies: Mapping[str, float]
+) -> Quantities:
+    """Return the quantities of the last sample."""
+    return {
+        "final_time": Quantity(time, "s"),
+        "final_angle": Quantity(position, "rad"),
+        "final_angular_velocity": Quantity(velocity, "rad/s"),
+        **{name: Quantity(energy, "J") for name, energy in energies.items()},
+    }

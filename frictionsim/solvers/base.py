@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from math import inf
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from frictionsim.errors import Diverged, NonFinite
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
@@ -22,6 +22,7 @@ from frictionsim.solvers.stepper import Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.lockstep_stepper import Tolerances
     from frictionsim.solvers.mechanism import Mechanism
 
 OnStep = Callable[[float], object]
@@ -37,7 +38,7 @@ class EnergyMonitor:
     other stores. Energies below atol/rtol are only accurate to the absolute tolerance.
     """
 
-    def __init__(self, mechanism: "Mechanism", settings: "SolverSettings") -> None:
+    def __init__(self, mechanism: "Mechanism", settings: "SolverSettings | Tolerances") -> None:
         start = mechanism.position, mechanism.velocity
         self._kinetic = mechanism.stored_energies["energy_kinetic"]
         others = (
@@ -63,18 +64,28 @@ class EnergyMonitor:
         Diverged
             If the kinetic energy is too large.
         """
-        q, v = y[0], y[1]
-        put_in = self._first + abs(y[self._input])
-        for energy, first in self._others:
-            put_in += abs(energy(q, v) - first)
-        if self._friction:  # published friction laws may have positive power
-            put_in += max(0.0, -y[self._friction])
-        kinetic = self._kinetic(q, v)
+        kinetic, put_in = self.energies(y)
         if kinetic > MAX_ENERGY_RATIO * put_in:
             raise Diverged(
                 f"at t = {t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
                 f" only {put_in:.3g} J: {self._advice}"
             )
+
+    def energies(self, y: Any) -> tuple[Any, Any]:
+        """Return the kinetic energy and the energy input, J, of a state or of those of many runs.
+
+        Parameters
+        ----------
+        y : (n,) or (n, runs)
+        """
+        q, v = y[0], y[1]
+        put_in = self._first + abs(y[self._input])
+        for energy, first in self._others:
+            put_in = put_in + abs(energy(q, v) - first)
+        if self._friction:  # published friction laws may have positive power
+            heat = y[self._friction]
+            put_in = put_in + 0.5 * (abs(heat) - heat)  # exactly max(0, -heat)
+        return self._kinetic(q, v), put_in
 
 
 class Solver:

@@ -7,7 +7,7 @@ sticks.
 """
 
 from math import copysign, inf
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import ContactSolver
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 # Resolution of the end of a slip phase, relative to the step.
 RESOLUTION = 1e-12
-# 100 transitions within this time, s, are chattering.
+# So many transitions within this time, s, are chattering.
+CHATTERING_EVENTS = 100
 CHATTERING_WINDOW = 1e-6
 NEVER = -1.0  # s
 
@@ -61,11 +62,11 @@ class EventDrivenSolver(ContactSolver):
         contact = self.contact
         self.chattering = ChatteringDetector(
             CHATTERING_WINDOW * min(1.0, settings.duration),
-            100,
+            CHATTERING_EVENTS,
             f"the contact '{contact.name}' changed its mode",
             "check whether the drive changes too fast",
         )
-        self.slip_rhs = {s: _slip_rhs(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
+        self.slip_rhs = {s: slip_rhs(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
         self.y = mechanism.initial_state
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
         self.sampled_until = 0.0  # end, exclusive, of the samples in the last step
@@ -242,7 +243,8 @@ class EventDrivenSolver(ContactSolver):
 SOLVER = EventDrivenSolver
 
 
-def _slip_rhs(mechanism: "Mechanism", contact: "DryFriction", s: int) -> Rhs:
+def slip_rhs(mechanism: "Mechanism", contact: "DryFriction", s: Any) -> Rhs:
+    """Return the right-hand side while the contact slides in direction s."""
     kinetic_limit = contact.kinetic_limit
 
     def friction(u: float, q: float, v: float, applied_torque: float) -> float:

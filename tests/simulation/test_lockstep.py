@@ -1,0 +1,317 @@
+"""Runs in lockstep give the bits of the same runs alone."""
+
+import random
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.errors import Chattering, Interrupted
+from frictionsim.mechanisms.pulley import build
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.validation import validate
+from frictionsim.simulation import lockstep
+from frictionsim.simulation.lockstep import applies, run_lockstep
+from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers import lockstep as solver
+from tests.support.drawn_scenarios import gears, pulleys, shafts, some
+from tests.support.lockstep import alone, content, varied
+from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
+from tests.support.scenarios import changed, pulley
+
+pytestmark = pytest.mark.quick
+
+SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
+RETURN = {"time": [0.0, 0.8, 1.6, 2.4], "value": [1832.6, 3113.75, 3113.75, 1832.6]}
+COARSE = {"backend": "events", "duration": 3.0, "rtol": 1e-6}
+GEAR = next(case["scenario"] for case in cases("epicyclic") if case["name"] == "decay_from_80")
+SWING = 0.0508 * 1000.0 / (1.355 * 2.0 * pi)  # rad/s, amplitude of the speed under SINE
+LIFT = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)  # N
+HINGE = {"torque_static": 0.3, "torque_kinetic": 0.2}
+SWEEPS: dict[str, tuple[dict[str, Any], str, tuple[float, ...]]] = {
+    "load, some of which do not move": (
+        pulley(),
+        "mechanism.load",
+        (0.0, 1000.0, LOAD, 2500.0, 3e3, 5e3),
+    ),
+    "end of the ramp": (pulley(), "drive.force.value.1", (1832.7, 2000.0, 3113.75, 9000.0)),
+    "time of the ramp": (pulley(), "drive.force.time.1", (0.1, 0.8, 3.0, 5.0)),
+    "inertia": (pulley(), "mechanism.inertia", (0.1, 1.355, 50.0)),
+    "static friction from equal to kinetic": (
+        pulley(),
+        "effects.shaft_friction.mu_s",
+        (0.1, 0.2, 0.5, 2.5),
+    ),
+    "start that slides": (
+        pulley(drive__force=RETURN),
+        "mechanism.initial_angular_velocity",
+        (-20.0, -1e-9, 0.0, 1e-9, 3.0, 20.0),
+    ),
+    "up and back to rest": (
+        pulley(drive__force=RETURN, solver__duration=8.0),
+        "mechanism.load",
+        (1900.0, LOAD, 2300.0, 2500.0),
+    ),
+    "many sticks and slips": (
+        pulley(drive__force=SINE),
+        "drive.force.sine.amplitude",
+        (100.0, 500.0, 1000.0, 4000.0),
+    ),
+    "horizontal, with a thick shaft": (
+        pulley(drive__direction="horizontal", drive__force=SINE),
+        "effects.shaft_friction.shaft_radius",
+        (0.001, 0.0254, 0.2, 0.5),
+    ),
+    "smooth step": (
+        pulley(drive__force={"smooth_step": {"from": LOAD, "to": 3e3, "start": 0.2, "stop": 0.9}}),
+        "drive.force.smooth_step.stop",
+        (0.3, 0.9, 2.9999, 4.0),
+    ),
+    "constant force": (pulley(drive__force=2000.0), "drive.force", (1e3, LOAD, 2900.0, 4e3)),
+    "exactly at the limit": (
+        pulley(effects__shaft_friction__mu_s=0.0, effects__shaft_friction__mu_k=0.0),
+        "drive.force.value.0",
+        (1832.6, LOAD, 2300.0),
+    ),
+    "without damping": (
+        pulley(effects__viscous_damping=None, drive__force=SINE),
+        "mechanism.cord_radius",
+        (0.03, 0.0508, 0.1),
+    ),
+    "slow to a stop, nearly to a stop, and faster again within a step": (
+        pulley(
+            drive__force={"sine": {**SINE["sine"], "phase_deg": 180.0}},
+            effects={"shaft_friction": {"shaft_radius": 0.01, "mu_s": 0.0, "mu_k": 0.0}},
+            solver={"duration": 1.0, "rtol": 0.1, "atol": 1.0},
+        ),
+        "mechanism.initial_angular_velocity",
+        tuple(2.0 * SWING * factor for factor in (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)),
+    ),
+    "from the limit on, to the last bit": (
+        pulley(),
+        "drive.force.value.0",
+        tuple(LIFT * (1.0 + k * 2e-16) for k in range(-8, 24)),
+    ),
+    "from the limit on, equal to that of sliding": (
+        pulley(
+            effects__shaft_friction__mu_k=0.2,
+            drive__force={**RETURN, "value": [LIFT] * 3 + [LIFT * 1.1]},
+        ),
+        "drive.force.value.1",
+        tuple(LIFT * (1.0 + k * 2e-16) for k in range(-8, 24)),
+    ),
+    "tolerance": (pulley(drive__force=SINE), "solver.rtol", (1e-3, 1e-6, 1e-9)),
+    "duration": (pulley(drive__force=RETURN), "solver.duration", (0.1, 0.8, 3.0, 6.0)),
+    "gear": (
+        changed(
+            GEAR, solver__duration=2.0, effects={"gravity": {"g": 9.81}, "hinge_friction": HINGE}
+        ),
+        "mechanism.planet_mass",
+        (0.1, 0.5, 1.0, 3.0),
+    ),
+}
+
+
+@pytest.fixture(autouse=True)
+def _few_runs_go_in_lockstep(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solver, "PASSES_OF_FEW", 10**6)
+
+
+def sweep(data: dict[str, Any], key: str, values: tuple[float, ...]) -> list[Scenario]:
+    given = data.get("solver", {})
+    shipped = given.get("rtol", 0.0) < 1e-6
+    solver = {**COARSE, **given, **({"rtol": 1e-6} if shipped else {}), "backend": "events"}
+    scenario = validate({**data, "solver": solver}, Path())
+    scenario = scenario.replace({"output.interval": scenario.solver.duration})
+    assert applies(scenario, [key])
+    return [scenario.replace({key: value}) for value in values]
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_the_bits_are_those_of_the_run_alone(name: str) -> None:
+    data, key, values = SWEEPS[name]
+    scenarios = sweep(data, key, values)
+    found = run_lockstep(scenarios)
+    assert None not in found
+    for scenario, result in zip(scenarios, found, strict=True):
+        expected = alone(scenario)
+        assert content(result) == content(expected)
+        if scenario.interval == scenario.solver.duration:
+            assert result is not None
+            assert expected is not None
+            assert result.warnings == expected.warnings
+
+
+@some(60)
+@given(st.one_of(pulleys(), pulleys(), gears()), shafts(0.05), st.integers(0, 10**6))
+def test_the_bits_of_drawn_runs_are_those_of_the_run_alone(
+    data: Any, shaft: dict[str, float], seed: int
+) -> None:
+    if data["kind"] == "pulley":
+        data = changed(data, effects__shaft_friction=shaft)
+    settings = {"backend": "events", "duration": 1.0, "rtol": 1e-5, "max_steps": 2000}
+    scenarios = varied({**data, "solver": settings}, random.Random(seed), 5)
+    if not scenarios or not applies(scenarios[0], []):
+        return
+    for scenario, result in zip(scenarios, run_lockstep(scenarios), strict=True):
+        if result is not None:
+            assert content(result) == content(alone(scenario))
+
+
+def test_other_runs_and_their_order_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs of unlike lengths, so that the others leave while a step is being retried."""
+    data = pulley(drive__force={"sine": {**SINE["sine"], "frequency_hz": 5.0}})
+    durations = np.linspace(0.1, 1.0, 37)
+    scenarios = sweep(data, "solver.duration", tuple(durations.tolist()))
+    amplitudes = np.linspace(4000.0, 400.0, 37).tolist()
+    scenarios = [
+        scenario.replace({"drive.force.sine.amplitude": amplitude})
+        for scenario, amplitude in zip(scenarios, amplitudes, strict=True)
+    ]
+    expected = [content(result) for result in run_lockstep(scenarios)]
+    assert expected == [content(alone(scenario)) for scenario in scenarios]
+    backwards = [content(result) for result in run_lockstep(scenarios[::-1])]
+    assert backwards[::-1] == expected
+    assert [content(run_lockstep([scenario])[0]) for scenario in scenarios[::12]] == expected[::12]
+    monkeypatch.setattr(lockstep, "BATCH", 5)
+    assert [content(result) for result in run_lockstep(scenarios)] == expected
+
+
+def test_a_step_is_tried_again_after_another_run_has_ended() -> None:
+    """The second gear has just had a step rejected when the first one is at its end."""
+
+    def gear(planet: float, crank: float, amplitude: float, hz: float, end: float) -> Scenario:
+        sine = {"mean": 4.0, "amplitude": amplitude, "frequency_hz": hz}
+        hinge = {"torque_static": 0.0, "torque_kinetic": 0.0}
+        mechanism = {
+            "sun_radius": 0.21397240640434953,
+            "planet_radius": planet,
+            "crank_mass": crank,
+            "planet_mass": 0.32200098748970346,
+            "initial_angle_deg": 117.26227748431494,
+            "initial_angular_velocity": 4.0,
+        }
+        data = {
+            "kind": "epicyclic",
+            "mechanism": mechanism,
+            "drive": {"torque": {"sine": {**sine, "phase_deg": -32.00524411482192}}},
+            "effects": {"hinge_friction": hinge},
+            "solver": {"duration": end, "rtol": 1e-6, "atol": 1e-12},
+        }
+        return validate(data, Path())
+
+    scenarios = [
+        gear(0.12, 0.2139724061903771, 11.346667926866708, 4.499732062297174, 2.2),
+        gear(0.06000000006, 0.1925751655713394, 5.673333969106689, 11.400687688919264, 2.0),
+    ]
+    found = [content(result) for result in run_lockstep(scenarios)]
+    assert found == [content(alone(scenario)) for scenario in scenarios]
+
+
+def test_runs_that_fail_are_given_back_and_the_others_are_not() -> None:
+    data = pulley(drive__force=SINE, solver__max_steps=150)
+    scenarios = sweep(data, "drive.force.sine.amplitude", (100.0, 500.0, 1000.0, 4000.0))
+    fails = [alone(scenario) is None for scenario in scenarios]
+    assert True in fails
+    assert False in fails
+    assert [result is None for result in run_lockstep(scenarios)] == fails
+
+
+def test_runs_that_chatter_are_given_back() -> None:
+    """The force on the fine pulley changes its side every 5 ns."""
+    shaft = {"shaft_radius": 1e-3, "mu_s": 0.1, "mu_k": 0.1}
+    table = {"time": [5e-9 * k for k in range(300)], "value": [0.0, 2.0 * LOAD] * 150}
+    data = pulley(mechanism__inertia=1e-3, effects__shaft_friction=shaft, drive__force=table)
+    chatters, sticks = sweep(data, "mechanism.cord_radius", (0.0508, 1e-5))
+    with pytest.raises(Chattering, match="100 times within"):
+        SingleDofSimulation(chatters, build(chatters)).solve(lambda t: None)
+    assert [result is None for result in run_lockstep([chatters, sticks])] == [True, False]
+
+
+def test_runs_that_exceed_the_numbers_are_given_back() -> None:
+    base = pulley(
+        mechanism__cord_radius=1e50, effects__viscous_damping__coefficient=1e50, solver=COARSE
+    )
+    scenarios = sweep(base, "mechanism.inertia", (1e-50, 1e49))
+    assert alone(scenarios[0]) is None
+    assert run_lockstep(scenarios)[0] is None
+
+
+def test_runs_of_another_form_are_given_back() -> None:
+    """A ramp between equal values is a constant."""
+    scenarios = sweep(pulley(), "drive.force.value.1", (3000.0, 1832.6, 2000.0))
+    assert [result is None for result in run_lockstep(scenarios)] == [False, True, False]
+
+
+def test_a_run_that_takes_much_longer_than_the_others_is_given_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(solver, "PASSES_OF_FEW", 20)
+    scenarios = sweep(pulley(), "drive.force.value.1", (1832.7, 9000.0))
+    assert [result is None for result in run_lockstep(scenarios)] == [False, True]
+
+
+@pytest.mark.parametrize("force", [RETURN, 4000.0])
+def test_the_samples_at_events_may_be_left_out(force: Any) -> None:
+    data = pulley(drive__force=force, output={"at_events": False})
+    (scenario,) = sweep(data, "mechanism.load", (LOAD,))
+    (result,) = run_lockstep([scenario])
+    assert result is not None
+    assert result.time.tolist() == [0.0, 3.0]
+    assert content(result) == content(alone(scenario))
+
+
+def test_warnings_speak_of_the_interval_of_the_scenario() -> None:
+    (still, moves) = sweep(pulley(drive__force=SINE), "drive.force.sine.amplitude", (1.0, 1000.0))
+    first, second = run_lockstep([still, moves.replace({"output.interval": 0.6})])
+    assert first is not None
+    assert second is not None
+    assert first.warnings == (
+        "nothing moves: the largest torque is 0.2293137036 % of the static limit",
+    )
+    assert second.warnings[0].startswith("output.interval = 0.6 s is longer than a tenth of the")
+
+
+def test_a_pass_can_be_interrupted() -> None:
+    def on_pass() -> None:
+        raise Interrupted(2, 0.5)
+
+    with pytest.raises(Interrupted, match="by SIGINT"):
+        run_lockstep(sweep(pulley(), "mechanism.load", (2000.0, 2100.0)), on_pass)
+
+
+@pytest.mark.parametrize(
+    ("data", "keys"),
+    [
+        (pulley(), ["drive.direction"]),
+        (pulley(), ["solver.max_steps"]),
+        (pulley(), ["no.such.key"]),
+        (pulley(solver__backend="rkf45"), ["mechanism.load"]),
+        (pulley(effects__shaft_friction=None), ["mechanism.load"]),
+        (
+            pulley(effects__shaft_friction__law="regularised", solver__backend="rkf45"),
+            ["mechanism.load"],
+        ),
+        (GEAR, ["mechanism.crank_mass"]),  # its rolling friction has switching surfaces
+    ],
+)
+def test_it_says_where_it_does_not_apply(data: dict[str, Any], keys: list[str]) -> None:
+    assert not applies(validate(data, Path()), keys)
+
+
+def test_it_does_not_apply_to_installed_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their functions may be more than arithmetic, which nothing can check."""
+    scenario = validate(pulley(), Path())
+    monkeypatch.setattr(lockstep, "KINDS", {})
+    assert not applies(scenario, ["mechanism.load"])
+
+
+def test_it_does_not_apply_where_arrays_round_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = validate(pulley(), Path())
+    assert applies(scenario, ["mechanism.load"])
+    monkeypatch.setattr(lockstep, "functions_agree", lambda: False)
+    assert not applies(scenario, ["mechanism.load"])
