@@ -1,11 +1,19 @@
 """The scenario of each combination of values."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.model_validation import ValidationFailure, validate_model
+from frictionsim.scenario.model_validation import (
+    MAX_NUMBER,
+    MIN_NUMBER,
+    ValidationFailure,
+    validate_model,
+)
 from frictionsim.scenario.overrides import (
     REMOVED,
     REMOVED_TEXT,
@@ -44,6 +52,20 @@ class Combinations:
             scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
         )
         self._folder = Path(scenario.origin.source).parent
+        # For numbers: data to change, and where in them the keys are.
+        self._changed: dict[str, Any] = {}
+        self._places: list[tuple[Any, Any]] = []
+
+    @cached_property
+    def in_lockstep(self) -> bool:
+        """Whether the runs can go in lockstep."""
+        from frictionsim.simulation.lockstep import applies
+
+        base = self.base
+        # Which of wanted channels a run lacks is a warning, and lockstep makes no channels.
+        if base.needs_samples or base.output.channels is not None:
+            return False
+        return applies(base, self.keys)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values.
@@ -53,6 +75,31 @@ class Combinations:
         InputError
             If it is not valid; the message names the combination.
         """
+        if not all(map(_is_ordinary, values)):
+            return self._validated(values)
+        if not self._places:
+            found = self._validated(values)
+            self._find_places(values)
+            return found
+        for (table, key), value in zip(self._places, values, strict=True):
+            table[key] = value
+        try:
+            # The limits of magnitude of all other numbers were checked the first time.
+            return type(self.base).model_validate(self._changed, context={"folder": self._folder})
+        except (ValidationError, OverflowError):
+            return self._validated(values)  # which says what is wrong
+
+    def _find_places(self, values: Sequence[Any]) -> None:
+        self._changed = _copied(self._data)
+        for *above, last in apply_overrides(
+            self._changed, dict(zip(self.keys, values, strict=True))
+        )[0]:
+            table: Any = self._changed
+            for key in above:
+                table = table[key]
+            self._places.append((table, last))
+
+    def _validated(self, values: Sequence[Any]) -> Scenario:
         given = {
             key: REMOVED if value == REMOVED_TEXT else value
             for key, value in zip(self.keys, values, strict=True)
@@ -66,6 +113,13 @@ class Combinations:
         except ScenarioError as error:
             faults = [fault.partition(": ")[2] for fault in error.faults]
         raise InputError(f"vary: {combination_text(given)} is not valid: {'; '.join(faults)}")
+
+
+def _is_ordinary(value: Any) -> bool:
+    """Return whether the limits of magnitude allow a number wherever it stands."""
+    if type(value) is not float:
+        return False
+    return value == 0.0 or MIN_NUMBER <= abs(value) <= MAX_NUMBER
 
 
 def combination_text(given: dict[str, Any]) -> str:

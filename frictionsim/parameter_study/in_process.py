@@ -8,6 +8,7 @@ from frictionsim.parameter_study.single_run import Task, run_task
 from frictionsim.parameter_study.sweep import SweepPlan, check_combinations
 
 RUNS_AT_ONCE = 64
+RUNS_IN_LOCKSTEP = 2000  # a third of a second; more do not fit into the cache
 SECONDS_BETWEEN_BEATS = 0.1
 STEPS_BETWEEN_BEATS = 256  # reading the clock costs a tenth of a step
 
@@ -34,9 +35,10 @@ class InProcess:
     def blocks(
         self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]
     ) -> Iterator[bytes]:
-        """Yield the outcomes of one run after the other."""
+        """Yield the outcomes of one run after the other, or of many in lockstep."""
         combinations, on_step = plan.combinations, _OnStep(beat)
-        for runs in parts(left, 1):
+        many = plan.series is None and combinations.in_lockstep
+        for runs in parts(left, RUNS_IN_LOCKSTEP if many else 1):
             values = plan.design.combinations(runs.start, runs.stop)
             try:
                 block = run_task(combinations, Task(runs.start, values), plan.series, on_step)

@@ -1,6 +1,6 @@
-"""One run of a sweep: of its samples only what the quantities need."""
+"""Runs of a sweep, alone or in lockstep: of their samples only what the quantities need."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +14,12 @@ from frictionsim.parameter_study.block import (
     block_of,
 )
 from frictionsim.parameter_study.combinations import Combinations
-from frictionsim.results import defined
+from frictionsim.results import SimulationResult, defined, failures
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import RunResult, run
 
 INTERNAL = "internal_error"
+MIN_IN_LOCKSTEP = 50  # fewer runs are faster alone
 DIGITS = 7  # of the number in the name of a result
 
 
@@ -47,7 +48,7 @@ def run_task(
     series: Path | None = None,
     on_step: Callable[[float], Any] = _nothing,
 ) -> Block:
-    """Run some combinations one after the other.
+    """Run some combinations, in lockstep where that can be.
 
     Parameters
     ----------
@@ -67,11 +68,56 @@ def run_task(
     OutputError
         If a result cannot be written.
     """
+    found: list[Outcome | None] = [None] * len(task.values)
+    if series is None and len(task.values) >= MIN_IN_LOCKSTEP and combinations.in_lockstep:
+        found = outcomes_in_lockstep(combinations, task.values, on_step)
     outcomes = []
-    for number, values in enumerate(task.values, start=task.first):
+    for number, (values, outcome) in enumerate(zip(task.values, found, strict=True), task.first):
         target = None if series is None else series / f"run-{number:0{DIGITS}d}.h5"
-        outcomes.append(outcome_of(combinations, values, target, on_step))
+        outcomes.append(outcome or outcome_of(combinations, values, target, on_step))
     return block_of(task.first, outcomes)
+
+
+def outcomes_in_lockstep(
+    combinations: Combinations,
+    values: Sequence[tuple[Any, ...]],
+    on_step: Callable[[float], Any] = _nothing,
+) -> list[Outcome | None]:
+    """Run many combinations at once; None for each that has to be run alone.
+
+    The numbers are those of single runs to the last bit; see `frictionsim.simulation.lockstep`.
+
+    Parameters
+    ----------
+    combinations : Combinations
+        Whose runs can go in lockstep.
+    values : sequence of tuple
+    on_step : callable
+        Called between passes, with 0 s.
+    """
+    from frictionsim.simulation.lockstep import no_search_for_cycles, run_lockstep
+
+    with no_search_for_cycles():
+        try:
+            scenarios = [combinations.scenario(row) for row in values]
+            results = run_lockstep(list(map(without_samples, scenarios)), lambda: on_step(0.0))
+        except FrictionsimError:
+            return [None] * len(values)
+        return [
+            None if result is None else _outcome_in_lockstep(scenario, result)
+            for scenario, result in zip(scenarios, results, strict=True)
+        ]
+
+
+def _outcome_in_lockstep(scenario: Scenario, result: SimulationResult) -> Outcome:
+    failed = failures(result.checks)
+    warnings = dict.fromkeys([*scenario.warnings(), *result.warnings])
+    return Outcome(
+        AUDIT_FAILED if failed else DONE,
+        defined(result.quantities),
+        reason=f"self-audit failed: {failed}" if failed else "",
+        warnings=_lasting(warnings),
+    )
 
 
 def outcome_of(
@@ -128,7 +174,13 @@ def _outcome(scenario: Scenario, done: RunResult) -> Outcome:
     status = DONE if done.status == "done" else FAILED
     if done.exit_code == EXIT_AUDIT_FAILED:
         status = AUDIT_FAILED
-    # Those of the sampling are of series only, which have all samples.
-    about_sampling = [text for text in done.warnings if text.startswith("output.interval")]
-    warnings = [text for text in done.warnings if text not in about_sampling]
-    return Outcome(status, defined(done.quantities), done.failure, done.reason, "\n".join(warnings))
+    warnings = _lasting(done.warnings)
+    return Outcome(status, defined(done.quantities), done.failure, done.reason, warnings)
+
+
+def _lasting(warnings: Iterable[str]) -> str:
+    """Return the warnings of a run, one per line, without those of its sampling.
+
+    These are of series only, which have all samples.
+    """
+    return "\n".join(text for text in warnings if not text.startswith("output.interval"))

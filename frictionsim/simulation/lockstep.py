@@ -141,14 +141,14 @@ def run_lockstep(
         run has to be done alone, because it fails or is unlike the others.
     """
     found: list[SimulationResult | None] = []
-    with _no_search_for_cycles():
+    with no_search_for_cycles():
         for first in range(0, len(scenarios), BATCH):
             found += _run_batch(scenarios[first : first + BATCH], on_pass)
     return found
 
 
 @contextmanager
-def _no_search_for_cycles() -> Iterator[None]:
+def no_search_for_cycles() -> Iterator[None]:
     """Make thousands of small objects, none of them in a cycle, without a search for cycles."""
     searched = gc.isenabled()
     gc.disable()

@@ -11,7 +11,7 @@ from statistics import median
 from time import process_time
 
 import frictionsim as fs
-from frictionsim.scenario.replacement import NumberReplacement
+from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation import lockstep
 from tests.support.lockstep import alone, content
@@ -39,7 +39,7 @@ def measure(name: str) -> None:
     """Print a table for a scenario."""
     base = fs.load(fs.scenarios()[name]).replace({"solver.rtol": 1e-6})
     rows = drawn(base, max(BATCHES))
-    make = NumberReplacement(base, tuple(KEYS))
+    make = Combinations(base, tuple(KEYS)).scenario
     scenarios = [make(values) for values in rows]
     some = scenarios[:ALONE]
     assert [*map(content, lockstep.run_lockstep(some))] == [content(alone(s)) for s in some]
@@ -55,7 +55,7 @@ def measure(name: str) -> None:
             times[batch].append(seconds(partial(run_batch, scenarios[:batch])) / batch)
     each = {way: median(found) for way, found in times.items()}
     print(f"{name}: a run alone {1e6 * each['alone']:.0f} us; a scenario by replace")
-    print(f"{1e6 * each['replace']:.0f} us, by NumberReplacement {1e6 * each['numbers']:.0f} us")
+    print(f"{1e6 * each['replace']:.0f} us, by Combinations {1e6 * each['numbers']:.0f} us")
     print(f"{'runs at once':>12s} {'us a run':>9s} {'runs/s':>8s} {'ratio':>6s}")
     for batch in BATCHES:
         ratio = each["alone"] / each[batch]

@@ -8,6 +8,8 @@ import pytest
 import xarray
 
 import frictionsim as fs
+from frictionsim.parameter_study import single_run
+from frictionsim.parameter_study.combinations import Combinations
 from tests.support.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.quick
@@ -96,3 +98,36 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # Of 256 points of a Sobol sequence the mean is within a hundredth of the spread.
     assert float(forces.mean()) == pytest.approx(2000.0 * ratio, abs=0.01 * 50.0 * ratio)
     assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["pulley", "pulley_return", "pulley_horizontal"])
+def test_runs_in_lockstep_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    vary = {MU_S: "uniform(0.11, 0.5)", LOAD: "uniform(2000.0, 2400.0)"}
+    found = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100, workers=1)
+    monkeypatch.setattr("frictionsim.parameter_study.single_run.MIN_IN_LOCKSTEP", 10**9)
+    alone = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100, workers=1)
+    assert found.identical(alone)
+    assert len(set(found["breakaway_time"].values)) > 20
+
+
+def test_lockstep_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[int] = []
+    whole = single_run.outcomes_in_lockstep
+
+    def counted(combinations: Combinations, values: list[object], on_step: object) -> object:
+        found = whole(combinations, values, on_step)  # type: ignore[arg-type]
+        seen.append(sum(outcome is not None for outcome in found))
+        return found
+
+    monkeypatch.setattr(single_run, "outcomes_in_lockstep", counted)
+    fs.sweep(PULLEY, {LOAD: "lin(2000.0, 2100.0, 60)"}, LOOSE, workers=1)
+    assert seen == [60]
+    # Failing runs go alone, which say why; fixed channels and other backends do not go at all.
+    found = fs.sweep(
+        PULLEY, {LOAD: "lin(2000.0, 2100.0, 60)"}, {**LOOSE, "solver.max_steps": 5}, workers=1
+    )
+    assert seen == [60, 0]
+    assert set(found["failure"].values) == {"budget_exceeded"}
+    for more in ({"output.channels": ["angle"]}, {"solver.backend": "rkf45"}):
+        fs.sweep(PULLEY, {LOAD: "lin(2000.0, 2100.0, 60)"}, {**LOOSE, **more}, workers=1)
+    assert seen == [60, 0]
