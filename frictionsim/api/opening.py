@@ -1,16 +1,70 @@
 """What a file in HDF5 holds: the result of a run, or a sweep."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api import result as results
 from frictionsim.errors import InputError
 
 if TYPE_CHECKING:
+    from frictionsim.api.channel_csv import Writable
     from frictionsim.io.sweep_table import SweepTable
 
 
-def result_or_sweep(path: Path) -> "results.Result | SweepTable":
+class SweepFile(NamedTuple):
+    """A sweep and the name of its file."""
+
+    table: "SweepTable"
+    path: Path
+
+    def summary(self) -> str:
+        """Return statistics or extremes of the quantities, with what there is to know of the runs.
+
+        Raises
+        ------
+        InputError
+            If the study in the file is not valid.
+        """
+        from frictionsim.api.sweep_tables import sweep_parts
+        from frictionsim.api.tables import as_text
+
+        return as_text(sweep_parts(self.table, self.path))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as data for JSON.
+
+        Raises
+        ------
+        InputError
+            If the study in the file is not valid.
+        """
+        from frictionsim.api.sweep_tables import sweep_json
+
+        return sweep_json(self.table, self.path)
+
+    def write_csv(self, file: "Writable") -> None:
+        """Write a line for each run."""
+        from frictionsim.parameter_study.report import write_lines
+
+        write_lines(self.table, file)
+
+    def toml(self, name: str) -> str:
+        """Return the `scenario` that is varied, or the `study`, in TOML."""
+        return self.table.attributes[name].rstrip("\n")
+
+    @property
+    def left(self) -> str:
+        """Which runs are left and why; empty if the sweep is done."""
+        from frictionsim.parameter_study.block import NOT_RUN
+
+        attributes, count = self.table.attributes, int((self.table.status == NOT_RUN).sum())
+        if attributes["status"] == "done":
+            return ""
+        reason = f": {attributes['reason']}" if attributes["reason"] else ""
+        return f"sweep {attributes['status']}: {count} of {self.table.runs} runs are left{reason}"
+
+
+def result_or_sweep(path: Path) -> results.Result | SweepFile:
     """Read a file.
 
     Parameters
@@ -29,4 +83,4 @@ def result_or_sweep(path: Path) -> "results.Result | SweepTable":
 
         if not is_sweep(path):
             raise
-        return read_sweep(path)
+        return SweepFile(read_sweep(path), path)

@@ -61,7 +61,8 @@ def plot(
 
         found = table_of(result)
     else:
-        found = result_or_sweep(as_path("result", result))
+        opened = result_or_sweep(as_path("result", result))
+        found = opened if isinstance(opened, results.Result) else opened.table
     if isinstance(found, results.Result):
         _check_no_choice(at)
         from frictionsim.plots import draw
@@ -124,7 +125,7 @@ def save_pictures(
         _check_no_choice(at)
         return save_views(found, path, view, body, no_clobber=no_clobber)
     _check_no_body(body)
-    return save_pictures_of_sweep(found, path, view, at, no_clobber=no_clobber)
+    return save_pictures_of_sweep(found.table, path, view, at, no_clobber=no_clobber)
 
 
 def save_views(

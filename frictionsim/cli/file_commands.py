@@ -41,7 +41,7 @@ def show(
     if not isinstance(found, fs.Result):
         from frictionsim.cli.show_sweep import show_sweep
 
-        show_sweep(found, result, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
+        show_sweep(found, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
         return
     if study:
         raise InputError(f"{result}: --study is for sweeps, this is the result of a run")

@@ -39,7 +39,7 @@ def offered(*words: str, cwd: Path) -> list[str]:
     [
         (["s"], ["solve", "static", "show", "schema", "sweep"]),
         (["solve", "--max"], ["--max-wall", "--max-steps"]),
-        (["show", "--"], ["--json", "--csv", "--scenario", "--help"]),
+        (["show", "--"], ["--json", "--csv", "--scenario", "--study", "--help"]),
         (["schema", ""], list(KINDS)),
         (["new", "pul"], ["pulley", "pulley_horizontal", "pulley_return"]),
         (["new", "hard/belt_s"], ["hard/belt_slack", "hard/belt_squeal", "hard/belt_stiff_contact",

@@ -54,7 +54,8 @@ LONG = "a" * 300
         ),
         (
             ["show", PULLEY, "-x"],
-            "unknown option '-x'; known: --json, --csv, --scenario; see frictionsim show --help",
+            "unknown option '-x'; known: --json, --csv, --scenario, --study; see frictionsim show"
+            " --help",
         ),
         (
             ["solve", PULLEY, "-qx"],
