@@ -229,18 +229,18 @@ def answer_to(
     """
     from time import perf_counter
 
-    from frictionsim.parameter_study.worker_process import one_thread_of_linear_algebra
+    from frictionsim.parameter_study.worker_process import use_one_thread_of_linear_algebra
 
     started = perf_counter()
     image, error = b"", None
     try:
-        with one_thread_of_linear_algebra():
-            if kind == CHECK:
-                for values in task.values:
-                    combinations.scenario(values)
-            elif kind == RUN:
-                folder = None if series is None else Path(series)
-                image = run_task(combinations, task, folder).to_bytes()
+        use_one_thread_of_linear_algebra()
+        if kind == CHECK:
+            for values in task.values:
+                combinations.scenario(values)
+        elif kind == RUN:
+            folder = None if series is None else Path(series)
+            image = run_task(combinations, task, folder).to_bytes()
     except Exception as found:
         error = found
     return __version__, perf_counter() - started, image, error

@@ -235,7 +235,7 @@ def check_all(
     InputError
         For the first one that is not valid, however they are distributed.
     """
-    dispatch = _Dispatch(workers, CHECK, [runs], len(runs))
+    dispatch = _Dispatch(workers, CHECK, [runs] if runs else [], len(runs))
     faults: dict[int, Exception] = {}
     for answer in dispatch.answers(beat):
         if answer.lost:

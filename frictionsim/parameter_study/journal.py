@@ -168,7 +168,7 @@ class Journal:
 
 
 def _lock(descriptor: int) -> None:
-    """Lock a file for this process.
+    """Lock a file for this process, where the system can.
 
     Raises
     ------
@@ -176,15 +176,7 @@ def _lock(descriptor: int) -> None:
         If another process has locked it.
     """
     if fcntl is None:
-        import msvcrt
-
-        try:
-            os.lseek(descriptor, PLACE_OF_LOCK, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            raise BlockingIOError from None
-        finally:
-            os.lseek(descriptor, 0, os.SEEK_SET)
+        _lock_on_windows(descriptor)
         return
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -192,3 +184,17 @@ def _lock(descriptor: int) -> None:
         raise
     except OSError:  # a file system without locks
         pass
+
+
+def _lock_on_windows(descriptor: int) -> None:
+    try:
+        import msvcrt
+    except ImportError:
+        return
+    try:
+        os.lseek(descriptor, PLACE_OF_LOCK, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+    except OSError:
+        raise BlockingIOError from None
+    finally:
+        os.lseek(descriptor, 0, os.SEEK_SET)

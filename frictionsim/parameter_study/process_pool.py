@@ -4,16 +4,18 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from multiprocessing import connection, current_process
+from time import monotonic
 from typing import Any
 
 from frictionsim.errors import FrictionsimError, InputError
 from frictionsim.parameter_study import dispatch
 from frictionsim.parameter_study.dispatch import Answer, Job
-from frictionsim.parameter_study.in_process import InProcess
-from frictionsim.parameter_study.sweep import Execution, SweepPlan
+from frictionsim.parameter_study.in_process import RUNS_AT_ONCE, InProcess, parts
+from frictionsim.parameter_study.sweep import Execution, SweepPlan, check_combinations
 from frictionsim.parameter_study.worker_process import Worker
 from frictionsim.scenario.kinds import mechanism_module
 
+SECONDS_HERE = 0.1  # some times what it takes to start workers
 MAX_STILLBORN = 3  # workers that end before they begin; one may be killed from outside
 
 
@@ -56,9 +58,15 @@ class ProcessPool:
     def check(
         self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
     ) -> None:
-        """Check every combination."""
-        self._start(plan)
-        dispatch.check_all(self, range(plan.design.runs), on_checked, beat)
+        """Check every combination; the first ones here, as most sweeps are small."""
+        latest = monotonic() + SECONDS_HERE
+        for runs in parts([range(plan.design.runs)], RUNS_AT_ONCE):
+            check_combinations(plan, runs)
+            on_checked(len(runs))
+            if monotonic() > latest:
+                self._start(plan)
+                dispatch.check_all(self, range(runs.stop, plan.design.runs), on_checked, beat)
+                return
 
     def blocks(
         self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]

@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections import deque
 from contextlib import suppress
+from functools import cache
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from threading import Thread
@@ -94,7 +95,8 @@ class Worker:
 def _serve(connection: "Connection[Any, Any]", plan: SweepPlan) -> None:
     """Do the jobs of a sweep until the connection ends."""
     _isolate()
-    with suppress(EOFError, OSError), one_thread_of_linear_algebra():
+    with suppress(EOFError, OSError):
+        use_one_thread_of_linear_algebra()
         combinations = plan.combinations
         connection.send(READY)
         while True:
@@ -117,11 +119,12 @@ def answer_to(job: Job, plan: SweepPlan, combinations: Any) -> tuple[float, byte
     return perf_counter() - started, image, error
 
 
-def one_thread_of_linear_algebra() -> Any:
-    """Return the context in which libraries of linear algebra use one thread each."""
+@cache
+def use_one_thread_of_linear_algebra() -> None:
+    """Have libraries of linear algebra use one thread each; the workers share the cores."""
     from threadpoolctl import threadpool_limits
 
-    return threadpool_limits(1)
+    threadpool_limits(1)
 
 
 def _isolate() -> None:

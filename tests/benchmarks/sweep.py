@@ -179,7 +179,7 @@ def memory() -> None:
 
 def dask() -> None:
     """A study of 10 000 runs on two workers of Dask, and on two of the pool."""
-    what = plan(10_000, 1e-6)
+    what = plan(int(os.environ.get("RUNS", "10000")), 1e-6)
     pool, cluster = ProcessPool(2), DaskCluster("local:2")
     pairs = []
     for _ in range(TURNS):

@@ -143,3 +143,12 @@ def test_a_signal_ends_a_compilation_at_once(number: signal.Signals, tmp_path: P
         f"frictionsim: interrupted by {number.name} while compiling kernels; nothing was written\n"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+
+
+def test_a_sweep_is_run_twice_alike(folder: Path) -> None:
+    sweep = ("sweep", PULLEY, "--vary", "mechanism.load=lin(2000, 2400, 20)")
+    loose = ("--set", "solver.rtol=1e-4")
+    output(*sweep, *loose, "-j", "1", "-o", "one.h5", cwd=folder)
+    output(*sweep, *loose, "-j", "1", "-o", "two.h5", "--csv", "two.csv", cwd=folder)
+    assert (folder / "one.h5").read_bytes() == (folder / "two.h5").read_bytes()
+    assert not list(folder.glob("*.runs"))

@@ -9,6 +9,7 @@ which is not UTF-8 there, is an error in the package.
 """
 
 import os
+import shutil
 import signal
 import socket
 import stat
@@ -50,6 +51,7 @@ def take_away() -> None:
     for module in MISSING_MODULES:
         sys.modules[module] = None  # type: ignore[assignment]  # an import of it fails
     _pair_of_sockets()
+    _space_on_disks()
     for owner, names in MISSING.items():
         for name in names:
             if hasattr(owner, name):
@@ -94,6 +96,12 @@ def _pair_of_sockets() -> None:
             return near, far
 
     socket.socketpair = socketpair  # type: ignore[assignment]
+
+
+def _space_on_disks() -> None:
+    """Ask for the space on a disk without `statvfs`, as `shutil` does on Windows."""
+    found = shutil.disk_usage(".")
+    shutil.disk_usage = lambda path: found  # type: ignore[assignment]
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.parameter_study import worker_process
+from frictionsim.parameter_study import process_pool, worker_process
 from frictionsim.parameter_study.in_process import InProcess
 from frictionsim.parameter_study.process_pool import (
     ProcessPool,
@@ -89,7 +89,11 @@ def test_workers_that_cannot_start_are_told(monkeypatch: pytest.MonkeyPatch) -> 
         fs.sweep(PULLEY, VARY, LOOSE, workers=2)
 
 
-def test_the_first_invalid_combination_is_named() -> None:
+@pytest.mark.parametrize("seconds_here", [-1.0, 60.0])
+def test_the_first_invalid_combination_is_named(
+    seconds_here: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process_pool, "SECONDS_HERE", seconds_here)
     vary = {LOAD: [*np.linspace(2000.0, 2400.0, 70).tolist(), -1.0, *([2000.0] * 30), -2.0]}
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, vary, LOOSE, workers=2)
