@@ -15,7 +15,7 @@ class SweepFile(NamedTuple):
     """A sweep and the name of its file."""
 
     table: "SweepTable"
-    path: Path
+    path: Path | None
 
     def summary(self) -> str:
         """Return statistics or extremes of the quantities, with what there is to know of the runs.
@@ -47,6 +47,29 @@ class SweepFile(NamedTuple):
         from frictionsim.parameter_study.report import write_lines
 
         write_lines(self.table, file)
+
+    def save_csv(self, path: Path) -> None:
+        """Write a line for each run into a file.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        from frictionsim.parameter_study.report import write_csv
+
+        write_csv(self.table, path)
+
+    @property
+    def failures(self) -> list[str]:
+        """How many runs failed, and how many their audit; empty if none did."""
+        from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED
+
+        counts = (
+            (int((self.table.status == status).sum()), words)
+            for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "failed their audit"))
+        )
+        return [f"{count} of {self.table.runs} runs {words}" for count, words in counts if count]
 
     def toml(self, name: str) -> str:
         """Return the `scenario` that is varied, or the `study`, in TOML."""

@@ -31,6 +31,7 @@ from frictionsim.errors import EXIT_DONE, EXIT_SIGNAL, ArgumentError, InputError
 from frictionsim.io.terminal import is_terminal
 
 if TYPE_CHECKING:
+    from frictionsim.api.opening import SweepFile
     from frictionsim.api.sweep_run import Done, SweepProgress
 
 RESULTS = Path("results")
@@ -220,36 +221,29 @@ def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:
 
 def _run(run: "Callable[[Path, Any], Done]", target: Path, files: Files, shown: Shown) -> int:
     """Run a sweep, and print what it comes to."""
+    from frictionsim.api.opening import SweepFile
     from frictionsim.cli.log_lines import log_on_stderr
 
     log_on_stderr(shown.verbose)
     gc.enable()  # the program does without, as its commands end soon; a sweep may take days
     with _Monitor(not (shown.quiet or shown.as_json)) as monitor:
         done = run(target, monitor)
+        swept = SweepFile(done.table, done.path)
         if files.csv is not None:
-            from frictionsim.parameter_study.report import write_csv
-
-            write_csv(done.table, files.csv)
-    _print(done, files, shown)
+            swept.save_csv(files.csv)
+    _print(swept, files, shown)
     return EXIT_SIGNAL + monitor.signal if monitor.signal else EXIT_DONE
 
 
-def _print(done: "Done", files: Files, shown: Shown) -> None:
+def _print(swept: "SweepFile", files: Files, shown: Shown) -> None:
     """Print the summary, and how many runs have failed."""
-    from frictionsim.api.sweep_tables import sweep_json, sweep_parts
-    from frictionsim.api.tables import as_text
-    from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED
-
-    table = done.table
     if shown.as_json:
         csv = None if files.csv is None else str(files.csv)
-        print_beside_files(sweep_json(table, done.path) | {"scenario": shown.source, "csv": csv})
+        print_beside_files(swept.to_json() | {"scenario": shown.source, "csv": csv})
     elif not shown.quiet:
-        print_beside_files(as_text(sweep_parts(table, done.path)))
-    for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "failed their audit")):
-        count = int((table.status == status).sum())
-        if count:
-            print_error(f"warning: {count} of {table.runs} runs {words}")
+        print_beside_files(swept.summary())
+    for failures in swept.failures:
+        print_error(f"warning: {failures}")
 
 
 class _Monitor:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from time import monotonic
 from typing import Any
 
-from frictionsim.parameter_study.single_run import Task, run_task
+from frictionsim.parameter_study.single_run import MIN_IN_LOCKSTEP, Task, run_task
 from frictionsim.parameter_study.sweep import SweepPlan, check_combinations
 
 RUNS_AT_ONCE = 64
@@ -37,8 +37,10 @@ class InProcess:
     ) -> Iterator[bytes]:
         """Yield the outcomes of one run after the other, or of many in lockstep."""
         combinations, on_step = plan.combinations, _OnStep(beat)
-        many = plan.series is None and combinations.in_lockstep
-        for runs in parts(left, RUNS_IN_LOCKSTEP if many else 1):
+        ranges = list(left)
+        many = plan.series is None and sum(map(len, ranges)) >= MIN_IN_LOCKSTEP
+        size = RUNS_IN_LOCKSTEP if many and combinations.in_lockstep else 1
+        for runs in parts(ranges, size):
             values = plan.design.combinations(runs.start, runs.stop)
             try:
                 block = run_task(combinations, Task(runs.start, values), plan.series, on_step)

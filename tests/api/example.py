@@ -93,6 +93,10 @@ def other_functions(folder: Path) -> None:
     swept: xarray.Dataset = fs.sweep(fs.scenarios()["pulley"], vary, output=folder / "s.h5")
     sample: xarray.Dataset = fs.sweep(scenarios()[1], {MU_S: "uniform(0.2, 0.3)"}, sample=4)
     again: xarray.Dataset = fs.open_sweep(folder / "s.h5")
+    try:
+        again = fs.resume_sweep(folder / "s.h5")
+    except fs.InputError as error:
+        print(error)  # it is done
     print(swept.sizes, sample.sizes, again.sizes)
     schema: dict[str, Any] = fs.schema("pulley")
     kinds: tuple[str, ...] = fs.kinds()

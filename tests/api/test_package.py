@@ -133,7 +133,11 @@ LEAVES = {
     "frictionsim.io.destination": {"Destination", "whole_name"},
     "frictionsim.io.atomic_write": {"check_no_clobber"},
     "frictionsim.io.new_file": {"check_new", "write_new"},
-    "frictionsim.io.replaceable": {"COSTS", "COSTS_IN_HDF5", "check_apart", "check_target"},
+    "frictionsim.io.replaceable": {
+        *("COSTS", "COSTS_IN_HDF5", "SWEEP_IN_CSV", "check_apart", "check_target"),
+    },
+    # what a file to resume holds
+    "frictionsim.io.hdf5_reader": {"is_sweep"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
@@ -147,6 +151,7 @@ LEAVES = {
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},
+    "frictionsim.parameter_study.design": {"METHODS"},
     "frictionsim.scenario.plugins": {"GROUP"},
     "frictionsim.scenario.kinds": {"KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},

@@ -27,8 +27,8 @@ COMMANDS = [
     "plot",
     "new",
     "schema",
-    "sweep",
     "fit",
+    "sweep",
     "warm-up",
 ]
 LONG = "a" * 300
