@@ -16,6 +16,7 @@ from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.journal import remove_left_over
 from frictionsim.parameter_study.process_pool import available_cores, local_execution
 from frictionsim.parameter_study.study_file import Study, study_of, study_toml
 from frictionsim.parameter_study.sweep import (
@@ -224,6 +225,7 @@ def resume_study(
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
     if table.attributes["status"] != "interrupted":
+        remove_left_over(path)
         raise InputError(f"{path}: this sweep is done; there is nothing to resume")
     version = table.attributes["frictionsim_version"]
     if version != __version__:
