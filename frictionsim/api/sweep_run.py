@@ -282,7 +282,7 @@ class _Running:
         self._files, self._progress, self._attributes = files, progress, attributes
         self._done = assembly.done
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
-        self._checked = 0
+        self._checked = self._done
 
     def run(self, workers: int | None, dask: str | None) -> Done:
         """Run what is left, and write the files."""
@@ -290,7 +290,7 @@ class _Running:
         try:
             execution = execution_of(workers, dask, self._plan.design.runs)
             with _closing(execution), self._interruptible() as beat:
-                execution.check(self._plan, self._on_checked, beat)
+                execution.check(self._plan, self._assembly.left, self._on_checked, beat)
                 if files is None:
                     run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
                     return Done(self._table(), None)
