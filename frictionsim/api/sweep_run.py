@@ -16,6 +16,7 @@ from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.journal import remove_left_over
 from frictionsim.parameter_study.process_pool import available_cores, local_execution
 from frictionsim.parameter_study.study_file import Study, study_of, study_toml
 from frictionsim.parameter_study.sweep import (
@@ -224,6 +225,7 @@ def resume_study(
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
     if table.attributes["status"] != "interrupted":
+        remove_left_over(path)
         raise InputError(f"{path}: this sweep is done; there is nothing to resume")
     version = table.attributes["frictionsim_version"]
     if version != __version__:
@@ -280,7 +282,7 @@ class _Running:
         self._files, self._progress, self._attributes = files, progress, attributes
         self._done = assembly.done
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
-        self._checked = 0
+        self._checked = self._done
 
     def run(self, workers: int | None, dask: str | None) -> Done:
         """Run what is left, and write the files."""
@@ -288,7 +290,7 @@ class _Running:
         try:
             execution = execution_of(workers, dask, self._plan.design.runs)
             with _closing(execution), self._interruptible() as beat:
-                execution.check(self._plan, self._on_checked, beat)
+                execution.check(self._plan, self._assembly.left, self._on_checked, beat)
                 if files is None:
                     run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
                     return Done(self._table(), None)

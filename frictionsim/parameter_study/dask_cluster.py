@@ -77,11 +77,15 @@ class DaskCluster:
         return max(self._count, 1)
 
     def check(
-        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+        self,
+        plan: SweepPlan,
+        left: Iterable[range],
+        on_checked: Callable[[int], Any],
+        beat: Callable[[], Any],
     ) -> None:
-        """Check every combination."""
+        """Check the combinations of runs."""
         self._start(plan)
-        dispatch.check_all(self, range(plan.design.runs), on_checked, beat)
+        dispatch.check_all(self, list(left), on_checked, beat)
 
     def blocks(
         self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]

@@ -226,7 +226,7 @@ def _image(answer: Answer) -> bytes:
 
 
 def check_all(
-    workers: Workers, runs: range, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+    workers: Workers, left: list[range], on_checked: Callable[[int], Any], beat: Callable[[], Any]
 ) -> None:
     """Check combinations.
 
@@ -235,7 +235,7 @@ def check_all(
     InputError
         For the first one that is not valid, however they are distributed.
     """
-    dispatch = _Dispatch(workers, CHECK, [runs] if runs else [], len(runs))
+    dispatch = _Dispatch(workers, CHECK, left, sum(map(len, left)))
     faults: dict[int, Exception] = {}
     for answer in dispatch.answers(beat):
         if answer.lost:

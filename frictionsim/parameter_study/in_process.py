@@ -24,10 +24,14 @@ class InProcess:
     """An `Execution` without other processes."""
 
     def check(
-        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+        self,
+        plan: SweepPlan,
+        left: Iterable[range],
+        on_checked: Callable[[int], Any],
+        beat: Callable[[], Any],
     ) -> None:
-        """Check every combination."""
-        for runs in parts([range(plan.design.runs)], RUNS_AT_ONCE):
+        """Check the combinations of runs."""
+        for runs in parts(left, RUNS_AT_ONCE):
             check_combinations(plan, runs)
             on_checked(len(runs))
             beat()

@@ -38,6 +38,13 @@ def journal_name(path: Path) -> Path:
     return path.with_name(path.name + SUFFIX)
 
 
+def remove_left_over(path: Path) -> None:
+    """Remove the journal of a complete file, whose process was killed before it did so."""
+    if journal_name(path).is_file():
+        with suppress(OutputError):  # it is no journal, or another process has it
+            Journal(path).close(remove=True)
+
+
 class Journal:
     """The open journal of a file, which this process has locked.
 

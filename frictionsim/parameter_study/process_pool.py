@@ -56,16 +56,21 @@ class ProcessPool:
         self._stillborn = 0
 
     def check(
-        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+        self,
+        plan: SweepPlan,
+        left: Iterable[range],
+        on_checked: Callable[[int], Any],
+        beat: Callable[[], Any],
     ) -> None:
-        """Check every combination; the first ones here, as most sweeps are small."""
+        """Check the combinations of runs; the first ones here, as most sweeps are small."""
         latest = monotonic() + SECONDS_HERE
-        for runs in parts([range(plan.design.runs)], RUNS_AT_ONCE):
+        ranges = list(left)
+        for runs in parts(ranges, RUNS_AT_ONCE):
             check_combinations(plan, runs)
             on_checked(len(runs))
             if monotonic() > latest:
                 self._start(plan)
-                dispatch.check_all(self, range(runs.stop, plan.design.runs), on_checked, beat)
+                dispatch.check_all(self, _after(ranges, runs.stop), on_checked, beat)
                 return
 
     def blocks(
@@ -126,6 +131,11 @@ class ProcessPool:
         for job in worker.jobs:
             fresh.submit(job)
         return Answer(lost, lost=how)
+
+
+def _after(ranges: list[range], start: int) -> list[range]:
+    """Return what is left of ascending ranges from a number on."""
+    return [range(max(each.start, start), each.stop) for each in ranges if each.stop > start]
 
 
 def prepare(plan: SweepPlan) -> None:

@@ -81,13 +81,19 @@ class Execution(Protocol):
     """Runs the parts of a sweep, here or elsewhere."""
 
     def check(
-        self, plan: SweepPlan, on_checked: Callable[[int], Any], beat: Callable[[], Any]
+        self,
+        plan: SweepPlan,
+        left: Iterable[range],
+        on_checked: Callable[[int], Any],
+        beat: Callable[[], Any],
     ) -> None:
-        """Check every combination.
+        """Check the combinations of runs.
 
         Parameters
         ----------
         plan : SweepPlan
+        left : iterable of range
+            The runs that are left, in ascending order.
         on_checked : callable
             Called with the number of those checked since.
         beat : callable

@@ -15,7 +15,7 @@ from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.destination import partial_name, whole_name
 from frictionsim.io.replaceable import SWEEP, check_target
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.journal import Journal
+from frictionsim.parameter_study.journal import Journal, remove_left_over
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SweepTable
@@ -135,6 +135,7 @@ class SweepFiles:
         if self.place != self.whole and whole_name(self.place) == self.whole:
             self.place.unlink(missing_ok=True)
         self._journal.close(remove=True)
+        remove_left_over(self.whole)
 
     def close(self, remove: bool = False) -> None:
         """Give the lock up; what is in the journal is kept, unless nothing is."""

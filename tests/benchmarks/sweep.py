@@ -43,7 +43,7 @@ def plan(runs: int, rtol: float) -> SweepPlan:
 
 def seconds_of(execution: Execution, what: SweepPlan) -> float:
     """Return the time of checking and running a sweep, without that of starting workers."""
-    execution.check(what, _nothing, _nothing)
+    execution.check(what, [range(what.design.runs)], _nothing, _nothing)
     started = time.perf_counter()
     done = 0
     for image in execution.blocks(what, [range(what.design.runs)], _nothing):

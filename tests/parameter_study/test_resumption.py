@@ -212,8 +212,10 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
 def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     path.write_bytes(whole)
+    journal_name(path).write_bytes(MARK + bytes(32))  # of a process that was killed at its end
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
         fs.resume_sweep(path)
+    assert not journal_name(path).exists()
     interrupted(tmp_path / "t.h5")
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was begun with frictionsim 0.0.9, this is"),
