@@ -8,6 +8,7 @@ A comment right above a block says what is particular about it:
     <!-- exit code 5 -->              `sh`: the last command ends with this code
     <!-- output --> <!-- stderr -->   `text`: what the block before it prints, also of Python
     <!-- part of: FILE -->            `toml`: keys that go over those of a shipped scenario
+    <!-- study: FILE -->              `toml`: a study, written there for the blocks that follow
 
 A comment anywhere says what is installed for a page, a project of the checkout:
 
@@ -73,6 +74,8 @@ def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.M
             assert last is not None, f"{block.place}: no commands before this output"
             printed = {"output": last.stdout, "stderr": last.stderr}[block.mark]
             assert_printed(block, printed)
+        elif block.mark.startswith("study: "):
+            Path(block.mark.removeprefix("study: ")).write_text(block.text, encoding="utf-8")
         elif block.language == "toml":
             validate(scenario_of(block), SCENARIOS)
         elif block.language == "python":
