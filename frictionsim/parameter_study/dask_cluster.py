@@ -45,6 +45,8 @@ class DaskCluster:
         If the address is none, or there is no Dask, or no scheduler, or no suitable worker.
     """
 
+    seconds_of_a_block = 0.8  # the scheduler takes some hundredths for each
+
     def __init__(self, address: str) -> None:
         self._address = address
         wanted = _count_of(address)

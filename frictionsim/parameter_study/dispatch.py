@@ -1,8 +1,8 @@
 """Gives the runs of a sweep to workers, and goes on when some of these die.
 
-Runs go out in blocks of a third of a second, two for each worker. What was given to a worker that
-died is given to others: its runs one by one, as nobody knows which of them it was. A run that is
-met again alone is left to the end, where it has the machine for itself; if it kills its worker
+Runs go out in blocks of some tenths of a second, two for each worker. What was given to a worker
+that died is given to others: its runs one by one, as nobody knows which of them it was. A run that
+is met again alone is left to the end, where it has the machine for itself; if it kills its worker
 there as well, it has failed.
 """
 
@@ -16,7 +16,6 @@ from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study.block import FAILED, Outcome, block_of
 
 CHECK, RUN = "check", "run"
-SECONDS_OF_A_BLOCK = 0.3  # long beside what a block costs to send, short beside the time left
 SECONDS_BETWEEN_BEATS = 0.1
 SECONDS_FOR_THE_LAST = 1.0  # for blocks in flight when a sweep is interrupted
 MAX_RUNS_OF_A_BLOCK = 4096
@@ -66,6 +65,10 @@ class Workers(Protocol):
     def count(self) -> int:
         """How many work at the same time."""
 
+    @property
+    def seconds_of_a_block(self) -> float:
+        """Long beside what a block costs to send, short beside what a sweep takes."""
+
     def submit(self, job: Job) -> None:
         """Give a job to one of them."""
 
@@ -88,7 +91,7 @@ class _Sizes:
             return 1
         # Smaller ones towards the end, so that all workers are done at the same time.
         fair = ceil(self._left / (2 * self._workers.count))
-        wanted = int(SECONDS_OF_A_BLOCK / self._seconds)
+        wanted = int(self._workers.seconds_of_a_block / self._seconds)
         return max(1, min(wanted, fair, MAX_RUNS_OF_A_BLOCK))
 
     def took(self, count: int) -> None:
@@ -97,7 +100,7 @@ class _Sizes:
     @property
     def in_flight(self) -> int:
         """How many jobs may be out: a long one should not wait behind another long one."""
-        short = 0.0 < self._seconds < 2.0 * SECONDS_OF_A_BLOCK
+        short = 0.0 < self._seconds < 2.0 * self._workers.seconds_of_a_block
         return self._workers.count * (2 if short else 1)
 
 

@@ -49,6 +49,8 @@ class ProcessPool:
     count : int
     """
 
+    seconds_of_a_block = 0.3
+
     def __init__(self, count: int) -> None:
         self.count = count
         self._plan: SweepPlan | None = None

@@ -14,6 +14,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.api.sweep_run import SweepProgress
 from frictionsim.parameter_study import dask_cluster, dispatch
+from frictionsim.parameter_study.dask_cluster import DaskCluster
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
 VARY = {LOAD: "lin(2000, 2400, 150)"}
@@ -36,7 +37,7 @@ def cluster() -> Iterator[Any]:
 def test_a_worker_that_is_killed_costs_nothing(
     cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any
 ) -> None:
-    monkeypatch.setattr(dispatch, "SECONDS_OF_A_BLOCK", 0.01)  # many blocks
+    monkeypatch.setattr(DaskCluster, "seconds_of_a_block", 0.01)  # many blocks
     monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_BEATS", 0.0)
     killed: list[int] = []
 
