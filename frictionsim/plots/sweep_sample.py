@@ -60,6 +60,7 @@ def draw_histogram(
         return
     found = values[np.isfinite(values)]
     ax.hist(found, bins=_bins(found), color=SKY, edgecolor=BLACK, linewidth=0.4)
+    ax.locator_params(axis="x", nbins=6)  # more labels would touch each other
     s = statistics
     for style, places in zip(
         LINES.values(), ((s.mean,), (s.median,), (s.low, s.high)), strict=True
