@@ -71,6 +71,13 @@ class SweepFile(NamedTuple):
         )
         return [f"{count} of {self.table.runs} runs {words}" for count, words in counts if count]
 
+    @property
+    def all_failed(self) -> bool:
+        """Whether no run has come to its end."""
+        from frictionsim.parameter_study.block import FAILED
+
+        return bool((self.table.status == FAILED).all())
+
     def toml(self, name: str) -> str:
         """Return the `scenario` that is varied, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")

@@ -91,7 +91,7 @@ def _check_no_body(body: int | None) -> None:
 
 def save_pictures(
     file: Path,
-    path: Path,
+    path: Path | None,
     view: str | None,
     body: int | None,
     *,
@@ -103,7 +103,9 @@ def save_pictures(
     Parameters
     ----------
     file : Path
-    path, view, body, at, no_clobber
+    path : Path or None
+        By default FILE.png.
+    view, body, at, no_clobber
         As of `save_views` and `save_pictures_of_sweep`.
 
     Returns
@@ -121,6 +123,7 @@ def save_pictures(
         If a picture cannot be written.
     """
     found = result_or_sweep(file)
+    path = path or file.with_suffix(".png")
     if isinstance(found, results.Result):
         _check_no_choice(at)
         return save_views(found, path, view, body, no_clobber=no_clobber)

@@ -35,7 +35,10 @@ from frictionsim.parameter_study.sweep_files import (
     series_folder,
 )
 
-RUNNING = "not finished: what was done since is in the journal beside this file"
+RUNNING = (
+    "killed, or still running; 'frictionsim resume' goes on with it, and has what was done"
+    " meanwhile from the file .h5.runs beside this one"
+)
 
 
 class SweepProgress(NamedTuple):

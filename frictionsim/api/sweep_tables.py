@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 
 MAX_GROUPS = 5  # of reasons, and of warnings
 MAX_VALUES = 3  # of a key in a line
-DESIGNS = {"grid": "all combinations of", "zip": "together", "sample": "a sample of"}
+DESIGNS = {
+    "grid": "all combinations of these keys",
+    "zip": "these keys varied together",
+    "sample": "a sample of these keys",
+}
 WORDS = {
     DONE: "done",
     FAILED: "failed",

@@ -14,7 +14,13 @@ from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.study_file import Study, is_study, study_of
+from frictionsim.parameter_study.study_file import (
+    Study,
+    is_study,
+    refuse_fixed,
+    refuse_without_sample,
+    study_of,
+)
 from frictionsim.parameter_study.values import values_of
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.settings import Scenario
@@ -198,8 +204,13 @@ def study_from(
     if vary is not None and not isinstance(vary, Mapping):
         raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
     values = {str(key): values_of(str(key), given) for key, given in (vary or {}).items()}
+    refuse_fixed(_keys(overrides), values)
     sampling, count = None, options.get("sample")
-    if count is not None:
+    if count is None:
+        refuse_without_sample(
+            [name for name, value in options.items() if value not in (None, False)]
+        )
+    else:
         sampling = Sampling(
             count,
             options.get("method", "sobol"),
@@ -208,6 +219,13 @@ def study_from(
         )
     kept = options.get("keep_series", False)
     return Study(loaded, values, options.get("zip", False), sampling, kept)
+
+
+def _keys(overrides: "Overrides | None") -> list[str]:
+    """Return the keys of overrides."""
+    if isinstance(overrides, Mapping):
+        return list(map(str, overrides))
+    return [text.partition("=")[0] for text in overrides or () if isinstance(text, str)]
 
 
 def _written_study(source: Scenario | ScenarioSource) -> Study | None:

@@ -172,7 +172,8 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    When it is done, NAME.h5 replaces NAME.partial.h5, unless it is of another scenario.
+    An incomplete NAME.h5 is called so itself; only beside a complete NAME.h5 it is
+    NAME.partial.h5, and replaces that when it is done, unless it is of another scenario.
     """
     from frictionsim.cli.job import Report, Resumption, resume_job
     from frictionsim.io.hdf5_reader import is_sweep
@@ -185,7 +186,7 @@ def resume(
             raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
         files, shown = Files(output, None, no_clobber), Shown(str(result), as_json, quiet, verbose)
         return resume_sweep(result, files, Ways(workers, dask), shown)
-    if workers is not None or dask is not None:
+    if (workers is not None or dask is not None) and result.exists():
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
     resume_job(Resumption(result, output, max_wall, max_steps, no_clobber), report)

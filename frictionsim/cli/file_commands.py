@@ -153,7 +153,7 @@ def plot(
 
     pictures, reasons = save_pictures(
         result,
-        output or result.with_suffix(".png"),
+        output,
         view,
         body,
         at=_values_by_key(at or []),

@@ -27,7 +27,14 @@ from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import print_beside_files, print_error, warn
 from frictionsim.cli.monitor import SECONDS_FOR_ONE_SIGNAL, STOP_SIGNALS
 from frictionsim.cli.sources import STDIN, load_scenario
-from frictionsim.errors import EXIT_DONE, EXIT_SIGNAL, ArgumentError, InputError, OutputError
+from frictionsim.errors import (
+    EXIT_DONE,
+    EXIT_SIGNAL,
+    EXIT_SOLVER_FAILED,
+    ArgumentError,
+    InputError,
+    OutputError,
+)
 from frictionsim.io.terminal import is_terminal
 
 if TYPE_CHECKING:
@@ -232,7 +239,9 @@ def _run(run: "Callable[[Path, Any], Done]", target: Path, files: Files, shown: 
         if files.csv is not None:
             swept.save_csv(files.csv)
     _print(swept, files, shown)
-    return EXIT_SIGNAL + monitor.signal if monitor.signal else EXIT_DONE
+    if monitor.signal:
+        return EXIT_SIGNAL + monitor.signal
+    return EXIT_SOLVER_FAILED if swept.all_failed else EXIT_DONE
 
 
 def _print(swept: "SweepFile", files: Files, shown: Shown) -> None:

@@ -23,6 +23,7 @@ from frictionsim.scenario.overrides import (
 )
 from frictionsim.scenario.settings import Scenario
 
+MIN_IN_LOCKSTEP = 50  # fewer runs are faster alone
 MAX_SHOWN = 60  # characters of a value in a message
 
 

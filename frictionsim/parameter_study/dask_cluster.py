@@ -94,7 +94,7 @@ class DaskCluster:
     ) -> Iterator[bytes]:
         """Yield the outcomes of runs."""
         self._start(plan)
-        yield from dispatch.run_blocks(self, left, beat)
+        yield from dispatch.run_blocks(self, left, beat, plan.together)
 
     def submit(self, job: Job) -> None:
         """Have the scheduler give a job to a worker."""
@@ -192,9 +192,10 @@ class DaskCluster:
         connecting.join(None if workers is not None else SECONDS_TO_ANSWER)
         if connecting.is_alive() or failed:
             why = f" ({type(failed[0]).__name__})" if failed and workers is not None else ""
+            waited = "" if failed else f" within {SECONDS_TO_ANSWER:.0f} s"
             raise InputError(
-                f"dask {self._address}: no scheduler answers there within"
-                f" {SECONDS_TO_ANSWER:.0f} s{why}; give the address that it printed when it started"
+                f"dask {self._address}: no scheduler answers there{waited}{why}; give the address"
+                " that it printed when it started"
             )
 
     def _check_workers(self) -> None:

@@ -1,12 +1,13 @@
 """The design of a sweep: which combinations of values are run, and in which order."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN
 from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, Values
+from frictionsim.scenario.overrides import toml_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -138,6 +139,13 @@ def design_of(
             given = ", ".join(f"{key} has {n}" for key, n in lengths.items())
             raise InputError(f"zip: expected as many values of each key: {given}")
         return Design(TOGETHER, keys, tuple(levels))
+    for key, found in zip(keys, levels, strict=True):
+        twice = _first_twice(found)
+        if twice is not None:
+            raise InputError(
+                f"vary {key}: {toml_value(twice)} is given twice, and a grid has a run for each"
+                " value; give it once"
+            )
     if count > MAX_RUNS:
         product = " x ".join(map(str, lengths.values()))
         raise InputError(
@@ -145,6 +153,17 @@ def design_of(
             " fewer values, or draw a sample of distributions"
         )
     return Design(GRID, keys, tuple(levels))
+
+
+def _first_twice(values: Sequence[Any]) -> Any:
+    """Return the first value that is there twice; None if none is."""
+    seen = set()
+    for value in values:
+        text = repr(float(value)) if type(value) in (int, float) else toml_value(value)
+        if text in seen:
+            return value
+        seen.add(text)
+    return None
 
 
 def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:

@@ -8,17 +8,17 @@ there as well, it has failed.
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from math import ceil
 from time import monotonic
 from typing import Any, NamedTuple, Protocol
 
 from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study.block import FAILED, Outcome, block_of
+from frictionsim.parameter_study.block_sizes import BlockSizes
 
 CHECK, RUN = "check", "run"
+MIN_CHECKED = 64  # combinations, which take some milliseconds
 SECONDS_BETWEEN_BEATS = 0.1
 SECONDS_FOR_THE_LAST = 1.0  # for blocks in flight when a sweep is interrupted
-MAX_RUNS_OF_A_BLOCK = 4096
 WORKER_DIED = "worker_died"
 
 
@@ -76,39 +76,14 @@ class Workers(Protocol):
         """Return answers as soon as there are some, at the latest after some seconds."""
 
 
-class _Sizes:
-    """The size of the next block, by how long runs took."""
-
-    def __init__(self, workers: Workers, runs: int) -> None:
-        self._workers, self._left = workers, runs
-        self._seconds = 0.0  # of a run; 0 if not known
-
-    def learn(self, answer: Answer) -> None:
-        self._seconds = max(answer.seconds / len(answer.job.runs), 1e-7)
-
-    def next(self) -> int:
-        if not self._seconds:
-            return 1
-        # Smaller ones towards the end, so that all workers are done at the same time.
-        fair = ceil(self._left / (2 * self._workers.count))
-        wanted = int(self._workers.seconds_of_a_block / self._seconds)
-        return max(1, min(wanted, fair, MAX_RUNS_OF_A_BLOCK))
-
-    def took(self, count: int) -> None:
-        self._left -= count
-
-    @property
-    def in_flight(self) -> int:
-        """How many jobs may be out: a long one should not wait behind another long one."""
-        short = 0.0 < self._seconds < 2.0 * self._workers.seconds_of_a_block
-        return self._workers.count * (2 if short else 1)
-
-
 class _Queue:
     """The jobs that are left, in order."""
 
-    def __init__(self, kind: str, left: Iterable[range], sizes: _Sizes) -> None:
+    def __init__(
+        self, kind: str, left: Iterable[range], sizes: BlockSizes, workers: Workers
+    ) -> None:
         self._kind, self._ranges, self._sizes = kind, deque(left), sizes
+        self._workers = workers
         self._single: deque[Job] = deque()
         self._last: deque[Job] = deque()
 
@@ -116,7 +91,7 @@ class _Queue:
         """Return the next job; None if there is none now. The last ones go one at a time."""
         if self._ranges:
             found = self._ranges.popleft()
-            stop = min(found.start + self._sizes.next(), found.stop)
+            stop = min(found.start + self._sizes.next(self._workers.count), found.stop)
             if stop < found.stop:
                 self._ranges.appendleft(range(stop, found.stop))
             self._sizes.took(stop - found.start)
@@ -141,10 +116,10 @@ class _Queue:
 class _Dispatch:
     """Gives jobs to workers and collects the answers."""
 
-    def __init__(self, workers: Workers, kind: str, left: Iterable[range], runs: int) -> None:
+    def __init__(self, workers: Workers, kind: str, left: list[range], together: int) -> None:
         self._workers = workers
-        self._sizes = _Sizes(workers, runs)
-        self._queue = _Queue(kind, left, self._sizes)
+        self._sizes = BlockSizes(workers.seconds_of_a_block, sum(map(len, left)), together)
+        self._queue = _Queue(kind, left, self._sizes, workers)
         self._out = 0
         self._died: dict[int, int] = {}
 
@@ -173,7 +148,8 @@ class _Dispatch:
             self.stop()
 
     def _fill(self) -> None:
-        while self._out < self._sizes.in_flight:
+        # A long one should not wait behind another long one.
+        while self._out < self._workers.count * (2 if self._sizes.are_short else 1):
             job = self._queue.next(idle=not self._out)
             if job is None:
                 return
@@ -184,7 +160,7 @@ class _Dispatch:
         for answer in self._workers.answers(seconds):
             self._out -= 1
             if not answer.lost:
-                self._sizes.learn(answer)
+                self._sizes.learn(len(answer.job.runs), answer.seconds)
                 yield answer
             elif self._is_hopeless(answer.job):
                 yield answer
@@ -198,7 +174,9 @@ class _Dispatch:
         return self._died[job.first] > 1
 
 
-def run_blocks(workers: Workers, left: Iterable[range], beat: Callable[[], Any]) -> Iterator[bytes]:
+def run_blocks(
+    workers: Workers, left: Iterable[range], beat: Callable[[], Any], together: int = 1
+) -> Iterator[bytes]:
     """Yield the outcomes of runs as `Block.to_bytes`, as they come.
 
     Parameters
@@ -208,9 +186,10 @@ def run_blocks(workers: Workers, left: Iterable[range], beat: Callable[[], Any])
     beat : callable
         Called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the blocks
         that come within a second are yielded before that goes on.
+    together : int
+        As of `BlockSizes`.
     """
-    ranges = list(left)
-    dispatch = _Dispatch(workers, RUN, ranges, sum(map(len, ranges)))
+    dispatch = _Dispatch(workers, RUN, list(left), together)
     try:
         for answer in dispatch.answers(beat):
             yield _image(answer)
@@ -238,7 +217,7 @@ def check_all(
     InputError
         For the first one that is not valid, however they are distributed.
     """
-    dispatch = _Dispatch(workers, CHECK, left, sum(map(len, left)))
+    dispatch = _Dispatch(workers, CHECK, left, MIN_CHECKED)
     faults: dict[int, Exception] = {}
     for answer in dispatch.answers(beat):
         if answer.lost:

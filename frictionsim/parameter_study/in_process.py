@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterable, Iterator
 from time import monotonic
 from typing import Any
 
-from frictionsim.parameter_study.single_run import MIN_IN_LOCKSTEP, Task, run_task
+from frictionsim.parameter_study.block_sizes import BlockSizes
+from frictionsim.parameter_study.single_run import Task, run_task
 from frictionsim.parameter_study.sweep import SweepPlan, check_combinations
 
 RUNS_AT_ONCE = 64
-RUNS_IN_LOCKSTEP = 2000  # a third of a second; more do not fit into the cache
+SECONDS_OF_A_BLOCK = 0.3  # which a kill may cost
 SECONDS_BETWEEN_BEATS = 0.1
 STEPS_BETWEEN_BEATS = 256  # reading the clock costs a tenth of a step
 
@@ -41,17 +42,23 @@ class InProcess:
     ) -> Iterator[bytes]:
         """Yield the outcomes of one run after the other, or of many in lockstep."""
         combinations, on_step = plan.combinations, _OnStep(beat)
-        ranges = list(left)
-        many = plan.series is None and sum(map(len, ranges)) >= MIN_IN_LOCKSTEP
-        size = RUNS_IN_LOCKSTEP if many and combinations.in_lockstep else 1
-        for runs in parts(ranges, size):
-            values = plan.design.combinations(runs.start, runs.stop)
-            try:
-                block = run_task(combinations, Task(runs.start, values), plan.series, on_step)
-            except _Stopped as stopped:
-                raise stopped.reason from None
-            yield block.to_bytes()
-            on_step.beat_in_time()
+        ranges, together = list(left), plan.together
+        sizes = BlockSizes(SECONDS_OF_A_BLOCK, sum(map(len, ranges)), together)
+        for found in ranges:
+            start = found.start
+            while start < found.stop:
+                size = sizes.next(workers=1) if together > 1 else 1
+                stop = min(start + size, found.stop)
+                sizes.took(stop - start)
+                values, began = plan.design.combinations(start, stop), monotonic()
+                try:
+                    block = run_task(combinations, Task(start, values), plan.series, on_step)
+                except _Stopped as stopped:
+                    raise stopped.reason from None
+                sizes.learn(stop - start, monotonic() - began)
+                yield block.to_bytes()
+                on_step.beat_in_time()
+                start = stop
 
     def close(self) -> None:
         """Do nothing."""

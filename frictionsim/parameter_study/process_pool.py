@@ -80,7 +80,7 @@ class ProcessPool:
     ) -> Iterator[bytes]:
         """Yield the outcomes of runs."""
         self._start(plan)
-        yield from dispatch.run_blocks(self, left, beat)
+        yield from dispatch.run_blocks(self, left, beat, plan.together)
 
     def submit(self, job: Job) -> None:
         """Give a job to the worker with the fewest."""

@@ -13,13 +13,12 @@ from frictionsim.parameter_study.block import (
     Outcome,
     block_of,
 )
-from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from frictionsim.results import SimulationResult, defined, failures
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.simulate import RunResult, run
 
 INTERNAL = "internal_error"
-MIN_IN_LOCKSTEP = 50  # fewer runs are faster alone
 DIGITS = 7  # of the number in the name of a result
 
 

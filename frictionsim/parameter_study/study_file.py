@@ -14,7 +14,7 @@ seed = 1
 "mechanism.load" = "normal(2224, 50)"
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 TABLES = ("study", "set", "vary")
+OF_SAMPLES = ("method", "seed", "indices")
 
 
 class StudySettings(Params):
@@ -113,6 +114,7 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
     fixed = dict(_leaves(_table(data, "set", name), ""))
     scenario = load(folder / source if isinstance(source, str) else source, fixed)
     vary, sampling = _vary(data, name), _sampling(settings)
+    refuse_fixed(fixed, vary)
     return Study(scenario, vary, settings.zip, sampling, settings.keep_series)
 
 
@@ -153,8 +155,25 @@ def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
 
 def _sampling(settings: StudySettings) -> Sampling | None:
     if settings.sample is None:
+        refuse_without_sample(settings.model_fields_set)
         return None
     return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
+
+
+def refuse_without_sample(given: Collection[str]) -> None:
+    """Raise InputError if something is given that only a sample has."""
+    for name in OF_SAMPLES:
+        if name in given:
+            raise InputError(
+                f"{name}: only a sample has this; give the number of its runs with --sample N"
+            )
+
+
+def refuse_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
+    """Raise InputError if a key is set for all runs and varied as well."""
+    for key in fixed:
+        if key.strip() in vary:
+            raise InputError(f"{key.strip()} is both set for all runs and varied; leave out one")
 
 
 def study_toml(study: Study) -> str:

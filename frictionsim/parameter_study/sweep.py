@@ -10,7 +10,7 @@ import numpy as np
 from frictionsim import __version__
 from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
-from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
 from frictionsim.parameter_study.keys import description_of
 from frictionsim.parameter_study.values import Values
@@ -46,6 +46,13 @@ class SweepPlan(NamedTuple):
     def combinations(self) -> Combinations:
         """What makes the scenario of each run."""
         return Combinations(self.scenario, self.design.keys)
+
+    @property
+    def together(self) -> int:
+        """The fewest runs that are faster together than one after the other; 1 if none are."""
+        if self.series is None and self.design.runs >= MIN_IN_LOCKSTEP:
+            return MIN_IN_LOCKSTEP if self.combinations.in_lockstep else 1
+        return 1
 
 
 def plan_of(

@@ -12,6 +12,7 @@ triangular(a, c, b)     between a and b, most probable at c
 import re
 import tomllib
 from collections.abc import Callable
+from fractions import Fraction
 from math import exp, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -162,14 +163,25 @@ def _range(
         if min(first, last) <= 0.0:
             raise InputError(f"vary {key}: {text}: expected a and b above 0")
         found = np.geomspace(first, last, int(count)).tolist()
+        found[-1] = last
     else:
-        found = np.linspace(first, last, int(count)).tolist()
-    found[-1] = last
+        found = _evenly(Fraction(parts[0]), Fraction(parts[1]), int(count))
     # Keys that are whole numbers, as the number of bodies, take no others.
     whole = not any(set(part) & set(".eE") for part in parts[:2])
     if whole and all(value % 1.0 == 0.0 for value in found):
         return tuple(map(int, found))
     return tuple(found)
+
+
+def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:
+    """Return numbers at equal distances, each the double next to the decimal number.
+
+    In binary fractions the second of lin(0.1, 0.4, 31) is 0.11000000000000001.
+    """
+    steps = max(count - 1, 1)
+    whole = first.denominator * last.denominator
+    a, b = first.numerator * last.denominator, last.numerator * first.denominator
+    return [(a * (steps - i) + b * i) / (whole * steps) for i in range(count)]
 
 
 class _Family(NamedTuple):

@@ -288,7 +288,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction, which have a law, by name."""
         effects = getattr(self, "effects", ())
-        return {name: e for name, e in effects if _has_law(type(e))}  # type: ignore[arg-type]
+        return {name: e for name, e in dict(effects).items() if _has_law(type(e))}  # type: ignore[arg-type]
 
     @property
     def law(self) -> str:

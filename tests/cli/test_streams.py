@@ -172,7 +172,7 @@ def test_control_characters_are_shown_as_escapes(
 def test_a_log_and_a_progress_line_go_through_the_same_filter(
     told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from frictionsim.cli.cost_study import _StatusLine
+    from frictionsim.cli.status_line import StatusLine
 
     name = "a\x1b[2J.toml"
     Path(name).write_text(Path(PULLEY).read_text())
@@ -182,7 +182,7 @@ def test_a_log_and_a_progress_line_go_through_the_same_filter(
     screen = io.StringIO()
     screen.isatty = lambda: True  # type: ignore[method-assign]
     monkeypatch.setattr(sys, "stderr", screen)
-    with _StatusLine() as show:
+    with StatusLine() as show:
         show("x\x1b[2J")
     assert screen.getvalue() == "\r\x1b[Kx\\x1b[2J\r\x1b[K"
 

@@ -35,7 +35,7 @@ def test_the_summary_of_a_grid_has_the_extremes(grid: xarray.Dataset, told: Run)
     assert err == ""
     lines = out.splitlines()
     assert lines[0] == "Pulley on a dry shaft: sweep done"
-    assert lines[1] == "kind pulley, all combinations of"
+    assert lines[1] == "kind pulley, all combinations of these keys"
     assert lines[-1] == "sweep: s.h5"
     assert "12 of 12 runs are done" in lines
     row = next(line for line in lines if line.startswith("force_to_lift")).split()

@@ -137,7 +137,8 @@ def test_the_journal_of_a_killed_sweep_has_its_runs(
     found = fs.open_sweep(path)
     assert not found["status"].any()
     assert found.attrs["reason"] == (
-        "not finished: what was done since is in the journal beside this file"
+        "killed, or still running; 'frictionsim resume' goes on with it, and has what was done"
+        " meanwhile from the file .h5.runs beside this one"
     )
     ran: list[int] = []
     fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))

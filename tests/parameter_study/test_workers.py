@@ -94,7 +94,14 @@ def test_the_first_invalid_combination_is_named(
     seconds_here: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(process_pool, "SECONDS_HERE", seconds_here)
-    vary = {LOAD: [*np.linspace(2000.0, 2400.0, 70).tolist(), -1.0, *([2000.0] * 30), -2.0]}
+    vary = {
+        LOAD: [
+            *np.linspace(2000.0, 2400.0, 70).tolist(),
+            -1.0,
+            *np.linspace(2401.0, 2430.0, 30).tolist(),
+            -2.0,
+        ]
+    }
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, vary, LOOSE, workers=2)
 

@@ -112,7 +112,11 @@ def test_failure_names_are_unique() -> None:
     def kinds(of: Any) -> list[Any]:
         return [k for kind in of.__subclasses__() for k in (kind, *kinds(kind))]
 
-    names = [kind.failure for kind in kinds(errors.SolverError) if kind is not errors.Interrupted]
+    names = [
+        kind.failure
+        for kind in kinds(errors.SolverError)
+        if not issubclass(kind, errors.Interrupted)
+    ]
     assert sorted(names) == sorted({*FAILURES, "belt_off_pulleys"})
 
 
