@@ -27,6 +27,7 @@ except ImportError:  # Windows
 SUFFIX = ".runs"
 MARK = b"frictionsim runs 1\n"
 DIGEST_LENGTH = 32
+LENGTH_OF_START = len(MARK) + DIGEST_LENGTH
 HEAD = Struct("<II")
 MAX_BLOCK = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
 SECONDS_BETWEEN_SYNCS = 1.0
@@ -139,7 +140,7 @@ class Journal:
         with open(os.dup(self._descriptor), "rb") as file:
             size = os.fstat(file.fileno()).st_size
             file.seek(0)
-            if file.read(len(MARK) + DIGEST_LENGTH) != MARK + digest:
+            if file.read(LENGTH_OF_START) != MARK + digest:
                 return
             while len(head := file.read(HEAD.size)) == HEAD.size:
                 length, checksum = HEAD.unpack(head)

@@ -15,7 +15,12 @@ from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.destination import partial_name, whole_name
 from frictionsim.io.replaceable import SWEEP, check_target
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.journal import Journal, remove_left_over
+from frictionsim.parameter_study.journal import (
+    LENGTH_OF_START,
+    Journal,
+    journal_name,
+    remove_left_over,
+)
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SweepTable
@@ -56,6 +61,30 @@ class SweepFiles:
             check_no_clobber(self.whole)
         for path in {self.whole, self.place}:
             check_target(path, SWEEP)
+        if self._resumed is None:
+            self._check_nothing_is_lost()
+
+    def _check_nothing_is_lost(self) -> None:
+        """Check that no interrupted sweep with runs that are done would be replaced.
+
+        Raises
+        ------
+        OutputError
+        """
+        place, journal = self.place, journal_name(self.place)
+        if not (place.is_file() and place.stat().st_size and hdf5_reader.is_sweep(place)):
+            return
+        begun = journal.is_file() and journal.stat().st_size > LENGTH_OF_START
+        try:
+            begun = begun or bool(hdf5_reader.read_sweep(place).status.any())
+        except InputError:  # it is damaged
+            return
+        if begun:
+            Journal(place).close(remove=False)  # says so if a process is running it
+            raise OutputError(
+                f"{place}: this is an interrupted sweep, of which runs are done:"
+                f" 'frictionsim resume {place}' goes on with it; give another name, or remove it"
+            )
 
     def lock(self) -> None:
         """Have no other process write this sweep.

@@ -5,6 +5,7 @@ A faulty plug-in is reported where it is needed; it does not disturb the other k
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from types import ModuleType
@@ -101,7 +102,9 @@ def _providers() -> dict[str, list[Provider]]:
 
 
 def _provider(point: EntryPoint) -> Provider:
-    metadata: Any = getattr(point.dist, "metadata", None) or {}
+    metadata: Any = {}
+    with suppress(OSError):  # what the package importlib_metadata says of a package without any
+        metadata = getattr(point.dist, "metadata", None) or {}
     package, version = metadata.get("Name"), metadata.get("Version")
     return Provider(point.value, package or "a package without a name", version or "(no version)")
 

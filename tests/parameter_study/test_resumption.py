@@ -318,3 +318,19 @@ def test_a_series_that_cannot_be_written_ends_the_sweep(
         fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, keep_series=True)
     assert not fs.open_sweep(path)["status"].any()
     assert sweep_run.RUNNING not in fs.open_sweep(path).attrs["reason"]
+
+
+def test_an_interrupted_sweep_is_not_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+    journal = killed(path, monkeypatch)
+    before = path.read_bytes(), journal.read_bytes()
+    with pytest.raises(
+        fs.OutputError, match="this is an interrupted sweep, of which runs"
+    ):
+        fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+    assert (path.read_bytes(), journal.read_bytes()) == before
+    fs.resume_sweep(path, workers=1)
+    fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+    assert fs.open_sweep(path).sizes == {LOAD: 1}
