@@ -206,10 +206,9 @@ def search(
     # Before any scan: a channel or quantity that there is not is told at once.
     works = [point for point in points if problem.at(point).values is not None]
     if not works:
-        raise SolverError(
-            f"all {len(points)} runs of the fit failed; that of the start:"
-            f" {problem.at(points[0]).reason}"
-        )
+        all_failed = f"all {len(points)} runs of the fit failed; that of the start"
+        what = "the run of the fit failed" if len(points) == 1 else all_failed
+        raise SolverError(f"{what}: {problem.at(points[0]).reason}")
     found = []
     for first in _choose(works, task, starts):
         last = task.minimum(first)

@@ -22,6 +22,7 @@ AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
 PART_OF = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
+JUMPS = 0.5  # relative difference of derivatives with their step beyond which there are none
 ROUNDING = 1e-7  # of the spread of the data
 
 
@@ -165,10 +166,35 @@ def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: fl
     )
 
 
+def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
+    """Return the same without keys by which there are no derivatives: the run jumps or kinks there.
+
+    Parameters
+    ----------
+    found : Identified
+    keys : tuple of FreeKey
+    differences : (keys,)
+        By how much the derivatives change with the step of their differences, relative.
+    """
+    reasons = dict(found.reasons)
+    for key, difference in zip(keys, differences, strict=True):
+        if difference > JUMPS:
+            why = (
+                "the run jumps or kinks at the estimate (its derivatives change by"
+                f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
+                " not need them"
+            )
+            reasons.setdefault(key.key, why)
+    return found._replace(
+        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
+    )
+
+
 def correlations(covariance: "Array") -> "Array":
     """Return the correlations; NaN where a key is not identified."""
     errors = np.sqrt(np.diag(covariance))
     found = covariance / np.outer(errors, errors)
+    np.fill_diagonal(found, np.where(np.isfinite(errors), 1.0, np.nan))  # without rounding
     return np.asarray(np.clip(found, -1.0, 1.0))
 
 
