@@ -84,7 +84,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
-    best, found, differences = _identified(problem, noise, best)
+    best, found, rough = _identified(problem, noise, best)
     model = problem.at(best.x)
     degrees = problem.data.size - found.rank
     reliable = noise.all_given or degrees > 0
@@ -96,13 +96,13 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     drawn = None
     if settings.bootstrap:
         drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
-    found = without_jumps(found, problem.keys, differences)
+    found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
         *run_warnings(model, len(problem.data.runs)),
-        *derivative_warnings(problem.keys, differences, found),
+        *derivative_warnings(problem.keys, *rough, found),
         *residual_warnings(statistics, chi if noise.all_given else None, degrees),
     ]
     values = problem.values(best.x)
@@ -156,20 +156,20 @@ def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
 
 def _identified(
     problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identified, Array]":
+) -> "tuple[Minimum, Identified, tuple[Array, Array]]":
     """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
     keys, solver = problem.keys, problem.scenario.solver
     tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
     accuracy = Accuracy(task.step, tolerance)
-    jacobian, differences = task.checked_jacobian(best.x)
+    jacobian, *rough = task.checked_jacobian(best.x)
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
     best = _with_starts_where_free(task, best, found)
     # How many values were determined decides how much of the noise is left in the residuals.
     noise.estimate(residuals_of(problem, best.x), found.rank)
     jacobian = jacobian / (noise.sigma * task.weights)[:, None]
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    return best, found, differences
+    return best, found, (rough[0], rough[1])
 
 
 def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:

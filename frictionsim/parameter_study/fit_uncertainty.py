@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.parameter_study.fit_keys import FreeKey
+from frictionsim.parameter_study.fit_search import JUMPS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,7 +23,6 @@ AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
 PART_OF = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
-JUMPS = 0.5  # relative difference of derivatives with their step beyond which there are none
 ROUNDING = 1e-7  # of the spread of the data
 
 
@@ -167,7 +167,7 @@ def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: fl
 
 
 def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
-    """Return the same without keys by which there are no derivatives: the run jumps or kinks there.
+    """Return the same without keys by which the run jumps or kinks at the estimate.
 
     Parameters
     ----------

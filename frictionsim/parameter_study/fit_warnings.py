@@ -1,5 +1,6 @@
 """The warnings of a fit: about its last runs, its derivatives, and residuals that are too large."""
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,27 +22,55 @@ if TYPE_CHECKING:
 
 SIGNIFICANT = 4.0  # standard deviations
 TOO_LARGE = 1e-2  # probability of a chi squared that is so large by chance
+NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 UNLIKELY = 1e-3  # probability that one of many residuals is so large by chance
 
 
 def run_warnings(model: "Model", rows: int) -> list[str]:
-    """Return the warnings of the runs with the estimates, each once, with how many rows have it."""
+    """Return the warnings of the runs with the estimates, each once, with how many rows have it.
+
+    Those that differ in their numbers only are one, with the numbers of the first row.
+    """
     if rows == 1:
         return list(model.warnings)
-    return [f"{text} ({count} of {rows} rows)" for text, count in model.warnings.items()]
+    alike: dict[str, list[str]] = {}
+    for text in model.warnings:
+        alike.setdefault(NUMBER.sub("#", text), []).append(text)
+    return [
+        f"{texts[0]} ({sum(model.warnings[text] for text in texts)} of {rows} rows"
+        f"{'; the numbers are of the first' if len(texts) > 1 else ''})"
+        for texts in alike.values()
+    ]
 
 
 def derivative_warnings(
-    keys: "Sequence[FreeKey]", differences: "Array", found: "Identified"
+    keys: "Sequence[FreeKey]", differences: "Array", jumps: "Array", found: "Identified"
 ) -> list[str]:
-    """Return the keys whose derivatives depend on the step of the differences."""
-    return [
-        f"the derivatives by {key.key} change by {100.0 * difference:.0f} % with the step of their"
-        " differences, as where events pass samples: its standard error is rough; a bootstrap does"
-        " not need them"
-        for key, difference in zip(keys, differences, strict=True)
-        if difference > DISAGREE and key.key not in found.reasons
-    ]
+    """Return the keys whose derivatives are not those of all that is within a standard error.
+
+    Parameters
+    ----------
+    keys : sequence of FreeKey
+    differences, jumps : (keys,)
+        As of `Search.checked_jacobian`.
+    found : Identified
+    """
+    warnings = []
+    for j, key in enumerate(keys):
+        if key.key in found.reasons:
+            continue
+        if differences[j] > DISAGREE:
+            warnings.append(
+                f"the derivatives by {key.key} change by {100.0 * differences[j]:.0f} % with the"
+                " step of their differences, as where events pass samples: its standard error is"
+                " rough; a bootstrap does not need them"
+            )
+        elif 0.0 < jumps[j] < np.sqrt(found.covariance[j, j]):
+            warnings.append(
+                f"the run jumps or kinks where {key.key} is less than its standard error from the"
+                " estimate: that is rough; a bootstrap does not need derivatives"
+            )
+    return warnings
 
 
 def residual_warnings(
