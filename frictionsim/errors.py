@@ -156,6 +156,11 @@ def failure_class(failure: str) -> type[SolverError]:
     return classes.get(failure, SolverError)
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, in the plural where there are several: `2 keys`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def unknown(what: str, found: str, known: list[str]) -> str:
     """Return the message for an unknown name.
 

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.api.tables import Cells, Parts
+from frictionsim.errors import counted
 
 if TYPE_CHECKING:
-    from frictionsim.parameter_study.fit_outcome import Outcome
+    from frictionsim.parameter_study.fit_outcome import Outcome, TargetResiduals
 
 DIGITS = 6
 SAME = 1e-3  # relative: searches with such costs have found the same minimum
@@ -19,22 +20,24 @@ def fit_parts(found: "Outcome") -> Parts:
     """Yield the estimates, their correlations, the residuals and what is not identified."""
     scenario = found.fitted
     values = sum(part.values.size for part in found.residuals)
-    yield f"{scenario.title or scenario.kind}: fit of {_count(len(found.keys))} to {values} values"
+    fit = f"fit of {counted(len(found.keys), 'key')} to {counted(values, 'value')}"
+    yield f"{scenario.title or scenario.kind}: {fit}"
     yield _estimates(found)
     if len(found.keys) > 1:
         yield _correlations(found)
     yield _residuals(found)
+    yield f"data: {', '.join(map(_read_as, found.residuals))}"
     if found.reduced_chi_squared is not None:
         yield (
-            f"chi squared {_short(found.chi_squared)}, of {found.degrees} degrees of freedom:"
-            f" reduced {_short(found.reduced_chi_squared)}"
+            f"chi squared {_short(found.chi_squared)}, of {counted(found.degrees, 'degree')} of"
+            f" freedom: reduced {_short(found.reduced_chi_squared)} (near 1 if sigma is right)"
         )
     for key, why in found.not_identified.items():
         yield f"{key} is not identified: {why}"
     yield _searches(found)
     if found.bootstrap is not None:
         failed = f", {found.bootstrap.failed} more did not end" if found.bootstrap.failed else ""
-        yield f"bootstrap: {found.bootstrap.done} fits to data drawn anew{failed}"
+        yield f"bootstrap: {counted(found.bootstrap.done, 'fit')} to data drawn anew{failed}"
 
 
 def _estimates(found: "Outcome") -> Cells:
@@ -83,15 +86,22 @@ def _searches(found: "Outcome") -> str:
     # Of data without noise the costs are roundings.
     same = sum(start.cost <= least * (1.0 + SAME) + EXACT for start in starts)
     ended = "" if found.status == "done" else f"; {found.status}: {found.reason}"
-    return f"{same} of {len(starts)} searches found this minimum, in {found.runs} runs{ended}"
+    searches = "search" if len(starts) == 1 else "searches"
+    runs = counted(found.runs, "run")
+    return f"{same} of {len(starts)} {searches} found this minimum, in {runs}{ended}"
+
+
+def _read_as(part: "TargetResiduals") -> str:
+    """Return from which column the data of a channel or quantity were read, and in which unit."""
+    column = "" if part.column is None else f" from '{part.column}'"
+    if isinstance(part.column, int):
+        column = f" from column {part.column}"
+    unit = "" if part.data_unit in ("", "1") else f" in {part.data_unit}"
+    return f"{part.name}{column}{unit}"
 
 
 def _pair(interval: tuple[float, float] | None) -> list[str]:
     return ["none", "none"] if interval is None else [_number(end) for end in interval]
-
-
-def _count(keys: int) -> str:
-    return "1 key" if keys == 1 else f"{keys} keys"
 
 
 def _number(value: float) -> str:

@@ -10,7 +10,7 @@ import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, Overrides, ScenarioFile, app
 from frictionsim.cli.messages import print_beside_files, print_data, print_error, warn
 from frictionsim.cli.sources import load_scenario
-from frictionsim.errors import ArgumentError, OutputError
+from frictionsim.errors import ArgumentError, OutputError, counted
 
 # The option for an argument of `fs.fit` that has another name.
 OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
@@ -118,7 +118,8 @@ def fit(
     files.write(found)
     if found.not_identified and not as_json:
         named = ", ".join(found.not_identified)
-        warn([f"{len(found.not_identified)} of {len(found.values)} keys not identified: {named}"])
+        keys = counted(len(found.values), "key")
+        warn([f"{len(found.not_identified)} of {keys} not identified: {named}"])
     warn(found.warnings if as_json else found.data.warnings)
     if found.status != "done":
         print_error(f"fit {found.status}: {found.reason}; do not trust the estimates")

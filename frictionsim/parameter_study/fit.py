@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import ArgumentError
+from frictionsim.errors import ArgumentError, counted
 from frictionsim.parameter_study.fit_bootstrap import bootstrap
 from frictionsim.parameter_study.fit_keys import expanded
 from frictionsim.parameter_study.fit_noise import Noise
@@ -21,7 +21,7 @@ from frictionsim.parameter_study.fit_outcome import (
     TargetResiduals,
 )
 from frictionsim.parameter_study.fit_problem import FitProblem, residuals_of
-from frictionsim.parameter_study.fit_search import DISAGREE, MAX_ITERATIONS, Minimum, Search, search
+from frictionsim.parameter_study.fit_search import MAX_ITERATIONS, Minimum, Search, search
 from frictionsim.parameter_study.fit_uncertainty import (
     NO_CHANGE,
     Accuracy,
@@ -32,6 +32,12 @@ from frictionsim.parameter_study.fit_uncertainty import (
     identify,
     interval,
     quantile,
+    without_jumps,
+)
+from frictionsim.parameter_study.fit_warnings import (
+    derivative_warnings,
+    residual_warnings,
+    run_warnings,
 )
 
 if TYPE_CHECKING:
@@ -43,7 +49,6 @@ REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
 MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
-SIGNIFICANT = 4.0  # standard deviations
 
 
 class Settings(NamedTuple):
@@ -79,7 +84,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
-    best, found, differences = _identified(problem, noise, best)
+    best, found, rough = _identified(problem, noise, best)
     model = problem.at(best.x)
     degrees = problem.data.size - found.rank
     reliable = noise.all_given or degrees > 0
@@ -91,12 +96,14 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     drawn = None
     if settings.bootstrap:
         drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
+    found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
-        *_derivative_warnings(problem, differences, found),
-        *_residual_warnings(statistics, noise, chi if noise.all_given else None, degrees),
+        *run_warnings(model, len(problem.data.runs)),
+        *derivative_warnings(problem.keys, *rough, found),
+        *residual_warnings(statistics, chi if noise.all_given else None, degrees),
     ]
     values = problem.values(best.x)
     errors, intervals = _errors_and_intervals(problem, best, found, factor)
@@ -125,7 +132,8 @@ def _check(problem: FitProblem) -> None:
     data, keys = problem.data, problem.keys
     if data.size < len(keys):
         raise ArgumentError(
-            "data", f"{data.size} values cannot determine {len(keys)} free keys; give more data"
+            "data",
+            f"{counted(data.size, 'value')} cannot determine {len(keys)} free keys; give more data",
         )
     alone = [] if data.over else [t for t in data.targets if t.of == "quantity"]
     single = [target.name for target in alone if target.sigma is None]
@@ -148,20 +156,20 @@ def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
 
 def _identified(
     problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identified, Array]":
+) -> "tuple[Minimum, Identified, tuple[Array, Array]]":
     """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
     keys, solver = problem.keys, problem.scenario.solver
     tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
     accuracy = Accuracy(task.step, tolerance)
-    jacobian, differences = task.checked_jacobian(best.x)
+    jacobian, *rough = task.checked_jacobian(best.x)
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
     best = _with_starts_where_free(task, best, found)
     # How many values were determined decides how much of the noise is left in the residuals.
     noise.estimate(residuals_of(problem, best.x), found.rank)
     jacobian = jacobian / (noise.sigma * task.weights)[:, None]
     found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    return best, found, differences
+    return best, found, (rough[0], rough[1])
 
 
 def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:
@@ -208,45 +216,16 @@ def _statistics(
             TargetResiduals(
                 name=target.name,
                 unit=problem.units[target.name],
+                column=target.column,
+                data_unit=target.data_unit or problem.units[target.name],
                 values=values,
                 fitted=target.values - values,
                 rms=float(np.sqrt(np.mean(values**2))),
                 largest=float(np.max(np.abs(values))),
                 sigma=float(np.mean(noise.sigma[here])) if given or degrees else None,
                 sigma_given=given,
+                worst=float(np.max(np.abs(values / noise.sigma[here]))) if given else None,
                 autocorrelation=autocorrelation(values) if series else None,
             )
         )
     return tuple(found)
-
-
-def _derivative_warnings(problem: FitProblem, differences: "Array", found: Identified) -> list[str]:
-    """Return the keys whose derivatives depend on the step of the differences."""
-    return [
-        f"the derivatives by {key.key} change by {100.0 * difference:.0f} % with the step of their"
-        " differences, as where events pass samples: its standard error is rough; a bootstrap does"
-        " not need them"
-        for key, difference in zip(problem.keys, differences, strict=True)
-        if difference > DISAGREE and key.key not in found.reasons
-    ]
-
-
-def _residual_warnings(
-    statistics: tuple[TargetResiduals, ...], noise: Noise, chi: float | None, degrees: int
-) -> list[str]:
-    warnings = []
-    for part in statistics:
-        spread = float(np.std(part.values + part.fitted))
-        near, count = part.autocorrelation, part.values.size
-        if near is not None and part.rms > 1e-6 * spread and near > SIGNIFICANT / np.sqrt(count):
-            warnings.append(
-                f"neighbouring residuals of {part.name} are alike (correlation {near:.2f}): the"
-                " scenario lacks something that the data show, or their noise is not white; the"
-                " standard errors are too small"
-            )
-    if chi is not None and degrees and chi / degrees > 1.0 + SIGNIFICANT * np.sqrt(2.0 / degrees):
-        warnings.append(
-            f"the residuals are {np.sqrt(chi / degrees):.3g} times as large as the sigma that was"
-            " given: the standard errors are too small"
-        )
-    return warnings

@@ -8,7 +8,8 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.parameter_study.units import factor
-from frictionsim.scenario.csv_columns import Column, NoSuchColumn, read_columns
+from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
+from frictionsim.scenario.model_fields import unit_of_key
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -44,6 +45,10 @@ class Target(NamedTuple):
         Values of one group without sigma have one noise level.
     scale : (n,)
         What their errors are relative to before the noise level is known.
+    column : str, int or None
+        Of the data; None of a value that was given.
+    data_unit : str
+        The unit that the data were read in; empty for that of the quantity.
     """
 
     name: str
@@ -55,6 +60,8 @@ class Target(NamedTuple):
     runs: "npt.NDArray[np.int64]"
     group: str
     scale: "Array"
+    column: Column | None = None
+    data_unit: str = ""
 
 
 class Measured(NamedTuple):
@@ -141,6 +148,7 @@ class _Table:
             for column in wanted:
                 self.values[column] = self._of_mapping(column)
                 unit = getattr(source.data[column], "attrs", {}).get("units")
+                unit = unit or heading(str(column)).unit or None
                 if isinstance(unit, str):
                     self.units[column] = unit
             self._check_lengths()
@@ -182,15 +190,12 @@ class _Table:
             return f"line {self._lines[row]} of '{self._source.data}'"
         return f"row {row}"
 
-    def converted(self, column: Column, unit: str | None, own: str, argument: str) -> float:
-        """Return the factor from the unit of a column to that of the model."""
-        unit = unit or self.units.get(column)
-        if not unit:
-            return 1.0
+    def converted(self, column: Column, own: str) -> float:
+        """Return the factor from the unit in the heading of a column to that of the model."""
         try:
-            return factor(unit, own)
+            return factor(self.units.get(column, own), own)
         except InputError as error:
-            raise ArgumentError(argument, f"{column}: {error}") from None
+            raise ArgumentError("data", f"unit of the column '{column}': {error}") from None
 
 
 def measured(source: Source, scenario: "Scenario") -> Measured:
@@ -202,7 +207,7 @@ def measured(source: Source, scenario: "Scenario") -> Measured:
         If they lack a column, or do not fit the scenario.
     """
     if source.over:
-        return _of_runs(source)
+        return _of_runs(source, scenario)
     targets = [*_series(source, scenario)] if source.channels else []
     for name, value in source.quantities.items():
         targets.append(_single(source, name, value, source.units.get(name, "")))
@@ -226,14 +231,19 @@ def _series(source: Source, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     column = _time_column(source)
     table = _Table(source, column)
-    times = table.values[column] * table.converted(column, source.time_unit, "s", "time_unit")
+    if source.time_unit:
+        size = _said("time_unit", "", source.time_unit, "s")
+    else:
+        size = table.converted(column, "s")
+    times = table.values[column] * size
     times = times + source.time_offset
     _check_times(times, scenario.solver.duration, table, source.time_offset)
     times = np.clip(times, 0.0, scenario.solver.duration)
     targets = []
     for name, of_channel in source.channels.items():
         own = units[name]
-        size = table.converted(of_channel, source.units.get(name), own, "units")
+        unit = source.units.get(name)
+        size = _said("units", f"{name}: ", unit, own) if unit else table.converted(of_channel, own)
         values = table.values[of_channel] * size
         given = np.isfinite(values)
         if not given.any():
@@ -242,10 +252,18 @@ def _series(source: Source, scenario: "Scenario") -> list[Target]:
         spread = float(np.std(values[given])) or float(np.max(np.abs(values[given]))) or 1.0
         runs = np.zeros(int(given.sum()), dtype=np.int64)
         scale = np.full(runs.size, spread)
-        targets.append(
-            Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
-        )
+        target = Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
+        read_in = unit or table.units.get(of_channel, own)
+        targets.append(target._replace(column=of_channel, data_unit=read_in))
     return targets
+
+
+def _said(argument: str, where: str, unit: str, own: str) -> float:
+    """Return the factor from a unit that was given to that of the model."""
+    try:
+        return factor(unit, own)
+    except InputError as error:
+        raise ArgumentError(argument, f"{where}{error}") from None
 
 
 def _check_times(times: "Array", duration: float, table: _Table, offset: float) -> None:
@@ -311,14 +329,15 @@ def _single(source: Source, name: str, value: float, unit: str) -> Target:
     return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
 
 
-def _of_runs(source: Source) -> Measured:
+def _of_runs(source: Source, scenario: "Scenario") -> Measured:
     """Return the data of a table each row of which is a run."""
     table = _Table(source, None)
-    keys = list(source.over)
-    rows = list(
-        zip(*(table.values[column].tolist() for column in source.over.values()), strict=True)
-    )
-    runs = tuple(dict(zip(keys, row, strict=True)) for row in rows)
+    keys, columns = list(source.over), []
+    for key, column in source.over.items():
+        own = unit_of_key(type(scenario), key)
+        size = table.converted(column, own) if own else 1.0
+        columns.append((table.values[column] * size).tolist())
+    runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
     targets = []
     for name, column in source.quantities.items():
         values = table.values[column]
@@ -330,9 +349,8 @@ def _of_runs(source: Source) -> Measured:
         places = np.flatnonzero(given)
         scale = np.full(places.size, spread)
         unit, none = source.units.get(name) or table.units.get(column, ""), np.empty(0)
-        targets.append(
-            Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
-        )
+        target = Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
+        targets.append(target._replace(column=column, data_unit=unit))
     return Measured(tuple(targets), runs, tuple(keys))
 
 

@@ -25,6 +25,10 @@ class TargetResiduals(NamedTuple):
     Attributes
     ----------
     name, unit : str
+    column : str, int or None
+        Of the data; None of a value that was given.
+    data_unit : str
+        The unit that the data were read in.
     values : (n,)
     fitted : (n,)
         What the fitted scenario gives.
@@ -34,18 +38,23 @@ class TargetResiduals(NamedTuple):
         Standard deviation of the data, given (the mean of several) or estimated; None if it cannot
         be estimated.
     sigma_given : bool
+    worst : float or None
+        The largest magnitude over its sigma, where that was given.
     autocorrelation : float or None
         Of neighbouring residuals of a time series.
     """
 
     name: str
     unit: str
+    column: str | int | None
+    data_unit: str
     values: "Array"
     fitted: "Array"
     rms: float
     largest: float
     sigma: float | None
     sigma_given: bool
+    worst: float | None
     autocorrelation: float | None
 
 
@@ -148,6 +157,8 @@ def outcome_json(found: Outcome, source: str) -> dict[str, Any]:
         "residuals": {
             r.name: {
                 "unit": r.unit,
+                "column": r.column,
+                "data_unit": r.data_unit,
                 "count": int(r.values.size),
                 "rms": finite(r.rms),
                 "largest": finite(r.largest),

@@ -5,7 +5,9 @@ samples of any result are: there is no interpolation between samples. At an even
 may jump, the value is that immediately after it.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -43,11 +45,14 @@ class Model(NamedTuple):
         Why it failed.
     doubt : str
         Which checks of the audit failed.
+    warnings : dict of int
+        How many of the runs have each warning.
     """
 
     values: "Array | None"
     reason: str = ""
     doubt: str = ""
+    warnings: Mapping[str, int] = MappingProxyType({})
 
 
 class FitProblem:
@@ -119,11 +124,14 @@ class FitProblem:
 
     def _evaluate(self, values: dict[str, float]) -> Model:
         found, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
+        warnings: Counter[str] = Counter()
         for number, row in enumerate(self.data.runs):
             result, reason = self._run({**values, **row})
             if result is None:
                 return Model(None, reason)
             doubt = doubt or reason
+            # The times of the samples are those of the data, not of output.interval.
+            warnings.update(w for w in result.warnings if not w.startswith("output.interval"))
             for target, into in zip(self.data.targets, found, strict=True):
                 here = target.runs == number
                 if not here.any():
@@ -136,7 +144,7 @@ class FitProblem:
                 if part is None or not np.isfinite(part).all():
                     return Model(None, f"the run gives no {target.name}")
                 into[here] = part
-        return Model(np.concatenate(found), doubt=doubt)
+        return Model(np.concatenate(found), doubt=doubt, warnings=warnings)
 
     def _run(self, values: Mapping[str, float]) -> "tuple[RunResult | None, str]":
         self.runs += 1

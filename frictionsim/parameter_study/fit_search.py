@@ -32,6 +32,7 @@ NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
 SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
 DISAGREE = 0.1  # relative
+JUMPS = 0.5  # relative: the run jumps or kinks between the steps
 
 
 class Start(NamedTuple):
@@ -104,7 +105,7 @@ class Search:
         h = self.step if step is None else step
         return np.array([self._column(x, j, h) for j in range(len(x))]).T
 
-    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array]":
+    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array, Array]":
         """Return the derivatives, and by how much those of another step differ, relative.
 
         Where a step passes a jump or a kink, as of an event that comes and goes, shorter ones are
@@ -112,21 +113,25 @@ class Search:
 
         Returns
         -------
-        (n, keys), (keys,)
+        (n, keys), (keys,), (keys,)
+            The last has the longest step that differs by more than `JUMPS`, as a part of the
+            bounds; 0 if none does.
         """
-        columns, differences = [], []
+        columns, differences, jumps = [], [], []
         for j in range(len(x)):
-            column = self._column(x, j, self.step)
+            column, step, jump = self._column(x, j, self.step), self.step, 0.0
             for part in SHORTER:
                 shorter = self._column(x, j, part * self.step)
                 size = max(np.linalg.norm(column), np.linalg.norm(shorter))
                 difference = float(np.linalg.norm(shorter - column) / size) if size else 0.0
                 if difference <= DISAGREE:
                     break
-                column = shorter
+                jump = jump or (step if difference > JUMPS else 0.0)
+                column, step = shorter, part * self.step
             columns.append(column)
             differences.append(difference)
-        return np.array(columns).T, np.array(differences)
+            jumps.append(jump)
+        return np.array(columns).T, np.array(differences), np.array(jumps)
 
     def _column(self, x: "Array", j: int, h: float) -> "Array":
         def at(distance: float) -> "Array | None":
@@ -206,10 +211,9 @@ def search(
     # Before any scan: a channel or quantity that there is not is told at once.
     works = [point for point in points if problem.at(point).values is not None]
     if not works:
-        raise SolverError(
-            f"all {len(points)} runs of the fit failed; that of the start:"
-            f" {problem.at(points[0]).reason}"
-        )
+        all_failed = f"all {len(points)} runs of the fit failed; that of the start"
+        what = "the run of the fit failed" if len(points) == 1 else all_failed
+        raise SolverError(f"{what}: {problem.at(points[0]).reason}")
     found = []
     for first in _choose(works, task, starts):
         last = task.minimum(first)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.parameter_study.fit_keys import FreeKey
+from frictionsim.parameter_study.fit_search import JUMPS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -165,10 +166,35 @@ def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: fl
     )
 
 
+def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
+    """Return the same without keys by which the run jumps or kinks at the estimate.
+
+    Parameters
+    ----------
+    found : Identified
+    keys : tuple of FreeKey
+    differences : (keys,)
+        By how much the derivatives change with the step of their differences, relative.
+    """
+    reasons = dict(found.reasons)
+    for key, difference in zip(keys, differences, strict=True):
+        if difference > JUMPS:
+            why = (
+                "the run jumps or kinks at the estimate (its derivatives change by"
+                f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
+                " not need them"
+            )
+            reasons.setdefault(key.key, why)
+    return found._replace(
+        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
+    )
+
+
 def correlations(covariance: "Array") -> "Array":
     """Return the correlations; NaN where a key is not identified."""
     errors = np.sqrt(np.diag(covariance))
     found = covariance / np.outer(errors, errors)
+    np.fill_diagonal(found, np.where(np.isfinite(errors), 1.0, np.nan))  # without rounding
     return np.asarray(np.clip(found, -1.0, 1.0))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     BLACK,
@@ -95,5 +96,7 @@ def _abscissa(found: "Outcome", target: "Target") -> tuple[Any, str]:
         return target.times, "time, s"
     if len(found.data.over) == 1:
         key = found.data.over[0]
-        return np.array([found.data.runs[run][key] for run in target.runs]), escape_mathtext(key)
+        unit = description_of(type(found.fitted), key)[0].replace("^2", "²")
+        label = escape_mathtext(key) + (f", {unit}" if unit not in ("", "1") else "")
+        return np.array([found.data.runs[run][key] for run in target.runs]), label
     return target.runs + 1.0, "run"

@@ -1,7 +1,8 @@
 """Columns of numbers from a CSV file of measured data, by name or number.
 
 The first line that has all the wanted names is the header. A name may be followed by its unit in
-brackets there, as in ``angular_velocity [rad/s]``, which is how results are printed as CSV.
+brackets there, as in ``angular_velocity [rad/s]``, which is how results are printed as CSV, or
+``angular_velocity (rad/s)``.
 """
 
 import re
@@ -28,8 +29,24 @@ from frictionsim.scenario.csv_signals import (
 Column = str | int
 """The name of a column, or its number from 1."""
 
-HEADING = re.compile(r"(.*?)\s*(?:\[([^\]]*)\])?")
+HEADING = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^()]*)\))?")
 NAN = float("nan")
+
+
+class Heading(NamedTuple):
+    """The heading of a column.
+
+    Attributes
+    ----------
+    name, unit : str
+        The unit is empty if it has none.
+    cell : str
+        Both, as they are in the file.
+    """
+
+    name: str
+    unit: str
+    cell: str
 
 
 class NoSuchColumn(InputError):
@@ -83,6 +100,8 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
         rows = list(separated_rows(CsvTable(csv=str(path), delimiter=delimiter), text, path))
     except PydanticCustomError as error:
         raise InputError((error.context or {})["message"]) from None
+    if not text.strip():
+        raise InputError(f"'{path}' is empty")
     decimal = "," if delimiter != "," and _has_commas(rows) else "."
     places, units, rows = _places(path, wanted, rows, decimal)
     if not rows:
@@ -114,8 +133,8 @@ def _places(
     above = 0
     while above < len(rows) and not any(is_number(cell, decimal) for cell in rows[above].cells):
         above += 1
-    headings = [[_heading(cell) for cell in row.cells] for row in rows[:above]]
-    header = next((h for h in reversed(headings) if set(names) <= {name for name, _ in h}), None)
+    headings = [[heading(cell) for cell in row.cells] for row in rows[:above]]
+    header = next((h for h in reversed(headings) if set(names) <= _names(h)), None)
     if header is None and names:
         raise _no_such_column(path, names, rows[:above], headings)
     header = header or []
@@ -124,7 +143,9 @@ def _places(
         if isinstance(column, int):
             places[column] = column - 1
             continue
-        found = [i for i, (name, _) in enumerate(header) if name == column]
+        found = [i for i, one in enumerate(header) if one.cell == column] or [
+            i for i, one in enumerate(header) if one.name == column
+        ]
         if len(found) > 1:
             numbers = ", ".join(str(i + 1) for i in found)
             raise InputError(
@@ -132,29 +153,36 @@ def _places(
             )
         places[column] = found[0]
     units = {
-        column: header[place][1] for column, place in places.items() if 0 <= place < len(header)
+        column: header[place].unit for column, place in places.items() if 0 <= place < len(header)
     }
     return places, {column: unit for column, unit in units.items() if unit}, rows[above:]
 
 
-def _heading(cell: str) -> tuple[str, str]:
+def heading(cell: str) -> Heading:
     """Return name and unit of a heading."""
     found = HEADING.fullmatch(cell)
-    return (found[1], (found[2] or "").strip()) if found else (cell, "")
+    if not found or not found[1]:
+        return Heading(cell, "", cell)
+    return Heading(found[1], (found[2] or found[3] or "").strip(), cell)
+
+
+def _names(headings: list[Heading]) -> set[str]:
+    """Return what columns may be called: their names, with their units or without."""
+    return {name for one in headings for name in (one.name, one.cell)}
 
 
 def _no_such_column(
-    path: Path, names: list[str], rows: list[Row], headings: list[list[tuple[str, str]]]
+    path: Path, names: list[str], rows: list[Row], headings: list[list[Heading]]
 ) -> InputError:
     if not headings:
         return NoSuchColumn(
             f"'{path}' has no line with the names of its columns; give the number of"
             f" '{names[0]}', from 1"
         )
-    found = [{name for name, _ in heading} for heading in headings]
+    found = [_names(line) for line in headings]
     best = max(range(len(found)), key=lambda i: (len(found[i] & set(names)), len(found[i])))
     missing = next(name for name in names if name not in found[best])
-    known = [name[:MAX_NAME] for name, _ in headings[best] if name][:MAX_NAMES]
+    known = [one.name[:MAX_NAME] for one in headings[best] if one.name][:MAX_NAMES]
     where = f"line {rows[best].line} of '{path}'"
     return NoSuchColumn(f"{where}: {unknown('column', missing, known)}")
 

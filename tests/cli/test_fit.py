@@ -35,7 +35,8 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
     assert lines[7] == ["residual", "values", "rms", "largest", "sigma", "unit"]
     assert lines[8][:2] == ["angular_velocity", "16"]
     assert lines[8][-2:] == ["estimated", "rad/s"]
-    assert lines[9][:7] == ["1", "of", "1", "searches", "found", "this", "minimum,"]
+    assert out.splitlines()[9] == "data: angular_velocity from 'angular_velocity' in rad/s"
+    assert lines[10][:7] == ["1", "of", "1", "search", "found", "this", "minimum,"]
     assert err == ""
     assert sorted(path.name for path in Path().iterdir()) == ["log.csv"]
 
@@ -131,7 +132,7 @@ def test_what_is_not_identified_is_a_warning(told: Run, log: Path) -> None:
     out, err = told(*arguments)
     why = "the data do not change with it"
     assert f"{MU_S} is not identified: {why}" in out.splitlines()
-    assert err.splitlines()[0] == f"frictionsim: warning: 1 of 1 keys not identified: {MU_S}"
+    assert err.splitlines()[0] == f"frictionsim: warning: 1 of 1 key not identified: {MU_S}"
     out, err = told(*arguments, "--json")
     assert strict_json(out)["keys"][MU_S]["not_identified"] == why
     assert strict_json(out)["keys"][MU_S]["standard_error"] is None
@@ -142,9 +143,7 @@ def test_a_fit_of_which_all_runs_fail(told: Run, log: Path) -> None:
     limits = ("--set", "solver.max_steps=2", "--set", "mechanism.initial_angular_velocity=1.0")
     out, err = told("fit", PULLEY, *SET, *limits, *ONE, "--data", log, "-o", "f.toml", code=1)
     assert out == ""
-    assert err.startswith(
-        "frictionsim: all 1 runs of the fit failed; that of the start: limit of 2"
-    )
+    assert err.startswith("frictionsim: the run of the fit failed: limit of 2 steps")
     assert not Path("f.toml").exists()
 
 

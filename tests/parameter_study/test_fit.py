@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
+from frictionsim.parameter_study.fit_uncertainty import correlations
 from tests.benchmarks import fit_coverage
 from tests.parameter_study.measurements import (
     DAMPING,
@@ -240,7 +241,38 @@ def test_correlated_residuals_are_told() -> None:
 
 def test_a_sigma_that_is_too_small_is_told() -> None:
     (warning,) = fit_line(line(0.1, seed=1), sigma={"angular_velocity": 0.02}).warnings
-    assert "times as large as the sigma that was given" in warning
+    assert "times as large as the sigma that was given (up to " in warning
+    assert " sigma, of angular_velocity); the standard errors are too small" in warning
+    # Chi squared of 3 values, of which chance exceeds 11.34 in 1 % of fits.
+    slope = 5.0 * np.array([0.3, 0.6, 0.9])
+    aside = np.array([2.0, 0.0, -2.0 / 3.0])  # orthogonal to the times
+    for size, count in ((2.0, 1), (1.2, 0)):  # chi squared 17.8 and 6.4, with 9.21 of two degrees
+        data = {"time": [0.3, 0.6, 0.9], "w": slope + 0.1 * size * aside}
+        found = fit_line(data, sigma={"angular_velocity": 0.1})
+        assert len(found.warnings) == count
+        assert found.chi_squared == pytest.approx(size**2 * 40.0 / 9.0, rel=1e-3)
+        line_of_chi = next(x for x in found.summary().splitlines() if x.startswith("chi"))
+        assert ", of 2 degrees of freedom: reduced " in line_of_chi
+        assert line_of_chi.endswith(" (near 1 if sigma is right)")
+
+
+def test_one_value_far_from_the_fit_is_told() -> None:
+    """Among many, where chi squared does not show it, or is not known."""
+    data = line(0.05, seed=1, count=300)
+    data["w"][150] += 0.6
+    (warning,) = fit_line(data, sigma={"angular_velocity": 0.055}).warnings
+    assert warning.startswith("the residuals of angular_velocity are up to 1")
+    assert warning.endswith(
+        " times their sigma: the scenario cannot give the data, or sigma is too small"
+    )
+
+
+def test_a_key_is_correlated_with_itself_exactly() -> None:
+    covariance = np.array([[0.1, 0.03, np.nan], [0.03, 0.7, np.nan], [np.nan] * 3])
+    for scale in (1.0, 1.1, 3.3, 7e-9):
+        found = correlations(scale * covariance)
+        assert np.diag(found)[:2].tolist() == [1.0, 1.0]
+        assert np.isnan(found[2]).all()
 
 
 # --- what is not identified ---------------------------------------------------------------------
@@ -323,21 +355,30 @@ def test_differences_do_not_pass_a_jump() -> None:
     """Below mu_s = 0.19664 the pulley slips back at the start; a step is 0.00075 long."""
     truth = 0.197
     data = series(pulley().replace({MU_S: truth}), angular_velocity=0.0)
-    found = fs.fit(
-        pulley(),
-        data=data,
-        channels="angular_velocity",
-        free={MU_S: (0.05, 0.4, truth)},
-        sigma={"angular_velocity": 0.1},
-        starts=1,
+    exact, rough = (
+        fs.fit(
+            pulley(),
+            data=data,
+            channels="angular_velocity",
+            free={MU_S: (0.05, 0.4, truth)},
+            sigma={"angular_velocity": sigma},
+            starts=1,
+        )
+        for sigma in (1e-3, 0.1)
     )
     near = [
         series(pulley().replace({MU_S: mu}), angular_velocity=0.0)["angular_velocity"]
         for mu in (truth - 1e-4, truth + 1e-4)
     ]
     slope = (near[1] - near[0]) / 2e-4
-    assert found.warnings == ()
-    assert found.standard_errors[MU_S] == pytest.approx(0.1 / np.linalg.norm(slope), rel=1e-3)
+    error = 1.0 / np.linalg.norm(slope)
+    assert exact.standard_errors[MU_S] == pytest.approx(1e-3 * error, rel=1e-3)
+    assert rough.standard_errors[MU_S] == pytest.approx(0.1 * error, rel=1e-3)
+    assert exact.warnings == ()
+    assert rough.warnings == (
+        f"the run jumps or kinks where {MU_S} is less than its standard error from the estimate:"
+        " that is rough; a bootstrap does not need derivatives",
+    )
 
 
 def test_kinks_make_a_standard_error_rough() -> None:

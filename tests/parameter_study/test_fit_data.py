@@ -289,7 +289,7 @@ GOOD = {"time": [0.1, 0.2], "angular_velocity": [0.5, 1.0]}
             {"units": {"angular_velocity": "kg"}},
             "units: angular_velocity: expected one of rad/s, deg/s, rev/s, rpm, 1/min, got 'kg'",
         ),
-        ({"time_unit": "d"}, "time_unit: time: expected one of s, ms, us, min, h, got 'd'"),
+        ({"time_unit": "d"}, "time_unit: expected one of s, ms, us, min, h, got 'd'"),
         ({"time_offset": "1"}, "time_offset: expected a finite number, got '1'"),
         ({"starts": 0}, "starts: expected a whole number above 0, got 0"),
         ({"seed": -1}, "seed: expected a whole number of at least 0, got -1"),
@@ -359,7 +359,8 @@ def test_an_unknown_argument_is_one_of_python() -> None:
 @pytest.mark.parametrize(
     ("text", "wanted", "message"),
     [
-        ("", ["w"], "'log.csv' has no line with the names of its columns; give the number of 'w'"),
+        ("", ["w"], "'log.csv' is empty"),
+        (" \n\n", ["w"], "'log.csv' is empty"),
         ("1,2\n", ["w"], "'log.csv' has no line with the names of its columns; give the number"),
         ("t,v\n1,2\n", ["w"], "line 1 of 'log.csv': unknown column 'w'; known: t, v"),
         ("t,w,w\n1,2,3\n", ["w"], "'log.csv': columns 2, 3 are all named 'w'; give the number of"),

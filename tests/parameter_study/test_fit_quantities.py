@@ -1,10 +1,12 @@
 """Quantities as data: of one run, and of the runs of a table such as a slip curve."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.parameter_study.measurements import LOAD, MU_S, pulley
+from tests.parameter_study.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
 from tests.support.scenarios import SCENARIOS
 
 
@@ -105,3 +107,69 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
     assert str(caught.value) == (
         "channels: pulley_speed: unknown member 'drivn' (did you mean 'driven'?)"
     )
+
+
+def test_a_quantity_that_the_scenario_jumps_over() -> None:
+    """Below mu_s = 0.19672 the pulley breaks away at once, above it at 0.541 s."""
+    found = fs.fit(
+        pulley(rtol=1e-9),
+        quantities={"breakaway_time": 0.5},
+        sigma={"breakaway_time": 0.01},
+        free={MU_S: (0.1, 0.4)},
+        bootstrap=3,
+    )
+    assert found.values[MU_S] == pytest.approx(0.19672, rel=1e-4)
+    assert (found.standard_errors[MU_S], found.intervals[MU_S]) == (None, None)
+    assert found.not_identified[MU_S] == (
+        "the run jumps or kinks at the estimate (its derivatives change by 75 % with the step of"
+        " their differences); a bootstrap does not need them"
+    )
+    assert found.bootstrap is not None
+    assert found.bootstrap.intervals[MU_S] is not None
+    assert found.data.degrees == 0
+    assert found.warnings[1:] == (
+        "the residuals are up to 4.12 sigma, of breakaway_time, although there are as many free"
+        " keys as values: the scenario cannot give the data, or sigma is too small",
+    )
+    assert found.summary().startswith("Pulley on a dry shaft: fit of 1 key to 1 value\n")
+
+
+def test_a_unit_in_the_heading_of_a_key_of_the_runs(tmp_path: Path) -> None:
+    path = tmp_path / "curve.csv"
+    lines = [f"{force / 1e3},{SLOPE * (force - 100.0)}" for force in (200.0, 300.0)]
+    path.write_text("\n".join(["P [kN],w (rad/s)", *lines]))
+    found = fs.fit(
+        frictionless(),
+        data=path,
+        quantities={"final_angular_velocity": "w"},
+        over={FORCE: "P"},
+        free={LOAD: (50.0, 150.0)},
+        starts=1,
+    )
+    assert found.values[LOAD] == pytest.approx(100.0, rel=1e-6)
+    assert "\ndata: final_angular_velocity from 'w' in rad/s\n" in found.summary()
+
+
+def test_the_warnings_of_the_last_runs_are_told() -> None:
+    data = {"P": [-50.0, -20.0, 10.0], "w": SLOPE * np.array([-150.0, -120.0, -90.0])}
+    found = fs.fit(
+        frictionless(),
+        data=data,
+        quantities={"final_angular_velocity": "w"},
+        over={FORCE: "P"},
+        sigma={"final_angular_velocity": 0.1},
+        free={LOAD: (50.0, 150.0)},
+        starts=1,
+    )
+    assert found.warnings == (
+        "drive.force has a minimum of -50 N; a cord cannot push (2 of 3 rows; the numbers are of"
+        " the first)",
+    )
+    single = fs.fit(
+        frictionless().replace({FORCE: -50.0}),
+        quantities={"final_angular_velocity": SLOPE * -150.0},
+        sigma={"final_angular_velocity": 0.1},
+        free={LOAD: (50.0, 150.0)},
+        starts=1,
+    )
+    assert single.warnings == ("drive.force has a minimum of -50 N; a cord cannot push",)

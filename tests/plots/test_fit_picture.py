@@ -65,7 +65,7 @@ def test_a_quantity_over_the_key_of_its_runs() -> None:
     )
     assert found.values["mechanism.load"] == pytest.approx(100.0, rel=1e-5)
     figure = found.plot()
-    assert figure.axes[1].get_xlabel() == FORCE
+    assert figure.axes[1].get_xlabel() == f"{FORCE}, N"
     assert figure.axes[0].lines[0].get_xdata().tolist() == data["P"]
     assert figure.axes[0].lines[1].get_xdata().tolist() == sorted(data["P"])
 
