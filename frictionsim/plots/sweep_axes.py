@@ -13,6 +13,7 @@ from frictionsim.plots.style import escape_mathtext
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
+MAX_TICKS = 6  # at the values of numbers, one beside the other
 MAX_SHOWN = 8  # values of a key in a message
 CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
@@ -102,6 +103,14 @@ class KeyAxis(NamedTuple):
             axis.set_ticks(self.values[::step], labels=texts, **turned)
             axis.set_minor_locator(NullLocator())
             getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
+        elif not self.log and self._are_few():
+            axis.set_ticks(self.values, labels=[f"{value:.5g}" for value in self.values])
+
+    def _are_few(self) -> bool:
+        """Return whether each value can have a tick of its own."""
+        if not 1 < self.values.size <= MAX_TICKS:
+            return False
+        return bool(np.min(np.diff(self.values)) >= np.ptp(self.values) / MAX_TICKS)
 
 
 class Face(NamedTuple):

@@ -326,9 +326,7 @@ def test_an_interrupted_sweep_is_not_replaced(
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
     before = path.read_bytes(), journal.read_bytes()
-    with pytest.raises(
-        fs.OutputError, match="this is an interrupted sweep, of which runs"
-    ):
+    with pytest.raises(fs.OutputError, match="this is an interrupted sweep, of which runs"):
         fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
     assert (path.read_bytes(), journal.read_bytes()) == before
     fs.resume_sweep(path, workers=1)

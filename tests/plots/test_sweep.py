@@ -20,7 +20,7 @@ from frictionsim.parameter_study.sensitivity import indices_of
 from frictionsim.parameter_study.statistics import sample_statistics
 from frictionsim.plots import save
 from frictionsim.plots.sweep import draw_sweep
-from frictionsim.plots.sweep_axes import key_axis, short_keys, shortened_key
+from frictionsim.plots.sweep_axes import KeyAxis, key_axis, short_keys, shortened_key
 from tests.support.sweeps import Function, grid_of, sample_of, with_outcomes
 
 MAX_BYTES = 200_000
@@ -414,3 +414,21 @@ def test_keys_are_shortened_so_that_they_differ() -> None:
     short = shortened_key(LONG)
     assert short.startswith("… ")
     assert LONG.endswith(short[2:])
+
+
+@pytest.mark.parametrize(
+    ("values", "at_values"),
+    [
+        ([1500.0, 2000.0, 2500.0], True),
+        ([0.1, 0.11, 0.5], False),  # their labels would overlap
+        (list(np.linspace(0.0, 1.0, 7)), False),
+        ([3.0], False),
+    ],
+)
+def test_few_values_have_a_tick_each(values: list[float], at_values: bool) -> None:
+    axis = KeyAxis("mechanism.load", "N", np.array(values), np.arange(len(values)))
+    ax = Figure().subplots()
+    axis.prepare(ax, "y")
+    assert (ax.get_yticks().tolist() == values) == at_values
+    if at_values:
+        assert [label.get_text() for label in ax.get_yticklabels()] == ["1500", "2000", "2500"]
