@@ -6,9 +6,10 @@ cases, as `python -m tests.benchmarks.fit_coverage breakaway`, it prints these o
 """
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import nan
 from statistics import median
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,10 +45,13 @@ class Case(NamedTuple):
         That are free.
     fit : callable
         Of the true values and a generator of random numbers.
+    truths : mapping of (float, float)
+        The ranges of true values that are not those of TRUTHS.
     """
 
     keys: tuple[str, ...]
     fit: Callable[[dict[str, float], np.random.Generator], fs.Fit]
+    truths: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
 def scenario(duration: float = 2.0) -> fs.Scenario:
@@ -103,6 +107,11 @@ CASES = {
     "velocity, sigma given": Case(
         THREE, by_series("angular_velocity", sigma={"angular_velocity": VELOCITY})
     ),
+    "velocity, sigma given, mu_s from 0.18": Case(
+        THREE,
+        by_series("angular_velocity", sigma={"angular_velocity": VELOCITY}),
+        {MU_S: (0.18, 0.3)},
+    ),
     "velocity and angle": Case(THREE, by_series("angular_velocity", "angle")),
     "breakaway over load": Case((MU_S, FORCE), by_breakaway),
 }
@@ -111,7 +120,7 @@ CASES = {
 def measure(case: Case, seed: int) -> tuple[dict[str, float], fs.Fit]:
     """Return the truth and the fit of a seed."""
     rng = np.random.default_rng(seed)
-    truth = {key: float(rng.uniform(*TRUTHS[key])) for key in case.keys}
+    truth = {key: float(rng.uniform(*(TRUTHS | dict(case.truths))[key])) for key in case.keys}
     return truth, case.fit(truth, rng)
 
 
