@@ -16,9 +16,9 @@ from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTabl
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.study_file import (
     Study,
+    check_not_fixed,
+    check_of_sample,
     is_study,
-    refuse_fixed,
-    refuse_without_sample,
     study_of,
 )
 from frictionsim.parameter_study.values import values_of
@@ -204,12 +204,10 @@ def study_from(
     if vary is not None and not isinstance(vary, Mapping):
         raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
     values = {str(key): values_of(str(key), given) for key, given in (vary or {}).items()}
-    refuse_fixed(_keys(overrides), values)
+    check_not_fixed(_keys(overrides), values)
     sampling, count = None, options.get("sample")
     if count is None:
-        refuse_without_sample(
-            [name for name, value in options.items() if value not in (None, False)]
-        )
+        check_of_sample([name for name, value in options.items() if value not in (None, False)])
     else:
         sampling = Sampling(
             count,

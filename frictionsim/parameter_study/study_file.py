@@ -114,7 +114,7 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
     fixed = dict(_leaves(_table(data, "set", name), ""))
     scenario = load(folder / source if isinstance(source, str) else source, fixed)
     vary, sampling = _vary(data, name), _sampling(settings)
-    refuse_fixed(fixed, vary)
+    check_not_fixed(fixed, vary)
     return Study(scenario, vary, settings.zip, sampling, settings.keep_series)
 
 
@@ -155,12 +155,12 @@ def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
 
 def _sampling(settings: StudySettings) -> Sampling | None:
     if settings.sample is None:
-        refuse_without_sample(settings.model_fields_set)
+        check_of_sample(settings.model_fields_set)
         return None
     return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
 
 
-def refuse_without_sample(given: Collection[str]) -> None:
+def check_of_sample(given: Collection[str]) -> None:
     """Raise InputError if something is given that only a sample has."""
     for name in OF_SAMPLES:
         if name in given:
@@ -169,7 +169,7 @@ def refuse_without_sample(given: Collection[str]) -> None:
             )
 
 
-def refuse_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
+def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
     """Raise InputError if a key is set for all runs and varied as well."""
     for key in fixed:
         if key.strip() in vary:

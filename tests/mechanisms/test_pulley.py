@@ -92,7 +92,18 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     assert energies == pytest.approx(case["energy"], abs=1e-8 * largest)
 
 
-@pytest.mark.parametrize("case", cases("pulley"), ids=lambda case: case["name"])
+# Steps of a thousandth of the time constant of a tiny inertia: half a minute. `events` runs it too.
+SLOW = "inertia_1e-6_ramp"
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.long] if case["name"] == SLOW else [])
+        for case in cases("pulley")
+    ],
+    ids=lambda case: case["name"],
+)
 def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"rtol": 1e-8, "atol": 1e-11}
