@@ -162,7 +162,8 @@ def test_judgements_of_other_versions_of_typer_are_worded_alike(message: str, wa
     assert usage_message(BadParameter(), []) == f"{wanted}; see frictionsim compare --help"
 
 
-def test_the_commands_are_all() -> None:
+def test_the_commands_are_all(told: Run) -> None:
+    told("--version")  # which registers them
     assert list(get_command(app).commands) == COMMANDS  # type: ignore[attr-defined]
 
 
