@@ -46,6 +46,24 @@ from frictionsim.errors import (
 )
 
 OF_THIS_MODULE = ("solve", "resume", "check", "static", "cost")
+OF_OTHERS = ("show", "compare", "plot", "new", "schema", "fit", "sweep", "warm-up")
+
+
+def register_all() -> None:
+    """Register the commands of all modules, in one order whichever was imported first."""
+    from frictionsim.cli import (  # noqa: F401  register theirs
+        file_commands,
+        fit_command,
+        sweep_command,
+        warm_up,
+    )
+
+    order = [*OF_THIS_MODULE, *OF_OTHERS]
+    app.registered_commands.sort(key=lambda command: order.index(_name_of(command)))
+
+
+def _name_of(command: Any) -> str:
+    return str(command.name or command.callback.__name__)
 
 
 def run_command_line(arguments: list[str], runs_one_command: bool = False) -> int:
@@ -58,14 +76,9 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
         The process is there for this command: a limit on wall time may end it in C code.
     """
     Process.runs_one_command = runs_one_command
-    # Commands of this module start faster without those of the other.
+    # Commands of this module start faster without those of the others.
     if not arguments or arguments[0] not in OF_THIS_MODULE:
-        from frictionsim.cli import (  # noqa: F401  register theirs
-            file_commands,
-            fit_command,
-            sweep_command,
-            warm_up,
-        )
+        register_all()
 
     if "" in arguments:
         print_error(
