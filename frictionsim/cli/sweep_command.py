@@ -133,7 +133,7 @@ def sweep(
     study = study_from(
         source if source != STDIN else load_scenario(source, overrides),
         _varied(vary or []),
-        overrides if source != STDIN else None,
+        overrides,
         given,
     )
     files = Files(output, csv, no_clobber)

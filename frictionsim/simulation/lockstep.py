@@ -28,6 +28,7 @@ from frictionsim.simulation.single_dof import (
     energy_scale,
     final_quantities,
     quantities_of_transitions,
+    trajectory_of,
 )
 from frictionsim.solvers.lockstep import LockstepSolver
 from frictionsim.solvers.lockstep_functions import (
@@ -216,7 +217,7 @@ class _Batch:
     def _observe(self, runs: Any, samples: SamplesOfRuns) -> Iterator[tuple[int, SimulationResult]]:
         """Yield the results of runs with as many samples each, as `SingleDofSimulation.observe`."""
         mechanism, tolerances = selected(self._joined, runs), self._tolerances.select(runs)
-        trajectory = _trajectory(mechanism, samples.columns(runs), [])
+        trajectory = trajectory_of(mechanism, samples.columns(runs), [])
         checks = _checks(mechanism, trajectory, tolerances)
         sticks = (trajectory.mode[1:] == 0) & (trajectory.mode[:-1] == 0)
         may_drift = np.any(sticks & (np.diff(trajectory.position, axis=0) != 0.0), axis=0)
@@ -247,26 +248,6 @@ class _Batch:
         )
 
 
-def _trajectory(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:
-    """Return the trajectory of columns (width, n, runs)."""
-    time, drive, position, velocity, acceleration, friction, mode, *energies = columns
-    return Trajectory(
-        time,
-        drive,
-        position,
-        velocity,
-        acceleration,
-        friction,
-        mode,
-        energy_integrals=dict(zip(mechanism.energy_integrals, energies, strict=True)),
-        stored_energies={
-            name: np.broadcast_to(energy(position, velocity), position.shape)
-            for name, energy in mechanism.stored_energies.items()
-        },
-        transitions=transitions,
-    )
-
-
 def _split(trajectory: Trajectory) -> Any:
     """Return a function of index and transitions that returns the trajectory of one run."""
     integrals, stored = list(trajectory.energy_integrals), list(trajectory.stored_energies)
@@ -287,7 +268,7 @@ def _split(trajectory: Trajectory) -> Any:
             acceleration,
             friction,
             mode,
-            dict(zip(integrals, energies, strict=False)),
+            dict(zip(integrals, energies[: len(integrals)], strict=True)),
             dict(zip(stored, energies[len(integrals) :], strict=True)),
             transitions,
         )

@@ -165,26 +165,7 @@ class SingleDofSimulation:
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
         """Return the trajectory of rows (n, width)."""
-        mechanism, columns = self._mechanism, rows.T.copy()
-        time, drive, position, velocity, *others = columns[: SampleBuffer.COLUMNS]
-        acceleration, friction, mode = others
-        return Trajectory(
-            time,
-            drive,
-            position,
-            velocity,
-            acceleration,
-            friction,
-            mode,
-            energy_integrals=dict(
-                zip(mechanism.energy_integrals, columns[SampleBuffer.COLUMNS :], strict=True)
-            ),
-            stored_energies={
-                name: np.asarray(energy(position, velocity))
-                for name, energy in mechanism.stored_energies.items()
-            },
-            transitions=transitions,
-        )
+        return trajectory_of(self._mechanism, rows.T.copy(), transitions)
 
     def observe(self) -> SimulationResult:
         """Return the finite samples, and quantities, checks and warnings from them."""
@@ -229,6 +210,30 @@ class SingleDofSimulation:
             for name, values in _samples(self._mechanism, trajectory).items()
             if name not in OF_EVENTS
         }
+
+
+def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:
+    """Return the trajectory of columns (width, n), or (width, n, runs) of many runs."""
+    time, drive, position, velocity, *others = columns[: SampleBuffer.COLUMNS]
+    acceleration, friction, mode = others
+    return Trajectory(
+        time,
+        drive,
+        position,
+        velocity,
+        acceleration,
+        friction,
+        mode,
+        energy_integrals=dict(
+            zip(mechanism.energy_integrals, columns[SampleBuffer.COLUMNS :], strict=True)
+        ),
+        stored_energies={
+            # An energy that does not change may be one number.
+            name: np.broadcast_to(energy(position, velocity), position.shape)
+            for name, energy in mechanism.stored_energies.items()
+        },
+        transitions=transitions,
+    )
 
 
 def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:

@@ -1,10 +1,12 @@
 """`frictionsim sweep`, and `resume` of a sweep."""
 
 import csv
+import io
 import os
 import random
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -75,6 +77,16 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
             f"frictionsim: {name}: this is a study already, which says what is varied; change it"
             " there\n"
         )
+
+
+def test_a_key_is_not_both_set_and_varied(
+    told: Run, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = io.TextIOWrapper(io.BytesIO(Path(PULLEY).read_bytes()))
+    monkeypatch.setattr(sys, "stdin", text)
+    for source in ("-", PULLEY):
+        _, err = told("sweep", source, "--vary", f"{LOAD}=[1]", "--set", f"{LOAD}=2.0", code=2)
+        assert f"{LOAD} is both set for all runs and varied" in err
 
 
 @pytest.mark.parametrize(
