@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from frictionsim.api.fitting import Fit as Fit
     from frictionsim.api.fitting import fit as fit
     from frictionsim.api.pictures import plot as plot
+    from frictionsim.api.reporting import report as report
     from frictionsim.api.result import Result as Result
     from frictionsim.api.result import open as open
     from frictionsim.api.solving import resume as resume
@@ -67,6 +68,7 @@ _MODULES = {
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",
+    "report": "api.reporting",
     "new": "api.starting",
     "scenarios": "api.starting",
     "schema": "scenario.json_schema",

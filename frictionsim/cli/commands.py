@@ -46,7 +46,7 @@ from frictionsim.errors import (
 )
 
 OF_THIS_MODULE = ("solve", "resume", "check", "static", "cost")
-OF_OTHERS = ("show", "compare", "plot", "new", "schema", "fit", "sweep", "warm-up")
+OF_OTHERS = ("show", "compare", "plot", "new", "schema", "fit", "sweep", "report", "warm-up")
 
 
 def register_all() -> None:
@@ -54,6 +54,7 @@ def register_all() -> None:
     from frictionsim.cli import (  # noqa: F401  register theirs
         file_commands,
         fit_command,
+        report_command,
         sweep_command,
         warm_up,
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.plots.style import scenario_of, scenario_value
+from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt

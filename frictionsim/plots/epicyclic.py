@@ -19,9 +19,9 @@ from frictionsim.plots.style import (
     grid,
     line_style,
     require_channels,
-    scenario_value,
     set_up,
 )
+from frictionsim.scenario.recorded import scenario_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

@@ -12,10 +12,10 @@ from frictionsim.plots.style import (
     label,
     line_style,
     require_channels,
-    scenario_value,
     set_up,
 )
 from frictionsim.plots.time_history import OTHER_EVENT
+from frictionsim.scenario.recorded import scenario_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

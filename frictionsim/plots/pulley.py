@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.plots import time_history
-from frictionsim.plots.style import BLACK, Style, add_legend, scenario_of
+from frictionsim.plots.style import (
+    BLACK,
+    Style,
+    add_legend,
+)
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.recorded import scenario_of
 from frictionsim.scenario.validation import ValidationFailure, validate
 
 if TYPE_CHECKING:

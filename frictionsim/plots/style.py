@@ -1,13 +1,13 @@
 """Colours, line styles, titles and legends of all pictures."""
 
 from collections.abc import Sequence
-from tomllib import TOMLDecodeError, loads
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError
 from frictionsim.scenario.methods import SET_VALUED
+from frictionsim.scenario.recorded import scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
@@ -54,44 +54,6 @@ def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
             f"cannot draw the view '{view}': this result has no channel {', '.join(missing)};"
             f" the view needs {', '.join(names)} (see output.channels)"
         )
-
-
-def scenario_of(result: "Record") -> dict[str, Any]:
-    """Return the scenario of a result as data.
-
-    Raises
-    ------
-    InputError
-        If it is not valid TOML.
-    """
-    try:
-        return loads(result.attributes["scenario"])
-    except TOMLDecodeError as error:
-        raise InputError(f"cannot read the scenario in this result: {error}") from None
-
-
-def scenario_value(result: "Record", *keys: str | int) -> Any:
-    """Return a value of the scenario of a result.
-
-    Parameters
-    ----------
-    result : Record
-    *keys : str or int
-        Path of the value.
-
-    Raises
-    ------
-    InputError
-        If there is no such key.
-    """
-    value: Any = scenario_of(result)
-    for key in keys:
-        try:
-            value = value[key]
-        except (KeyError, TypeError, IndexError):
-            where = ".".join(map(str, keys))
-            raise InputError(f"the scenario in this result has no {where}") from None
-    return value
 
 
 def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes: str) -> float:

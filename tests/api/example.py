@@ -66,7 +66,8 @@ def simulate(folder: Path) -> None:
     differences: list[float | None] = [row.difference for row in comparison.rows]
     figure: Figure = fs.plot(result, view="response")
     fs.plot(name, ax=None)
-    print(value, comparison.same, comparison.notes, differences, figure.axes)
+    written: Path = fs.report(result, folder / "a.html")
+    print(value, written, comparison.same, comparison.notes, differences, figure.axes)
     part: fs.Result = fs.solve(loaded[1], {"solver.max_steps": 100}, progress=print, max_wall=60.0)
     whole: fs.Result = fs.resume(part, progress=False, max_wall=60.0)
     estimated: fs.Result = fs.solve(loaded[4], estimate_error=True)

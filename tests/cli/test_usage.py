@@ -29,6 +29,7 @@ COMMANDS = [
     "schema",
     "fit",
     "sweep",
+    "report",
     "warm-up",
 ]
 LONG = "a" * 300

@@ -94,7 +94,8 @@ def test_the_wheel_has_the_package_its_types_and_the_scenarios(archives: Archive
         names = {name for name in wheel.namelist() if ".dist-info" not in name}
     sources = {str(p.relative_to(ROOT)) for p in (ROOT / "frictionsim").rglob("*.py")}
     shipped = {f"frictionsim/{p.relative_to(ROOT)}" for p in SCENARIOS.rglob("*") if p.is_file()}
-    assert names == {*sources, *shipped, "frictionsim/py.typed"}
+    page = {str(p.relative_to(ROOT)) for p in (ROOT / "frictionsim/reports/page").iterdir()}
+    assert names == {*sources, *shipped, *page, "frictionsim/py.typed"}
 
 
 def test_its_description_is_the_readme(metadata: Message) -> None:

@@ -1,0 +1,168 @@
+"""The parts of a motion, and where they are over time; lengths in m, angles in rad.
+
+Positions between two frames are linear in time, states (`sticking`, `visible`) are those of the
+frame before. Whoever draws a motion looks up colours by the name of a `role`.
+"""
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Array = npt.NDArray[np.float64]
+    Bools = npt.NDArray[np.bool_]
+
+Role = Literal["fixed", "moving", "marked", "load", "path", "force", "friction"]
+"""What a part is, from which its colour follows: a frame or shaft; a wheel; what the eye follows,
+as a mark on a wheel; what hangs, rolls or is carried; a path; an applied or a friction force."""
+
+
+class Disc(NamedTuple):
+    """A disc or, if it is open, a circle, in the coordinates of its body."""
+
+    x: float
+    y: float
+    radius: float
+    role: Role
+    open: bool = False
+
+
+class Line(NamedTuple):
+    """Straight lines through points (n, 2), in the coordinates of their body."""
+
+    points: "Array"
+    role: Role
+    closed: bool = False
+    """Closed lines are filled."""
+
+
+class Body(NamedTuple):
+    """A rigid body that turns and moves.
+
+    Attributes
+    ----------
+    name : str
+        For the key; empty if it is not in it.
+    shapes : tuple of Disc and Line
+        From back to front.
+    x, y : (frames,), m
+        Position of the origin of its coordinates.
+    angle : (frames,), rad
+        Counter-clockwise.
+    visible : (frames,) of bool, optional
+    """
+
+    name: str
+    shapes: tuple[Disc | Line, ...]
+    x: "Array"
+    y: "Array"
+    angle: "Array"
+    visible: "Bools | None" = None
+
+
+class Band(NamedTuple):
+    """A belt or cord: a line through n points, coloured by a value.
+
+    Attributes
+    ----------
+    name : str
+    x, y : (frames, n), m
+    closed : bool
+        Its last point is joined to its first one.
+    value : (frames, n) or None
+        Of the piece from point i - 1 to point i, as the channel `tension` of joints.
+    quantity, unit : str
+        What the value is, for the scale of colours.
+    touching, sticking : (frames, n) of bool, or None
+        Which points touch a pulley, and which of these stick.
+    """
+
+    name: str
+    x: "Array"
+    y: "Array"
+    closed: bool
+    value: "Array | None" = None
+    quantity: str = ""
+    unit: str = ""
+    touching: "Bools | None" = None
+    sticking: "Bools | None" = None
+
+
+class Trail(NamedTuple):
+    """The path of a point: what is behind it is drawn stronger than what is ahead.
+
+    Attributes
+    ----------
+    name : str
+    time : (n,), s
+        Its own, finer than the frames where the path needs it.
+    x, y : (n,), m
+    """
+
+    name: str
+    time: "Array"
+    x: "Array"
+    y: "Array"
+
+
+class Arrow(NamedTuple):
+    """A force: an arrow from a point, as long as the scale of the motion says.
+
+    Attributes
+    ----------
+    name : str
+    x, y : (frames,), m
+        Where it begins.
+    dx, dy : (frames,), m
+        To its tip.
+    role : Role
+    """
+
+    name: str
+    x: "Array"
+    y: "Array"
+    dx: "Array"
+    dy: "Array"
+    role: Role
+
+
+Part = Body | Band | Trail | Arrow
+
+
+class Readout(NamedTuple):
+    """A number beside the drawing, as an angle or a force.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+    value : (frames,)
+    """
+
+    name: str
+    unit: str
+    value: "Array"
+
+
+class Motion(NamedTuple):
+    """A mechanism in motion.
+
+    Attributes
+    ----------
+    time : (frames,), s
+        Increasing.
+    parts : tuple of Part
+        From back to front.
+    bounds : tuple of float, m
+        Of the drawing: left, right, bottom, top.
+    state : (frames,) of int or None
+        Of a mechanism with one contact: 0 sticks, 1 and -1 slip.
+    readouts : tuple of Readout
+    """
+
+    time: "Array"
+    parts: tuple[Part, ...]
+    bounds: tuple[float, float, float, float]
+    state: "npt.NDArray[np.int64] | None" = None
+    readouts: tuple[Readout, ...] = ()

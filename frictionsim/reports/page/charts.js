@@ -1,0 +1,2 @@
+"use strict";
+// Charts over time by Plotly.

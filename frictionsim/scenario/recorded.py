@@ -1,0 +1,47 @@
+"""The scenario that a result holds."""
+
+from tomllib import TOMLDecodeError, loads
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.errors import InputError
+
+if TYPE_CHECKING:
+    from frictionsim.results import Record
+
+
+def scenario_of(result: "Record") -> dict[str, Any]:
+    """Return the scenario of a result as data.
+
+    Raises
+    ------
+    InputError
+        If it is not valid TOML.
+    """
+    try:
+        return loads(result.attributes["scenario"])
+    except TOMLDecodeError as error:
+        raise InputError(f"cannot read the scenario in this result: {error}") from None
+
+
+def scenario_value(result: "Record", *keys: str | int) -> Any:
+    """Return a value of the scenario of a result.
+
+    Parameters
+    ----------
+    result : Record
+    *keys : str or int
+        Path of the value.
+
+    Raises
+    ------
+    InputError
+        If there is no such key.
+    """
+    value: Any = scenario_of(result)
+    for key in keys:
+        try:
+            value = value[key]
+        except (KeyError, TypeError, IndexError):
+            where = ".".join(map(str, keys))
+            raise InputError(f"the scenario in this result has no {where}") from None
+    return value

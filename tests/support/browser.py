@@ -1,0 +1,75 @@
+"""A headless browser for tests of reports, and what happens in its pages."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# Names of the program on Debian and elsewhere.
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+# Else it looks for updates, and root may not start it.
+OPTIONS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+# Set where tests without a browser would be none, as in CI.
+REQUIRED = "FRICTIONSIM_TESTS_NEED_BROWSER"
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """Return the context with a browser; tests are skipped where there is none."""
+    program = next(filter(None, map(shutil.which, PROGRAMS)), None)
+    if program is None:
+        assert not os.environ.get(REQUIRED), "there is no chromium"
+        pytest.skip("chromium is not installed")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=program, args=OPTIONS)
+        try:
+            yield found
+        finally:
+            found.close()
+
+
+@contextmanager
+def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
+    """Open a report, and check that it logs no error and asks for no other file.
+
+    Parameters
+    ----------
+    browser : playwright Browser
+    file : Path
+    **options
+        Of the page, as color_scheme="dark".
+
+    Yields
+    ------
+    playwright Page
+        When the scripts of the report have started.
+    """
+    page = browser.new_page(**options)
+    messages: list[str] = []
+    requests: list[str] = []
+    page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    try:
+        page.goto(file.as_uri())
+        page.wait_for_function("frictionsim.ready")
+        yield page
+        assert messages == []
+        assert [url for url in requests if not url.startswith(("data:", "blob:"))] == [
+            file.as_uri()
+        ]
+    finally:
+        page.close()
