@@ -11,9 +11,11 @@ from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     BLACK,
     GREY,
+    LABEL_WIDTH,
     STICK_COLOUR,
     VERMILION,
     add_legend,
+    axis_label,
     escape_mathtext,
 )
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
 HEIGHT, MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals
+RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
 FEW = 60  # points: more are drawn smaller
 DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
 FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
@@ -77,14 +80,13 @@ def _draw_target(
     size = 5.0 if len(x) <= FEW else 2.5
     upper.plot(x, target.values, **DATA, markersize=size)
     upper.plot(x[order], residuals.fitted[order], **FIT)
-    unit = f",\n{residuals.unit.replace('^2', '²')}" if residuals.unit not in ("", "1") else ""
-    upper.set_ylabel(f"{escape_mathtext(target.name.replace('_', ' '))}{unit}")
+    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
         lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_COLOUR, linewidth=0)
     lower.axhline(0.0, color=VERMILION, linewidth=1.0)
     lower.plot(x, residuals.values, **RESIDUAL, markersize=size)
-    lower.set_ylabel(f"residual{unit}")
+    lower.set_ylabel(axis_label("residual", residuals.unit, RESIDUAL_WIDTH))
     lower.set_xlabel(label)
     for ax in (upper, lower):
         ax.grid(linewidth=0.3)
@@ -96,7 +98,6 @@ def _abscissa(found: "Outcome", target: "Target") -> tuple[Any, str]:
         return target.times, "time, s"
     if len(found.data.over) == 1:
         key = found.data.over[0]
-        unit = description_of(type(found.fitted), key)[0].replace("^2", "²")
-        label = escape_mathtext(key) + (f", {unit}" if unit not in ("", "1") else "")
+        label = axis_label(key, description_of(type(found.fitted), key)[0])
         return np.array([found.data.runs[run][key] for run in target.runs]), label
     return target.runs + 1.0, "run"

@@ -8,9 +8,11 @@ have the same axes: a run that is exact in time stays as far off on the left as 
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictionsim.plots.failed_runs import add_strip, places_of
 from frictionsim.plots.style import (
     COLOURS,
     GREY,
@@ -53,8 +55,8 @@ def draw_mesh_study(study: "Study", figure: "Figure | SubFigure") -> None:
             ax.axhspan(lowest, max(height, lowest), color=STICK_COLOUR, linewidth=0)
     handles = _draw_models(left, study.rows)
     handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
-    handles += _draw_failed(left, study.rows)
     left.set_ylim(lowest, None)
+    handles += _draw_failed(left, study.rows)
     for ax in (left, right):
         for target in TARGETS:
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
@@ -122,12 +124,11 @@ def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Line2D]:
 
 
 def _draw_failed(ax: Any, rows: "list[Row]") -> list[Line2D]:
-    """Mark runs without an error at the upper edge; a scenario that was refused took no time."""
+    """Mark runs without an error in a strip above the others."""
     failed = [row for row in rows if row.error is None]
     if not failed:
         return []
     style: dict[str, Any] = {"color": "black", "marker": "x", "linestyle": "", "markersize": 7}
-    at = [row.wall_seconds for row in failed if row.wall_seconds > 0.0]
-    top = [1.0] * len(at)
-    ax.plot(at, top, **style, clip_on=False, transform=ax.get_xaxis_transform())
+    at = places_of([row.wall_seconds for row in failed], [row.wall_seconds for row in rows])
+    ax.plot(at, np.full(at.size, add_strip(ax)), **style)
     return [Line2D([], [], **style, label=f"{len(failed)} failed")]

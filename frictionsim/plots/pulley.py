@@ -1,6 +1,6 @@
 """The picture of a pulley: its response to the force, with the limits of static friction."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities, Record
 
 LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
-# Labels are above the upper line and below the lower one, so that they do not overlap.
-LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to hold", "top")}
+LIMIT_FORCES = {"force_to_hold": "to hold", "force_to_lift": "to lift"}
+LABEL_POINTS = 11.0  # height of a label beside a line
+PANEL_SHARE = 0.5  # at least, of what a panel has of the height of its figure
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
@@ -36,7 +37,7 @@ def response(result: "Record", figure: "Figure | SubFigure") -> None:
     if "friction_torque" in result.channels:
         limits = _limits(result)
         if "drive_force" in axes:
-            _draw_limit_forces(axes["drive_force"], result, limits)
+            _draw_limit_forces(axes["drive_force"], len(axes), result, limits)
         if limits and "friction_torque" in axes and "shaft_reaction" in result.channels:
             handles.append(_draw_static_limit(axes["friction_torque"], result, limits))
     add_legend(figure, handles)
@@ -51,21 +52,52 @@ def _limits(result: "Record") -> "Quantities":
     return mechanism_module(scenario.kind).statics(scenario)
 
 
-def _draw_limit_forces(ax: Any, result: "Record", limits: "Quantities") -> None:
+def _draw_limit_forces(ax: Any, panels: int, result: "Record", limits: "Quantities") -> None:
+    """Draw lines at the forces of impending motion, and label them within the panel's height."""
     highest = MAX_LIMIT * np.max(np.abs(result.channels["drive_force"]))
-    for name, (words, side) in LIMIT_FORCES.items():
-        force = limits[name].value if name in limits else None
-        if force is not None and force <= highest:
-            ax.axhline(force, **LIMIT_LINE)
-            ax.annotate(
-                f"{force:.1f} N {words}",
-                (1.0, force),
-                (4.0, 0.0),
-                xycoords=ax.get_yaxis_transform(),
-                textcoords="offset points",
-                va=side,
-                fontsize="small",
-            )
+    found = [(limits[name].value, words) for name, words in LIMIT_FORCES.items() if name in limits]
+    drawn = sorted(
+        (force, words) for force, words in found if force is not None and force <= highest
+    )
+    for force, _ in drawn:
+        ax.axhline(force, **LIMIT_LINE)
+    figure, (low, high) = ax.figure, ax.get_ylim()
+    points = 72.0 * figure.bbox.height / figure.dpi / panels
+    places = label_places(
+        [(force - low) / (high - low) for force, _ in drawn],
+        min(0.5, LABEL_POINTS / (PANEL_SHARE * points)),
+    )
+    for (force, words), place in zip(drawn, places, strict=True):
+        ax.annotate(
+            f"{force:.1f} N {words}",
+            (1.0, place),
+            (4.0, 0.0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="center",
+            fontsize="small",
+        )
+
+
+def label_places(lines: Sequence[float], height: float) -> list[float]:
+    """Return where the middles of the labels of at most two lines are, in parts of a panel.
+
+    The label of the lower line is below it, that of the upper one above it, but no label leaves the
+    panel or overlaps the other.
+
+    Parameters
+    ----------
+    lines : sequence of float
+        Heights of the lines, ascending.
+    height : float
+        Of a label, at most 1/2.
+    """
+    half = 0.5 * height
+    if len(lines) < 2:
+        return [min(max(line + half, half), 1.0 - half) for line in lines]
+    low = min(max(lines[0] - half, half), 1.0 - 3.0 * half)
+    high = min(max(lines[1] + half, low + height), 1.0 - half)
+    return [low, high]
 
 
 def _draw_static_limit(ax: Any, result: "Record", limits: Mapping[str, Any]) -> Any:

@@ -1,6 +1,8 @@
 """Colours, line styles, titles and legends of all pictures."""
 
+import re
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
@@ -30,6 +32,8 @@ Style = dict[str, Any]
 STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
+LABEL_WIDTH = 18  # characters beside a panel of channels
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 
 
@@ -133,12 +137,47 @@ def label(result: "Record", name: str, words: str = "") -> str:
     words : str
         Text instead of the name.
     """
-    return f"{words or name.replace('_', ' ')},\n{unit(result, name)}"
+    return axis_label(words or name.replace("_", " "), result.units[name], LABEL_WIDTH)
 
 
-def unit(result: "Record", name: str) -> str:
-    """Return the unit of a channel for display."""
-    return result.units[name].replace("^2", "²")
+def axis_label(words: str, unit: str = "", width: int = 0) -> str:
+    """Return what is along an axis: a quantity and its unit, as "force, N".
+
+    Every axis, colour bar and key that names a quantity with a unit is labelled so. A number
+    without unit has none.
+
+    Parameters
+    ----------
+    words : str
+        The quantity; $ in it is no formula.
+    unit : str
+        "1" or empty for a number.
+    width : int
+        Of a line, in characters; a longer label is broken between words, and before the unit, never
+        within that. 0 breaks nothing.
+    """
+    shown = unit_text(unit)
+    text = f"{words}, {shown}" if shown else words
+    if width and max(map(len, text.split("\n"))) > width:
+        lines = [part for line in words.split("\n") for part in wrap(line, width) or [""]]
+        text = "\n".join(lines)
+        if shown:
+            joined = len(lines[-1]) + 2 + len(shown) <= width and len(lines) > 1
+            text += f", {shown}" if joined else f",\n{shown}"
+    return escape_mathtext(text)
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit for display: raised exponents; empty for a number, whose unit is 1."""
+    if unit == "1":
+        return ""
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(RAISED), unit)
+
+
+def with_unit(value: str, unit: str) -> str:
+    """Return a number with its unit, as "200 N"; without unit the number alone."""
+    shown = unit_text(unit)
+    return f"{value} {shown}" if shown else value
 
 
 def grid(ax: Any) -> None:

@@ -32,7 +32,13 @@ from frictionsim.parameter_study.statistics import (
     variation,
 )
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import MAX_LINES, add_legend, escape_mathtext, relative_width
+from frictionsim.plots.style import (
+    MAX_LINES,
+    add_legend,
+    axis_label,
+    escape_mathtext,
+    relative_width,
+)
 from frictionsim.plots.sweep_axes import (
     MAX_WORD,
     Face,
@@ -40,7 +46,6 @@ from frictionsim.plots.sweep_axes import (
     face_of,
     short_keys,
     shortened_key,
-    unit_text,
 )
 from frictionsim.plots.sweep_curves import (
     FLAT,
@@ -318,8 +323,7 @@ def _draw_sample(
 
 def label_of(table: SweepTable, name: str) -> str:
     """Return the label of a quantity with its unit."""
-    words = fill(name.replace("_", " "), MAX_WORD)
-    return escape_mathtext(f"{words},\n{unit_text(table.units[name])}")
+    return axis_label(name.replace("_", " "), table.units[name], MAX_WORD)
 
 
 def _panels(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) -> list[Any]:

@@ -9,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.plots.style import escape_mathtext
+from frictionsim.plots.style import axis_label, escape_mathtext, with_unit
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
@@ -58,15 +58,13 @@ class KeyAxis(NamedTuple):
             if lines[-1] and len(lines[-1]) + len(part) > width:
                 lines.append("")
             lines[-1] += part
-        text = escape_mathtext("\n".join(lines))
-        return f"{text}, {unit_text(self.unit)}" if self.unit else text
+        return axis_label("\n".join(lines), self.unit)
 
     def text(self, place: int) -> str:
         """Return a value with its unit; `place` is that along the axis."""
         if self.labels:
             return escape_mathtext(self.labels[place])
-        unit = "" if self.unit in ("", "1") else f" {unit_text(self.unit)}"
-        return f"{self.values[place]:.6g}{unit}"
+        return escape_mathtext(with_unit(f"{self.values[place]:.6g}", self.unit))
 
     def plain(self, place: int) -> str:
         """Return a value as --at takes it."""
@@ -304,8 +302,3 @@ def short_keys(keys: Sequence[str]) -> list[str]:
 
 def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else f"{text[: length - 1]}…"
-
-
-def unit_text(unit: str) -> str:
-    """Return a unit for display."""
-    return unit.replace("^2", "²")

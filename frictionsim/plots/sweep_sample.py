@@ -10,8 +10,18 @@ from matplotlib.patches import Patch
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import Statistics
-from frictionsim.plots.style import BLACK, BLUE, SKY, VERMILION, Style, escape_mathtext, grid
-from frictionsim.plots.sweep_axes import MAX_WORD, short_keys, unit_text
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    SKY,
+    VERMILION,
+    Style,
+    axis_label,
+    escape_mathtext,
+    grid,
+    with_unit,
+)
+from frictionsim.plots.sweep_axes import MAX_WORD, short_keys
 from frictionsim.plots.sweep_curves import FLAT
 
 if TYPE_CHECKING:
@@ -50,9 +60,9 @@ def draw_histogram(
         Of these.
     """
     grid(ax)
-    unit = unit_text(table.units[name])
-    words = fill(name.replace("_", " "), 2 * MAX_WORD)
-    ax.set_xlabel(escape_mathtext(f"{words}, {unit}"), fontsize="small")
+    unit = table.units[name]
+    words = axis_label(name.replace("_", " "), unit, 2 * MAX_WORD)
+    ax.set_xlabel(words, fontsize="small")
     ax.set_ylabel("runs", fontsize="small")
     ax.tick_params(labelsize="small")
     if not statistics.runs:
@@ -69,8 +79,8 @@ def draw_histogram(
             ax.axvline(place, **style)
     deviation = "" if np.isnan(s.deviation) else f", standard deviation {s.deviation:.4g}"
     lines = [
-        f"mean {s.mean:.5g}{deviation} {unit}",
-        f"5 %: {s.low:.5g}, 50 %: {s.median:.5g}, 95 %: {s.high:.5g} {unit}",
+        with_unit(f"mean {s.mean:.5g}{deviation}", unit),
+        with_unit(f"5 %: {s.low:.5g}, 50 %: {s.median:.5g}, 95 %: {s.high:.5g}", unit),
     ]
     if s.runs < values.size:
         lines.append(f"from {s.runs} of {values.size} runs; the others failed or do not define it")

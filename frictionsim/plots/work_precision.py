@@ -3,8 +3,10 @@
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
+from frictionsim.plots.failed_runs import add_strip, places_of
 from frictionsim.plots.mesh_errors import draw_mesh_study
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, relative_width
@@ -25,7 +27,7 @@ WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side e
 
 
 def diagram(study: "Study", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
-    """Draw one line for each backend; failed settings are marked at the upper edge.
+    """Draw one line for each backend; failed settings are marked in a strip above them.
 
     A study of meshes has the panels of `frictionsim.plots.mesh_errors`.
 
@@ -80,13 +82,18 @@ def _draw_panel(ax: Any, study: "Study", quantity: str) -> None:
             linewidth=0,
             label="below the reference uncertainty",
         )
+    work = [getattr(row, quantity) for row in study.rows]
+    middle = add_strip(ax) if any(row.error is None for row in study.rows) else 0.0
     names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
         rows = [row for row in study.rows if row.setting.line == name]
-        _draw_backend(ax, rows, quantity, number, name)
+        _draw_backend(ax, rows, quantity, number)
+        places = places_of([getattr(row, quantity) for row in rows if row.error is None], work)
+        if places.size:
+            _draw_failed(ax, places, middle, number, f"{name}: {places.size} failed")
 
 
-def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int, name: str) -> None:
+def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int) -> None:
     colour = LINE_COLOURS[number % len(LINE_COLOURS)]
     done = [row for row in rows if row.error is not None]
     if done:
@@ -98,19 +105,19 @@ def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int, name: 
             linestyle=LINES[number % len(LINES)],
             linewidth=1.2,
             markersize=6,
-            label=name,
+            label=done[0].setting.line,
         )
-    failed = [row for row in rows if row.error is None]
-    if failed:
-        ax.plot(
-            [getattr(row, quantity) for row in failed],
-            [1.0] * len(failed),
-            color=colour,
-            marker="x",
-            linestyle="",
-            markersize=9,
-            markeredgewidth=2.0,
-            clip_on=False,
-            transform=ax.get_xaxis_transform(),
-            label=f"{name}: {len(failed)} failed",
-        )
+
+
+def _draw_failed(ax: Any, places: Any, middle: float, number: int, words: str) -> None:
+    """Mark the failed runs of a backend in their strip."""
+    ax.plot(
+        places,
+        np.full(places.size, middle),
+        color=LINE_COLOURS[number % len(LINE_COLOURS)],
+        marker="x",
+        linestyle="",
+        markersize=8,
+        markeredgewidth=2.0,
+        label=words,
+    )

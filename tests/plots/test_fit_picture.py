@@ -30,7 +30,7 @@ def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> Non
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "angular velocity,\nrad/s",
         "residual,\nrad/s",
-        "angle,\nrad",
+        "angle, rad",
         "residual,\nrad",
     ]
     assert figure.axes[1].get_xlabel() == "time, s"

@@ -69,7 +69,7 @@ def test_a_curve_has_the_values_of_the_sound_runs_and_marks_at_the_others() -> N
         "A sweep: sweep over x (done: 4 of 5 runs; 1 failed; 1 with a failed audit)"
     )
     assert ax.get_xlabel() == "a.b.x, m"
-    assert ax.get_ylabel() == "f,\nN m"
+    assert ax.get_ylabel() == "f, N m"
 
 
 @pytest.mark.parametrize("function", [lambda x, w: -x, lambda x, w: 10.0**x])
@@ -145,7 +145,7 @@ def test_a_map_has_the_values_in_cells_halfway_between_them() -> None:
     np.testing.assert_allclose(corners[:, 0, 1], 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x, m", "y, m")
-    assert bar.get_ylabel() == "f,\nN m"
+    assert bar.get_ylabel() == "f, N m"
     written = {text.get_text() for text in ax.texts}
     assert written == {f"{value:.3g}" for row in expected for value in row}
 
@@ -241,7 +241,7 @@ def test_values_together_are_drawn_over_the_first_number() -> None:
 def test_the_first_quantities_that_vary_are_drawn() -> None:
     functions: Any = {f"q{i}": (lambda x, i=i: i * x) for i in range(9)}
     figure = draw_sweep(grid_of({"x": FIVE}, functions))
-    assert [ax.get_ylabel() for ax in figure.axes] == [f"q{i},\nN m" for i in range(1, 7)]
+    assert [ax.get_ylabel() for ax in figure.axes] == [f"q{i}, N m" for i in range(1, 7)]
     assert "6 of 8 quantities that vary" in title_of(figure)
     same = draw_sweep(grid_of({"x": FIVE}, {"f": lambda x: 5.0, "g": lambda x: np.nan}))
     assert "no quantity varies" in title_of(same)
@@ -398,7 +398,7 @@ def test_a_sweep_of_which_all_runs_failed_is_drawn_as_such(sample: SweepTable) -
     assert said.count("not defined in any run") == 2
     grid = grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: x})
     figure = draw_sweep(with_outcomes(grid, dict.fromkeys(range(25), FAILED)))
-    assert figure.axes[0].get_title() == "f,\nN m: no values"
+    assert figure.axes[0].get_title() == "f, N m: no values"
     assert legend_of(figure) == ["failed: 25 runs"]
     assert len(lines_of(figure.axes[0], "x")[0].get_xdata()) == 25
 

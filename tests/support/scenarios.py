@@ -27,7 +27,12 @@ FRICTION_EFFECTS = {"shaft_friction", "hinge_friction", "rolling_friction", "bel
 
 def pulley(**changes: Any) -> Scenario:
     """Return the shipped pulley as data; `solver__rtol=1e-6` sets solver.rtol, None removes."""
-    data: Scenario = tomllib.loads((SCENARIOS / "pulley.toml").read_text())
+    return shipped("pulley", **changes)
+
+
+def shipped(name: str, **changes: Any) -> Scenario:
+    """Return a shipped scenario as data, with changes as in `pulley`."""
+    data: Scenario = tomllib.loads((SCENARIOS / f"{name}.toml").read_text())
     return changed(data, **changes)
 
 

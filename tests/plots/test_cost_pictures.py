@@ -1,0 +1,86 @@
+"""Cost diagrams: failed runs are seen, inside the panels."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from frictionsim.plots.failed_runs import STRIP, places_of
+from frictionsim.plots.work_precision import diagram
+from frictionsim.scenario.validation import validate
+from frictionsim.scenario.variants import Mesh, Setting
+from frictionsim.work_precision.errors import Error
+from frictionsim.work_precision.outcome import Row, Study
+from tests.support.scenarios import SCENARIOS, pulley
+
+
+def row(
+    backend: str,
+    error: float | None,
+    seconds: float,
+    evaluations: int = 100,
+    mesh: Mesh | None = None,
+) -> Row:
+    errors = {} if error is None else {"angle": Error(error, error)}
+    status = "failed" if error is None else "done"
+    setting = Setting(backend, "rtol 1", (), mesh=mesh)
+    return Row(setting, status, "", seconds, 1, 1, 0, evaluations, 5, 1, errors)
+
+
+def drawn(rows: list[Row]) -> Figure:
+    return diagram(Study(validate(pulley(), SCENARIOS), (), None, rows, "done", "", 0))
+
+
+def crosses(ax: Any) -> list[Any]:
+    return [line for line in ax.lines if line.get_marker() == "x"]
+
+
+@pytest.mark.parametrize("worst", [1e-9, 0.5, 3e4])
+def test_crosses_of_failed_runs_lie_inside_both_panels_above_all_errors(worst: float) -> None:
+    rows = [row("a", 1e-10, 0.1), row("a", worst, 0.01), row("a", None, 0.2), row("b", None, 9.0)]
+    figure = drawn([*rows, row("b", None, 0.0, 0)])
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        frame = ax.get_window_extent()
+        found = np.concatenate(
+            [ax.transData.transform(np.column_stack(line.get_data())) for line in crosses(ax)]
+        )
+        assert len(found) == 3
+        radius = 4.0 * figure.dpi / 72.0
+        assert (found > np.array(frame.min) + radius * np.array([0.0, 1.0])).all()
+        assert (found < np.array(frame.max) - radius * np.array([0.0, 1.0])).all()
+        others = [line for line in ax.lines if line.get_marker() == "o"]
+        points = ax.transData.transform(np.column_stack(others[0].get_data()))
+        strip = frame.y1 - STRIP * frame.height
+        assert points[:, 1].max() < strip < found[:, 1].min()
+        ticks = ax.transData.transform([(1.0, tick) for tick in ax.get_yticks()])[:, 1]
+        assert ticks.max() <= strip + 0.5
+        assert [text.get_text() for text in ax.texts] == ["failed"]
+
+
+def test_without_failed_runs_there_is_no_strip() -> None:
+    for ax in drawn([row("a", 1e-9, 0.1), row("a", 1e-6, 0.01)]).axes:
+        assert not crosses(ax)
+        assert not ax.texts
+        assert ax.get_ylim()[1] == pytest.approx(10.0)
+
+
+def test_runs_without_work_are_marked_at_the_least_work() -> None:
+    assert places_of([0.0, 3.0], [0.5, 3.0, 0.0]).tolist() == [0.5, 3.0]
+    assert places_of([0.0], [0.0]).tolist() == [1.0]
+
+
+def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:
+    meshes = [Mesh("corrected", bodies) for bodies in (50, 100)]
+    rows = [row("moreau", 0.1 / m.bodies, 0.1 * m.bodies, mesh=m) for m in meshes]
+    figure = drawn([*rows, row("moreau", None, 0.0, mesh=meshes[0])])
+    figure.draw_without_rendering()
+    left, right = figure.axes
+    frame = left.get_window_extent()
+    (cross,) = crosses(left)
+    x, y = left.transData.transform(np.column_stack(cross.get_data()))[0]
+    assert frame.x0 <= x < frame.x1
+    assert frame.y1 - STRIP * frame.height < y < frame.y1 - 3.0
+    assert not crosses(right)
+    assert [text.get_text() for text in left.texts] == ["failed"]
