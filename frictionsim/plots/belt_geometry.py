@@ -44,7 +44,8 @@ def pulleys_of(result: "Record") -> list[Pulley]:
         )
         for i in range(len(scenario_value(result, *where)))
     ]
-    if np.max(result.channels["pulley_index"], initial=-1) >= len(pulleys):
+    touched = result.channels.get("pulley_index", np.array(-1))
+    if np.max(touched, initial=-1) >= len(pulleys):
         raise InputError("bodies in this result touch pulleys that are not in its scenario")
     return pulleys
 

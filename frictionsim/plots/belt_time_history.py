@@ -11,11 +11,13 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.plots.belt_geometry import (
     BeltLine,
+    Pulley,
     constant_runs,
     has_friction,
     middle_of_first_span,
     pulleys_of,
 )
+from frictionsim.plots.belt_slip import draw_slip
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Record
 
+SLIP = "slip"  # the panel of no channel
 TENSION_HEIGHT = 4.0  # inches
 MAX_SAMPLES = 200  # in the mean of the tension
 TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, repeated
@@ -45,13 +48,28 @@ NAME_GAP = 0.14  # of the width of a picture, for the name of a pulley
 
 
 def speeds(result: "Record", figure: "Figure | SubFigure") -> None:
-    """Draw the speeds of the pulleys and the torques on them over time."""
+    """Draw the speeds of the pulleys, the torques on them and the slip over time.
+
+    Without the radii of the pulleys, in the scenario, there is no slip.
+    """
     names = ("pulley_speed", "pulley_torque")
     require_channels(result, "speeds", names)
-    axes = stacked_axes(result, figure, names)
-    for name, ax in axes.items():
-        handles = _draw_pulleys(ax, result, name)
+    pulleys = _pulleys_with_radii(result)
+    axes = stacked_axes(result, figure, [*names, SLIP] if pulleys else names)
+    for name in names:
+        handles = _draw_pulleys(axes[name], result, name)
+    if pulleys:
+        handles += draw_slip(axes[SLIP], result, pulleys)
     add_legend(figure, handles)
+
+
+def _pulleys_with_radii(result: "Record") -> list[Pulley]:
+    """Return the pulleys of the scenario; none if it does not have those of the result."""
+    try:
+        pulleys = pulleys_of(result)
+    except InputError:
+        return []
+    return pulleys if len(pulleys) == result.channels["pulley_speed"].shape[1] else []
 
 
 def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:

@@ -91,7 +91,7 @@ def stacked_axes(
     result : Record
     figure : Figure or SubFigure
     names : sequence of str
-        The channels.
+        The channels; other names are those of panels without a unit, yet to be labelled.
     *notes : str
         Further notes in the title.
 
@@ -103,7 +103,7 @@ def stacked_axes(
     scale = set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
-        ax.set_ylabel(label(result, name))
+        ax.set_ylabel(label(result, name) if name in result.units else name)
         shrink(ax.yaxis.label, scale)
         grid(ax)
     axes[-1].set_xlabel("time, s")

@@ -1,10 +1,18 @@
 """The quantities of a belt drive's summary, and the checks of its run."""
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.slip import (
+    ends_of,
+    mean_power,
+    senses_of,
+    slip_percent,
+    speed_at_rest,
+)
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.results import Check, Quantities, Quantity
 from frictionsim.simulation.averages import last_part, smooth_mean, time_mean
@@ -17,7 +25,6 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
 UNUSED = 1e-6  # of what the springs store: less work than that is none
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
@@ -57,18 +64,16 @@ def quantities_of(
     for i, name in enumerate(names):
         after = names[(i + 1) % len(names)]
         found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
-    power = time_mean(time[last], (seen["_torque"] * seen["_speed"])[last])
+    power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = smooth_mean(time[last], seen["_speed"][last])
-    drive, driven = int(np.argmax(power)), int(np.argmin(power))
-    if drive == driven:
-        drive, driven = 0, len(names) - 1
-    found["drive_speed"] = Quantity(float(speed[drive]), "rad/s")
-    found["driven_speed"] = Quantity(float(speed[driven]), "rad/s")
-    rim = np.abs(speed) * model.system.pulleys.table[PULLEY_RADIUS]
-    moving = rim[drive] > min_rim_speed(scenario, time, seen)
-    slip = float(100.0 * (1.0 - rim[driven] / rim[drive])) if moving else None
-    found["slip_percent"] = Quantity(slip, "%")
+    ends = ends_of(power)
+    found["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
+    found["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
+    radii = model.system.pulleys.table[PULLEY_RADIUS]
+    rims = speed * radii * senses_of(scenario.mechanism.path())
+    slip = float(slip_percent(rims, ends, min_rim_speed(scenario, time, seen)))
+    found["slip_percent"] = Quantity(slip if isfinite(slip) else None, "%")
     found["efficiency"] = Quantity(
         efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
     )
@@ -92,7 +97,7 @@ def min_rim_speed(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, 
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
     last = last_part(time)
     tension = float(np.mean(seen["_span_tension"][last]))
-    return SLOW * float(np.sqrt(abs(tension) / scenario.mechanism.belt.mass_per_length))
+    return speed_at_rest(tension, scenario.mechanism.belt.mass_per_length)
 
 
 def _unused_energy(seen: dict[str, "Array"]) -> float:

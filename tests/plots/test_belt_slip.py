@@ -1,0 +1,130 @@
+"""The slip in the view `speeds`: that of the summary, for unlike pulleys, reversed or at rest."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms.belt_drive.slip import Ends, ends_of, slip_percent
+from frictionsim.plots import draw
+from frictionsim.results import Record
+from tests.support.belt_results import FOUR, TWO, Pulley, belt_run
+from tests.support.records import record_of
+from tests.support.scenarios import shipped, simulate
+
+UNLIKE = (Pulley("big", 0.0, 0.0, 0.05), Pulley("small", 0.4, 0.1, 0.02))
+
+
+@cache
+def solved() -> Record:
+    """Return a run with unlike pulleys that turn clockwise."""
+    data = shipped("belt_string", solver__duration=0.6)
+    data["mechanism"]["pulleys"][1]["radius"] = 0.02
+    return record_of(simulate(data))
+
+
+def slip_panel(record: Record) -> Any:
+    found = [ax for ax in draw(record, "speeds").axes if ax.get_ylabel().startswith("slip of")]
+    assert len(found) == 1
+    return found[0]
+
+
+def with_speed(record: Record, speed: Any) -> Record:
+    return record._replace(channels=record.channels | {"pulley_speed": speed})
+
+
+def test_the_mean_is_that_of_the_summary() -> None:
+    record = solved()
+    slip, mean = slip_panel(record).lines
+    assert mean.get_ydata() == pytest.approx([record.quantities["slip_percent"].value] * 2, 1e-12)
+    time = record.channels["time"]
+    assert mean.get_xdata() == pytest.approx([0.8 * time[-1], time[-1]])
+    said = f"mean slip over the last fifth, {record.quantities['slip_percent'].value:.4g} %"
+    assert mean.get_label() == said
+    np.testing.assert_array_equal(slip.get_xdata(), time)
+
+
+def test_the_slip_is_that_of_the_angles() -> None:
+    """By another way: how much less of the rims has passed, from the channel of the angles."""
+    record = solved()
+    time, angle = record.channels["time"], record.channels["pulley_angle"]
+    passed = np.diff(np.abs(angle * [0.027, 0.02]), axis=0)
+    expected = 100.0 * (passed[:, 0] - passed[:, 1]) / passed[:, 0]
+    slip, mean = slip_panel(record).lines
+    values = np.asarray(slip.get_ydata())
+    late = time[1:] > 0.35
+    between = 0.5 * (values[1:] + values[:-1])
+    off = np.abs(between[late] - expected[late])
+    assert (off.max() < 0.1, off.mean() < 0.02) == (True, True)
+    assert np.ptp(expected[late]) > 0.4
+    last = passed[time[1:] > 0.48 + 1e-9].sum(axis=0)
+    of_angles = 100.0 * (1.0 - last[1] / last[0])
+    assert mean.get_ydata()[0] == pytest.approx(of_angles, abs=0.01)
+    assert of_angles > 0.1
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("pulleys", "slip"), [(TWO, 1.0), (UNLIKE, 1.0), (FOUR, 3.0)])
+def test_the_slip_of_drives_made_by_hand(
+    pulleys: tuple[Pulley, ...], slip: float, direction: float
+) -> None:
+    """Each pulley of these is 1 % slower than the one before; of FOUR, one is on the back."""
+    record = record_of(belt_run(pulleys, samples=101))
+    torque = direction * record.channels["pulley_torque"]
+    record = with_speed(record, direction * record.channels["pulley_speed"])
+    record = record._replace(channels=record.channels | {"pulley_torque": torque})
+    ax = slip_panel(record)
+    drawn, mean = (np.asarray(line.get_ydata()) for line in ax.lines)
+    assert np.isnan(drawn[0])  # all are at rest
+    np.testing.assert_allclose(drawn[1:], slip, atol=1e-9)
+    assert mean == pytest.approx([slip] * 2)
+    assert ax.get_ylabel() in (f"slip of {pulleys[-1].name}, %", f"slip of {pulleys[-1].name},\n%")
+
+
+@pytest.mark.parametrize(("turned", "slip"), [(1.0, 2.0), (-1.0, 198.0)])
+def test_a_pulley_on_the_back_of_the_belt_slips_as_the_others(turned: float, slip: float) -> None:
+    """It turns the other way; in the second case with a load that turns it against the belt."""
+    record = record_of(belt_run(FOUR, samples=41))
+    torque = np.tile([15.0, 0.0, 15.0 * turned, 0.0], (41, 1))
+    record = record._replace(channels=record.channels | {"pulley_torque": torque})
+    speed = record.channels["pulley_speed"] * [1.0, 1.0, turned, 1.0]
+    ax = slip_panel(with_speed(record, speed))
+    assert ax.get_ylabel() == "slip of tensioner,\n%"
+    assert np.asarray(ax.lines[1].get_ydata()) == pytest.approx([slip] * 2)
+
+
+def test_a_driver_at_rest_has_no_slip() -> None:
+    record = record_of(belt_run(samples=21))
+    ax = slip_panel(with_speed(record, np.zeros((21, 2))))
+    assert not ax.lines
+    assert [text.get_text() for text in ax.texts] == ["no slip: driver is at rest"]
+
+
+def test_the_scale_is_that_of_a_driver_in_motion() -> None:
+    """Not that of its first moments, in which the ratio of two small speeds is anything."""
+    record = record_of(belt_run(samples=201))
+    speed = record.channels["pulley_speed"].copy()
+    speed[1] = [1e-3, -5.0]
+    speed[150, 1] *= 0.98
+    ax = slip_panel(with_speed(record, speed))
+    low, high = ax.get_ylim()
+    assert (0.7 < low < 1.0, 2.98 < high < 3.3) == (True, True)
+    assert np.nanmax(np.asarray(ax.lines[0].get_ydata())) > 1e5
+
+
+def test_without_radii_there_is_no_slip() -> None:
+    record = record_of(belt_run(samples=5))
+    bare = record._replace(attributes=record.attributes | {"scenario": ""})
+    assert [ax.get_ylabel().split()[0] for ax in draw(bare, "speeds").axes] == ["pulley", "pulley"]
+
+
+def test_ends_are_chosen_by_power() -> None:
+    assert ends_of(np.array([1.0, -3.0, 2.0])) == Ends(2, 1)
+    assert ends_of(np.zeros(3)) == Ends(0, 2)
+
+
+def test_slip_of_one_drive() -> None:
+    rims = np.array([[2.0, 1.9], [-2.0, -1.9], [2.0, -0.2], [1e-9, 1.0], [0.0, 0.0]])
+    found = slip_percent(rims, Ends(0, 1), 1e-6)
+    np.testing.assert_allclose(found, [5.0, 5.0, 110.0, np.nan, np.nan])
