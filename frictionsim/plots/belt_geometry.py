@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.plots.belt_path import arc_of, guiding_path, middles_on, places_on
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
@@ -135,6 +137,40 @@ class BeltLine:
         lengths = np.diff(self.place)[legs]
         return (self.place[legs] + fraction * lengths)[closer]
 
+    def places_at(self, result: "Record", sample: int) -> "Array":
+        """Return where the joints are along the line at a sample, (n,), m."""
+        return self.project(joints_at(result, sample))
+
+    def arcs(self, touched: "Array") -> Iterator[tuple[int, float, float]]:
+        """Yield number of the pulley, start and end, m, of each stretch of belt on a pulley.
+
+        Body k is between the joints k and k + 1.
+
+        Parameters
+        ----------
+        touched : (n,)
+            Index of the pulley that each body touches; -1 if none.
+        """
+        for value, first, stop in constant_runs(touched[self.order]):
+            if value >= 0:
+                yield int(value), float(self.place[first]), float(self.place[stop])
+
+    def spans(self, touched: "Array") -> Iterator[tuple[int, float, float]]:
+        """Yield the number of the pulley before each span, its start and its end, m.
+
+        Parameters
+        ----------
+        touched : (n,)
+            Index of the pulley that each body touches; -1 if none.
+        """
+        along = touched[self.order]
+        for value, first, stop in constant_runs(along):
+            if value < 0 and first > 0 and along[first - 1] != along[stop % len(along)]:
+                yield int(along[first - 1]), float(self.place[first - 1]), float(self.place[stop])
+        if len(along) and along[0] < 0 <= along[-1]:
+            stop = int(np.argmax(along >= 0))
+            yield int(along[-1]), float(self.place[0]), float(self.place[stop])
+
     def mean(self, result: "Record", samples: Any) -> "Array":
         """Return the mean tension over samples at the positions `place`, which are fixed in space.
 
@@ -149,7 +185,49 @@ class BeltLine:
         """
         total = np.zeros_like(self.place)
         for sample in samples:
-            places = self.project(joints_at(result, sample))
+            places = self.places_at(result, sample)
             tension = result.channels["tension"][sample]
             total += np.interp(self.place, places, tension, period=self.length)
         return total / len(samples)
+
+
+class GuidedLine(BeltLine):
+    """The line of a guided string, with its spans and arcs, from where it leaves the first pulley.
+
+    The first joint on it is less than the distance of two points behind that place.
+    """
+
+    def __init__(self, result: "Record", sample: int, path: "Path") -> None:
+        self._path = path
+        joints = self.places_at(result, sample)
+        self.order = np.argsort(joints, kind="stable")
+        along = joints[self.order]
+        self.place = np.append(along, along[0] + path.length)
+
+    @property
+    def length(self) -> float:
+        """The length of the line, m."""
+        return self._path.length
+
+    def places_at(self, result: "Record", sample: int) -> "Array":
+        """Return where the joints are along the line at a sample, (n,), m."""
+        points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
+        joints = middles_on(self._path, places_on(self._path, points))
+        return np.asarray(joints % self._path.length)
+
+    def arcs(self, touched: "Array") -> Iterator[tuple[int, float, float]]:
+        """Yield number of the pulley, start and end, m, of each arc of the line."""
+        for number in range(len(self._path.arcs)):
+            yield (number, *arc_of(self._path, number))
+
+    def spans(self, touched: "Array") -> Iterator[tuple[int, float, float]]:
+        """Yield the number of the pulley before each span of the line, its start and its end, m."""
+        ends = self._path.breakpoints
+        for number in range(len(self._path.spans)):
+            yield number, float(ends[2 * number]), float(ends[2 * number + 1])
+
+
+def belt_line(result: "Record", sample: int) -> BeltLine:
+    """Return the line of a belt at a sample: that of a guided string, else through its joints."""
+    path = guiding_path(result, sample)
+    return BeltLine(result, sample) if path is None else GuidedLine(result, sample, path)

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.geometry import PathError, belt_path
-from frictionsim.mechanisms.belt_drive.geometry import Pulley as Circle
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
     ends_of,
@@ -15,7 +13,8 @@ from frictionsim.mechanisms.belt_drive.slip import (
     slip_percent,
     speed_at_rest,
 )
-from frictionsim.plots.style import BLACK, BLUE, Style, axis_label
+from frictionsim.plots.belt_path import path_of
+from frictionsim.plots.style import BLACK, BLUE, Style, axis_label, escape_mathtext
 from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean
 
@@ -61,8 +60,11 @@ def slip_of(result: "Record", pulleys: "list[Pulley]") -> Slip:
     torque = result.channels["pulley_torque"][last]
     ends = ends_of(mean_power(time[last], torque, speed[last]))
     mean_speed = smooth_mean(time[last], speed[last])
-    along = np.array([p.radius for p in pulleys]) * _senses(result, pulleys, mean_speed)
-    at_rest, drive = _speed_at_rest(result), np.abs(speed[:, ends.drive])
+    path = path_of(result)
+    # Where no belt can be laid round the pulleys, all are taken to move with it.
+    senses = np.sign(mean_speed) if path is None else senses_of(path)
+    along = np.array([p.radius for p in pulleys]) * senses
+    at_rest, drive = recorded_speed_at_rest(result), np.abs(speed[:, ends.drive])
     return Slip(
         ends,
         slip_percent(speed * along, ends, at_rest),
@@ -71,24 +73,7 @@ def slip_of(result: "Record", pulleys: "list[Pulley]") -> Slip:
     )
 
 
-def _senses(result: "Record", pulleys: "list[Pulley]", mean_speed: "Array") -> "Array":
-    """Return +1 where the belt passes a pulley counter-clockwise, else -1.
-
-    If no belt can be laid round the pulleys of the scenario, all are taken to move with it.
-    """
-    where = ("mechanism", "pulleys")
-    tables = [scenario_value(result, *where, i) for i in range(len(pulleys))]
-    circles = [
-        Circle(p.name, (p.x, p.y), p.radius, table.get("side", "inside"))
-        for p, table in zip(pulleys, tables, strict=True)
-    ]
-    try:
-        return senses_of(belt_path(circles))
-    except PathError:
-        return np.sign(mean_speed)
-
-
-def _speed_at_rest(result: "Record") -> float:
+def recorded_speed_at_rest(result: "Record") -> float:
     """Return the speed, m/s, below which the summary takes a driver to be at rest."""
     spans = [
         quantity.value
@@ -113,7 +98,7 @@ def draw_slip(ax: Any, result: "Record", pulleys: "list[Pulley]") -> list[Any]:
     ax.set_ylabel(axis_label(f"slip of {driven}", "%", LABEL_WIDTH))
     if not np.isfinite(found.percent).any():
         ax.annotate(
-            f"no slip: {driver.replace('$', chr(92) + '$')} is at rest",
+            f"no slip: {escape_mathtext(driver)} is at rest",
             (0.5, 0.5),
             xycoords="axes fraction",
             ha="center",

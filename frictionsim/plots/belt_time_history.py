@@ -12,6 +12,7 @@ from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.plots.belt_geometry import (
     BeltLine,
     Pulley,
+    belt_line,
     constant_runs,
     has_friction,
     middle_of_first_span,
@@ -88,7 +89,7 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     The mean is over the last fifth of the run, at positions fixed in space.
     """
     require_channels(result, "tension", ("x", "y", "pulley_index", "tension"))
-    belt = BeltLine(result, -1)
+    belt = belt_line(result, -1)
     at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     set_up(figure, result, TENSION_HEIGHT)
     ax = figure.subplots()
@@ -118,16 +119,11 @@ def _last(result: "Record") -> Any:
 
 def _draw_spans(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     """Draw the mean tension of each span, as in the summary, at its position at the last sample."""
-    touched = result.channels["pulley_index"][-1][belt.order]
     means, style = mean_spans(result), line_style(2)
     drawn = [
-        ax.plot(belt.place[[first - 1, stop]], [means[int(touched[first - 1])]] * 2, **style)[0]
-        for value, first, stop in constant_runs(touched)
-        if value < 0 and first > 0 and touched[first - 1] != touched[stop % len(touched)]
+        ax.plot(ends, [means[number]] * 2, **style)[0]
+        for number, *ends in belt.spans(result.channels["pulley_index"][-1])
     ]
-    if len(touched) and touched[0] < 0 <= touched[-1]:
-        stop = int(np.argmax(touched >= 0))
-        drawn += ax.plot(belt.place[[0, stop]], [means[int(touched[-1])]] * 2, **style)
     for handle in drawn[:1]:
         handle.set_label("mean of a span, as in the summary")
     return drawn[:1]
@@ -143,18 +139,13 @@ def mean_spans(result: "Record") -> Any:
 
 
 def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
-    """Shade where the belt touches a pulley; body k is between the joints k and k + 1."""
+    """Shade where the belt touches a pulley."""
     pulleys = pulleys_of(result)
-    touched = result.channels["pulley_index"][-1][belt.order]
     longest: dict[int, tuple[float, float]] = {}
-    for value, first, stop in constant_runs(touched):
-        number = int(value)
-        if number < 0:
-            continue
-        arc = belt.place[first], belt.place[stop]
+    for number, *arc in belt.arcs(result.channels["pulley_index"][-1]):
         ax.axvspan(*arc, color=TOUCH_COLOURS[0], linewidth=0)
         if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
-            longest[number] = arc
+            longest[number] = (arc[0], arc[1])
     names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
     min_gap = NAME_GAP / relative_width(ax.figure) * belt.length
     rows = label_rows([at for at, _ in names], min_gap, max_rows=3)
