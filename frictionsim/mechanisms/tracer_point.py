@@ -1,7 +1,7 @@
 """The path of a point of a planet that rolls on a sun: position, cusps, dwell."""
 
 from math import pi, radians
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.scalar_math import cos, sin
 from frictionsim.scenario.schema import Params, unit_field
@@ -68,12 +68,31 @@ def count_cusps(
     """
     if point.radius != planet_radius or not angle.size:
         return None
+    return float(cusp_angles(sun_radius, planet_radius, point, angle).size)
+
+
+def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any) -> Any:
+    """Return the angles of the crank, (m,), rad, at which a path has cusps; none off the rim.
+
+    Parameters
+    ----------
+    sun_radius, planet_radius : float, m
+    point : TracerPoint
+    angle : (n,), rad
+        phi, of the crank; cusps are between its smallest and its largest value.
+    """
+    import numpy as np
+
+    if point.radius != planet_radius or not angle.size:
+        return np.zeros(0)
     sun_planet_ratio = sun_radius / planet_radius
     # A cusp at the start or end counts, in spite of rounding.
     slack = 1e-9
-    revolutions = (radians(point.angle_deg) - pi + sun_planet_ratio * angle) / (2.0 * pi)
+    offset = radians(point.angle_deg) - pi
+    revolutions = (offset + sun_planet_ratio * angle) / (2.0 * pi)
     lowest, highest = float(revolutions.min()), float(revolutions.max())
-    return float(int((highest + slack) // 1.0) - int(-((-(lowest - slack)) // 1.0)) + 1)
+    numbers = np.arange(-((-(lowest - slack)) // 1.0), (highest + slack) // 1.0 + 0.5)
+    return (2.0 * pi * numbers - offset) / sun_planet_ratio
 
 
 def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
@@ -96,8 +115,27 @@ def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: 
     return abs(velocity) * (square * (square > 0.0)) ** 0.5
 
 
+class Dwell(NamedTuple):
+    """A stay near a position of minimum speed: its sample, start and end, s."""
+
+    sample: int
+    start: float
+    stop: float
+
+
 def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> float | None:
     """Return the longest time that a point stays near a position of minimum speed, s.
+
+    Parameters as of `place_of_longest_dwell`.
+    """
+    if time.size < 3:
+        return None
+    found = place_of_longest_dwell(time, speed, x, y, distance)
+    return found.stop - found.start if found else 0.0
+
+
+def place_of_longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> Dwell | None:
+    """Return where a point stays longest near a position of minimum speed, and when.
 
     Such positions are the samples without a slower neighbour, including the first and the last.
     A dwell ends where the linearly interpolated distance from the position exceeds `distance`.
@@ -114,24 +152,26 @@ def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> flo
     if time.size < 3:
         return None
     before, after = np.append(np.inf, speed[:-1]), np.append(speed[1:], np.inf)
-    longest, last = 0.0, None
+    longest, last = None, None
     for i in np.flatnonzero((speed <= before) & (speed <= after)).tolist():
         if last == (x[i], y[i]):
             continue  # the same rest
         last = x[i], y[i]
-        longest = max(longest, _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance))
+        found = _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance)
+        if longest is None or found.stop - found.start > longest.stop - longest.start:
+            longest = found
     return longest
 
 
-def _dwell(time: Any, far: Any, i: int, distance: float) -> float:
-    """Return how long a point is within a distance around sample i, s."""
+def _dwell(time: Any, far: Any, i: int, distance: float) -> Dwell:
+    """Return when a point is within a distance around sample i."""
     import numpy as np
 
     outside = far > distance
     before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
     start = _crossing_time(time, far, before[-1], distance) if before.size else time[0]
     stop = _crossing_time(time, far, i + after[0] - 1, distance) if after.size else time[-1]
-    return float(stop - start)
+    return Dwell(i, float(start), float(stop))
 
 
 def _crossing_time(time: Any, far: Any, i: int, distance: float) -> float:

@@ -39,7 +39,11 @@ Views = Mapping[str, Callable[..., None]]
 VIEWS: Mapping[str, Views] = {
     "pulley": {"response": pulley.response},
     "marble_machine": {"response": response, "torque": marble_machine.torque},
-    "epicyclic": {"response": response, "torque": epicyclic.torque, "path": epicyclic.path},
+    "epicyclic": {
+        "response": epicyclic.response,
+        "torque": epicyclic.torque,
+        "path": epicyclic.path,
+    },
     "belt_drive": {
         "speeds": belt_time_history.speeds,
         "drive": belt_layout.drive,

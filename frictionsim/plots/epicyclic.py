@@ -8,6 +8,9 @@ from matplotlib.patches import Circle
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.plots import time_history
+from frictionsim.plots.finer_samples import refined
+from frictionsim.plots.path_marks import draw_marks
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -40,6 +43,11 @@ SUN_COLOUR = "#D0D0D0"
 STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
 
 
+def response(result: "Record", figure: "Figure | SubFigure") -> None:
+    """Draw channels over time, with torques finer than the samples where the crank turns fast."""
+    time_history.response(refined(result), figure)
+
+
 def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the torques on the crank over its angle: drive, uniform rotation and friction.
 
@@ -54,8 +62,9 @@ def torque(result: "Record", figure: "Figure | SubFigure") -> None:
         )
     set_up(figure, result, TORQUE_HEIGHT)
     ax = figure.subplots()
+    fine = refined(result)
     handles = [
-        ax.plot(result.channels["angle"], result.channels[name], **line_style(i), label=words)[0]
+        ax.plot(fine.channels["angle"], fine.channels[name], **line_style(i), label=words)[0]
         for i, (name, words) in enumerate(found.items())
     ]
     grid(ax)
@@ -78,6 +87,7 @@ def _radians(turns: Any) -> Any:
 def path(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the path of the tracer point with sun, planet and crank at the last sample.
 
+    Cusps are marked, and where the point dwells longest, as the summary counts both.
     Without the channel of the crank's angle, only sun and path are drawn.
     """
     if not {"tracer_x", "tracer_y"} <= result.channels.keys():
@@ -91,6 +101,7 @@ def path(result: "Record", figure: "Figure | SubFigure") -> None:
     sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
     if "angle" in result.channels:
+        handles += draw_marks(plane, result, sun_radius, radius)
         handles += _draw_planet(plane, result, sun_radius + radius, radius)
     plane.set_aspect("equal")
     plane.margins(0.04)

@@ -1,0 +1,155 @@
+"""Views of the epicyclic gear: smooth torques that are those of the file, cusps and dwell."""
+
+from functools import cache
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.plots import draw
+from frictionsim.plots.finer_samples import refined
+from frictionsim.results import Record
+from tests.support.records import record_of
+from tests.support.scenarios import shipped, simulate
+
+
+@cache
+def gear(sun: float = 0.12, tracer: float = 0.06, angle_deg: float = 180.0, **keys: Any) -> Record:
+    """Return a run at a given speed of 20 rad/s: just over a turn from the horizontal."""
+    changes = {
+        "mechanism__sun_radius": sun,
+        "mechanism__initial_angle_deg": 0.0,
+        "drive": {"speed": 20.0},
+        "effects__tracer_point__radius": tracer,
+        "effects__tracer_point__angle_deg": angle_deg,
+        "solver__duration": 0.32,
+    }
+    return record_of(simulate(shipped("epicyclic", **(changes | keys))))
+
+
+@cache
+def driven(interval: float, load: str = "weight") -> Record:
+    changes = {"output__interval": interval, "effects__rolling_friction__normal_load": load}
+    return record_of(simulate(shipped("epicyclic", **changes)))
+
+
+# --- smooth torques ----------------------------------------------------------------------------
+
+
+def line_of(record: Record, label: str) -> tuple[Any, Any]:
+    ax = draw(record, "torque").axes[0]
+    line = next(line for line in ax.lines if line.get_label() == label)
+    return np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+
+
+def closed_form(angle: Any) -> Any:
+    """Return the torque for uniform rotation of the shipped gear, written from its masses, N m."""
+    weight = (0.5 * 0.8 + 1.2) * 9.81 * 0.18 * np.cos(angle)
+    return weight + 0.15 * 0.12 / 0.06 + 5e-4 * np.abs(1.2 * 9.81 * np.sin(angle)) * 0.18 / 0.06
+
+
+@pytest.mark.parametrize("interval", [0.005, 0.02])
+def test_the_torque_over_the_angle_is_smooth_and_that_of_the_closed_form(interval: float) -> None:
+    record = driven(interval)
+    coarse = np.max(np.diff(record.channels["angle"]))
+    assert coarse > 0.3
+    angle, torque = line_of(record, "for uniform rotation")
+    assert np.max(np.diff(angle)) < 0.061
+    np.testing.assert_allclose(torque, closed_form(angle), atol=1e-9)
+    # Its peaks are those of the torque, not of the samples.
+    assert np.max(torque) == pytest.approx(closed_form(0.0), abs=4e-3)
+    recorded = record.channels["uniform_torque"]
+    assert np.isin(recorded, torque).all()
+
+
+@pytest.mark.parametrize("load", ["weight", "radial"])
+def test_torques_between_coarse_samples_are_those_of_a_run_with_fine_ones(load: str) -> None:
+    fine, coarse = driven(0.001, load), refined(driven(0.005, load))
+    time = coarse.channels["time"]
+    assert time.size > 1.5 * driven(0.005, load).channels["time"].size
+    for name, off in (("angle", 2e-4), ("uniform_torque", 3e-3), ("friction_torque", 5e-3)):
+        late = time > 0.2  # after breakaway, where the torque of friction jumps
+        expected = np.interp(time[late], fine.channels["time"], fine.channels[name])
+        scale = np.max(np.abs(fine.channels[name]))
+        np.testing.assert_allclose(coarse.channels[name][late], expected, atol=off * scale)
+
+
+def test_torques_that_are_not_those_of_the_equations_are_left_as_they_are() -> None:
+    record = driven(0.005)
+    other = record.channels["uniform_torque"] + 0.5
+    changed = record._replace(channels=record.channels | {"uniform_torque": other})
+    found = refined(changed).channels
+    expected = np.interp(found["time"], record.channels["time"], other)
+    np.testing.assert_allclose(found["uniform_torque"], expected)
+
+
+def test_samples_that_are_fine_enough_are_not_refined() -> None:
+    record = driven(0.0005)
+    assert refined(record) is record
+    bare = {n: v for n, v in driven(0.005).channels.items() if n != "angular_velocity"}
+    without = driven(0.005)._replace(channels=bare)
+    assert refined(without) is without
+
+
+# --- cusps and dwell ---------------------------------------------------------------------------
+
+
+def marks(record: Record) -> tuple[Any, list[str]]:
+    """Return the places of the cusps, (n, 2), and the texts of the key."""
+    figure = draw(record, "path")
+    found = [line for line in figure.axes[0].lines if line.get_marker() == "D"]
+    places = np.column_stack(found[0].get_data()) if found else np.zeros((0, 2))
+    return places, [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("cusps", [2, 3, 5])
+def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
+    """Those of z = sun/planet cusps are at the angles 2 pi k/z, where the point is on the sun."""
+    places, words = marks(gear(sun=0.06 * cusps))
+    known = 2.0 * pi * np.arange(cusps) / cusps
+    expected = 0.06 * cusps * np.column_stack([np.cos(known), np.sin(known)])
+    assert places.shape == expected.shape
+    for place in expected:
+        assert np.min(np.hypot(*(places - place).T)) < 1e-12
+    assert f"{cusps + 1} cusps" in words  # the first one twice, in just over a turn
+    assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
+
+
+def test_the_speed_of_the_point_is_zero_at_its_cusps_alone() -> None:
+    """By differences of the recorded path, whose least speeds are next to a cusp."""
+    record = gear(sun=0.18, output__interval=1e-4)
+    x, y = record.channels["tracer_x"], record.channels["tracer_y"]
+    speed = np.hypot(np.diff(x), np.diff(y)) / 1e-4
+    slow = np.flatnonzero(speed < 0.05 * speed.max())
+    places, _ = marks(record)
+    for i in slow:
+        assert np.min(np.hypot(*(places - [x[i], y[i]]).T)) < 2e-3
+
+
+@pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])
+def test_points_off_the_rim_have_no_cusps(tracer: float) -> None:
+    places, words = marks(gear(tracer=tracer))
+    assert not places.size
+    assert not any("cusp" in text for text in words)
+
+
+def test_the_cusps_of_another_point_of_the_rim() -> None:
+    places, _ = marks(gear(angle_deg=60.0))  # on the sun where 60 deg + 2 phi = 180 deg + 360 deg k
+    known = np.radians([60.0, 240.0])
+    expected = 0.12 * np.column_stack([np.cos(known), np.sin(known)])
+    np.testing.assert_allclose(places[np.argsort(-places[:, 1])], expected, atol=1e-12)
+
+
+def test_the_longest_dwell_is_that_of_the_summary() -> None:
+    record = gear(effects__tracer_point__dwell_distance=0.004)
+    dwell = record.quantities["tracer_dwell_time"].value
+    figure = draw(record, "path")
+    assert f"longest dwell, {dwell:.4g} s" in marks(record)[1]
+    ax = figure.axes[0]
+    ring = next(line for line in ax.lines if str(line.get_label()).startswith("longest dwell"))
+    (x,), (y,) = ring.get_data()
+    thick = next(line for line in ax.lines if line.get_linewidth() == 5.0)
+    far = np.hypot(thick.get_xdata() - x, thick.get_ydata() - y)
+    assert np.max(far) == pytest.approx(0.004, rel=0.05)
+    assert np.hypot(x, y) == pytest.approx(0.12, abs=1e-3)  # it dwells at a cusp
