@@ -162,7 +162,8 @@ def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None
     result : Record
     figure : Figure or SubFigure
     body : int, optional
-        Number of the body; the default is the middle of the first span at the start.
+        Number of the body; the default is `default_body`. Of one that meets no pulley its place is
+        drawn instead of forces.
 
     Raises
     ------
@@ -173,20 +174,49 @@ def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None
     names += ["friction_force", "slip_velocity"] if has_friction(result) else []
     require_channels(result, "body", [*names, "pulley_index"])
     touched = result.channels["pulley_index"]
-    number = middle_of_first_span(touched[0]) if body is None else body
+    number = default_body(touched) if body is None else body
     _check_body(number, touched.shape[1])
+    meets = bool((touched[:, number] >= 0).any())
+    if not meets:  # what else is known of it
+        names = ["pulley_speed", "tension", *(name for name in "xy" if name in result.channels)]
     axes = stacked_axes(result, figure, names)
     for name, ax in axes.items():
-        ax.axhline(0.0, color=BLACK, linewidth=0.5)
         if name == "pulley_speed":
             handles = _draw_pulleys(ax, result, name)
         else:
             _draw_body(ax, result, name, number)
+        if name not in "xy":
+            ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    for name in "xy" if not meets else "":
+        if name in axes:
+            axes[name].set_ylabel(label(result, name, f"{name} of body {number}"))
     axes["tension"].set_ylabel(label(result, "tension", f"tension before\nbody {number}"))
+    if not meets:
+        time = result.channels["time"]
+        span = f"from {time[0]:.4g} s to {time[-1]:.4g} s"
+        words = f"body {number} meets no pulley {span}: there are no forces on it, and no slip"
+        axes["pulley_speed"].set_title(words, fontsize="small", loc="left")
     handles += _shade_touch(list(axes.values()), result, number)
     if "slip_velocity" in axes:
         handles += _mark_sticking(axes["slip_velocity"], result, number)
     add_legend(figure, handles)
+
+
+def default_body(touched: Any) -> int:
+    """Return the body in the middle of the first span at the start, if it meets a pulley.
+
+    Else the one that touches pulleys for the longest time.
+
+    Parameters
+    ----------
+    touched : (samples, bodies)
+        The pulley that each body touches; -1 if none.
+    """
+    number = middle_of_first_span(touched[0])
+    if (touched[:, number] >= 0).any():
+        return number
+    longest = np.sum(touched >= 0, axis=0)
+    return int(np.argmax(longest)) if longest.any() else number
 
 
 def _check_body(number: int, count: int) -> None:
@@ -196,7 +226,7 @@ def _check_body(number: int, count: int) -> None:
 
 def _draw_body(ax: Any, result: "Record", name: str, number: int) -> None:
     values = result.channels[name][:, number]
-    if name != "tension":  # the others are defined while the body touches a pulley
+    if name not in ("tension", *"xy"):  # the others are defined while the body touches a pulley
         values = np.where(result.channels["pulley_index"][:, number] < 0, np.nan, values)
     ax.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
 

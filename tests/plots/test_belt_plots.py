@@ -2,21 +2,24 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.plots import VIEWS, plot
+from frictionsim.plots import VIEWS, draw, plot
 from frictionsim.plots.belt_geometry import (
     BeltLine,
     constant_runs,
     first_free_body,
     middle_of_first_span,
 )
+from frictionsim.plots.belt_time_history import default_body
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
+from tests.support.records import record_of
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
 FORCES = ["normal_force", "friction_force"]
@@ -98,6 +101,44 @@ def test_pictures_of_large_belts_are_small_files(bodies: int, tmp_path: Path) ->
 def test_a_body_is_chosen_by_its_number(picture: Callable[..., str]) -> None:
     assert "body 7 on driven" in picture(belt_run(), "body", 7)
     assert "body 32 on driver" in picture(belt_run(), "body")
+
+
+def axes_of_body(touched: np.ndarray, body: int | None = None, drop: str = "") -> list[Any]:
+    run = belt_run(bodies=6, samples=5)
+    channels = {k: v for k, v in run.channels.items() if k not in drop}
+    run = run._replace(channels=channels | {"pulley_index": touched})
+    return draw(record_of(run), "body", body).axes
+
+
+KINDS = np.array([[0.0, -1, -1, -1, 1, 1], [0, 0, -1, -1, 1, 1], [0, 0, -1, -1, -1, 1]])
+FREE = KINDS[[0, 1, 1, 2, 2]]
+
+
+def test_a_body_that_meets_no_pulley_is_drawn_with_its_place() -> None:
+    axes = axes_of_body(FREE, 2)
+    assert axes[0].get_title(loc="left") == (
+        "body 2 meets no pulley from 0 s to 2 s: there are no forces on it, and no slip"
+    )
+    labels = [" ".join(ax.get_ylabel().split()) for ax in axes]
+    assert labels == [
+        *("pulley speed, rad/s", "tension before body 2, N"),
+        *("x of body 2, m", "y of body 2, m"),
+    ]
+    run = belt_run(bodies=6, samples=5)
+    for ax, name in zip(axes[1:], ("tension", "x", "y"), strict=True):
+        np.testing.assert_allclose(ax.lines[0].get_ydata(), run.channels[name][:, 2])
+    assert len(axes_of_body(FREE, 2, drop="xy")) == 2
+
+
+def test_the_body_by_default_meets_a_pulley() -> None:
+    assert middle_of_first_span(FREE[0]) == 2  # which meets none
+    axes = axes_of_body(FREE)
+    assert axes[0].get_title(loc="left") == ""
+    assert "body 0" in axes[1].get_ylabel()
+    assert default_body(np.full((3, 5), -1.0)) == 0
+    touched = FREE.copy()
+    touched[4, 2] = 1.0
+    assert default_body(touched) == 2
 
 
 def test_an_unknown_body_is_refused(cli: Callable, tmp_path: Path) -> None:
