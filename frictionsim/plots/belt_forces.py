@@ -19,7 +19,7 @@ MAX_BAR = 0.6  # radii
 GAP = 0.11  # radii, between the belt and the bars
 FULL_WIDTH_PITCH = 5.0  # points between bodies; bars are thinner where there is less
 MARKED_PITCH = 3.0  # points between bodies; bars that are closer have no marks at their ends
-LEAST_MARKED = 0.02  # of the largest force
+MIN_MARKED = 0.02  # of the largest force
 
 # Normal force and both directions of friction differ in their ends too, for grey print.
 NORMAL: Style = {"color": BLUE, "linewidth": 1.8}
@@ -62,7 +62,7 @@ def _draw_bars(
 ) -> None:
     """Draw the normal forces outwards from the belt and the friction forces inwards."""
     forward = touch.friction > 0.0
-    least = LEAST_MARKED * MAX_BAR * radius / per_force
+    least = MIN_MARKED * MAX_BAR * radius / per_force
     for style, which, lengths in (
         (NORMAL, touch.normal_force > 0.0, touch.normal_force),
         (FORWARD, forward, -touch.friction),

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 AT = 0.3  # radii, from the centre of a pulley to the arrow of its motion
 HALF = np.radians(60.0)  # half the angle of that arrow, which is below the centre
-LEAST = 1e-6  # of the largest speed in the run: slower is at rest
+MIN_SHARE = 1e-6  # of the largest speed in the run: slower is at rest
 POINTS = 3  # of a triangle
 
 
@@ -30,7 +30,7 @@ def speeds_of(result: "Record", pulleys: "list[Pulley]") -> "Array":
     if "pulley_speed" not in result.channels:
         return np.zeros(len(pulleys))
     rims = result.channels["pulley_speed"] * np.array([p.radius for p in pulleys])
-    at_rest = max(recorded_speed_at_rest(result), LEAST * float(np.max(np.abs(rims))))
+    at_rest = max(recorded_speed_at_rest(result), MIN_SHARE * float(np.max(np.abs(rims))))
     return np.where(np.abs(rims[-1]) > at_rest, rims[-1], 0.0)
 
 

@@ -30,16 +30,17 @@ def add_strip(ax: Any) -> float:
     ax.set_yticks([tick for tick in ax.get_yticks() if low <= tick <= high])  # none in the strip
     ax.set_yticks([], minor=True)
     ax.set_ylim(low, top)
-    ax.annotate(
-        "failed",
-        (0.0, 1.0 - 0.5 * STRIP),
-        (4.0, 0.0),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        va="center",
-        fontsize="small",
-        color=GREY,
-    )
+    if ax.get_subplotspec() is None or ax.get_subplotspec().is_first_col():
+        ax.annotate(
+            "failed",
+            (0.0, 1.0 - 0.5 * STRIP),
+            (-5.0, 0.0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize="small",
+        )
     return float(np.sqrt(high * top))
 
 

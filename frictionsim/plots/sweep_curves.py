@@ -20,7 +20,7 @@ FLAT = 1e-6  # a quantity that varies relatively less is drawn as constant
 LOG_RATIO = 1e3  # of largest to least value, above which the axis of a quantity is logarithmic
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 # A jump: this much steeper than on both sides, and this part of the range of the curve at least.
-STEEPER, LEAST_JUMP, MIN_FOR_JUMPS = 4.0, 0.15, 5
+STEEPER, MIN_JUMP, MIN_FOR_JUMPS = 4.0, 0.15, 5
 JUMP: Style = {"linestyle": (0, (1, 3)), "linewidth": 0.9}
 RAISED = 0.05  # of the height of a panel, from curve to curve, of the marks at its lower edge
 
@@ -136,7 +136,7 @@ def jumps_of(x: "Array", values: "Array") -> Any:
     steps = np.abs(np.diff(values))
     slopes = steps / np.diff(x)
     beside = np.maximum(slopes[:-2], slopes[2:])  # not a number beside one that is not
-    large = steps[1:-1] > LEAST_JUMP * (np.nanmax(values) - np.nanmin(values))
+    large = steps[1:-1] > MIN_JUMP * (np.nanmax(values) - np.nanmin(values))
     return np.flatnonzero((slopes[1:-1] > STEEPER * beside) & large) + 2
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from frictionsim.plots.failed_runs import add_strip, places_of
 from frictionsim.plots.mesh_errors import draw_mesh_study
@@ -22,6 +23,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT = 9.0, 5.4  # inches
 COLUMNS = 5  # of the legend
+DECADE = 10.0
 MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
@@ -83,6 +85,8 @@ def _draw_panel(ax: Any, study: "Study", quantity: str) -> None:
             label="below the reference uncertainty",
         )
     work = [getattr(row, quantity) for row in study.rows]
+    if max(work, default=0.0) > DECADE * min(filter(None, work), default=1.0):
+        ax.xaxis.set_minor_formatter(NullFormatter())  # those of powers of ten are enough
     middle = add_strip(ax) if any(row.error is None for row in study.rows) else 0.0
     names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
