@@ -30,6 +30,7 @@ from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
+    from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
 
 SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths
@@ -98,6 +99,20 @@ def read_sweep(path: Path) -> "SweepTable":
     from frictionsim.io import sweep_content  # rarely needed
 
     found: SweepTable = _in_child(sweep_content.sweep, path)
+    return found
+
+
+def read_costs(path: Path) -> "CostTable":
+    """Read a table of costs.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or is no such table, or damaged.
+    """
+    from frictionsim.io import cost_content  # rarely needed
+
+    found: CostTable = _in_child(cost_content.costs, path)
     return found
 
 
