@@ -38,7 +38,8 @@ frictionsim.layout = (more) => ({
   paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
   font: { color: frictionsim.colour("text"), family: "system-ui, sans-serif" },
   hoverlabel: { align: "left", bgcolor: frictionsim.colour("panel"), font: { color: frictionsim.colour("text") } },
-  margin: { t: 20, r: 20 }, hovermode: "closest", legend: { orientation: "h", y: -0.2 }, ...more,
+  margin: { t: 30, r: 20, b: 50 }, hovermode: "closest", ...more,
+  legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", ...more.legend },
 });
 
 frictionsim.show = (traces, layout) =>
