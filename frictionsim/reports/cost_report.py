@@ -1,6 +1,7 @@
 """The report of a work-precision study: what accuracy costs in time."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,9 @@ def cost_page(found: CostTable, source: str) -> str:
     except ValueError as error:
         raise InputError(f"{source}: cannot read this table of costs: {error}") from None
     about = found.attributes
-    title = f"{about.get('title') or about.get('kind') or source}: error against run time"
+    title = (
+        f"{about.get('title') or about.get('kind') or Path(source).name}: error against run time"
+    )
     rows = rows_of(found)
     measures = measures_of(found)[:MAX_MEASURES]
     lines = [
@@ -175,11 +178,29 @@ def _data(
         "floors_of": {name + RELATIVE: value for name, value in floors.items()},
         "rows": [
             {
-                "line": row.setting.line,
+                "line": line,
                 "name": row.setting.name,
                 "failed": row.status != "done",
                 "reason": row.reason[:300],
             }
-            for row in shown
+            for row, line in zip(shown, _lines(shown), strict=True)
         ],
     }
+
+
+def _lines(rows: list[Row]) -> list[str]:
+    """Return which line of the diagram each row is on: one mesh and several are two lines."""
+    found = []
+    for row in rows:
+        mesh = row.setting.mesh
+        same = {
+            other.setting.mesh.bodies
+            for other in rows
+            if other.setting.mesh
+            and (other.setting.line, other.setting.label) == (row.setting.line, row.setting.label)
+        }
+        of_one = mesh is not None and len(same) == 1
+        found.append(
+            f"{row.setting.line}, {mesh.bodies} bodies" if mesh and of_one else row.setting.line
+        )
+    return found

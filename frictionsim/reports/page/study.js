@@ -42,8 +42,10 @@ frictionsim.layout = (more) => ({
   legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", ...more.legend },
 });
 
-frictionsim.show = (traces, layout) =>
-  Plotly.react("chart", traces, frictionsim.layout(layout), { displaylogo: false, responsive: true });
+frictionsim.show = (traces, layout) => {
+  document.getElementById("chart").classList.add("drawn");
+  return Plotly.react("chart", traces, frictionsim.layout(layout), { displaylogo: false, responsive: true });
+};
 
 // A select with its label; options are pairs of a value and a text.
 frictionsim.select = (name, label, options, value, change) => {
