@@ -36,12 +36,13 @@ def study_html(source: Any) -> str | None:
 
 
 def _of_file(path: Path) -> str | None:
-    from frictionsim.io.hdf5_reader import is_sweep, is_table, read_costs, read_sweep
+    from frictionsim.io.hdf5_reader import identity_of, read_costs, read_sweep
 
     if _is_hdf5(path):
-        if is_sweep(path):
+        identity = identity_of(path)
+        if identity.is_sweep:
             return _sweep_html(SweepFile(read_sweep(path), path))
-        return _costs_html(read_costs(path), path) if is_table(path) else None
+        return _costs_html(read_costs(path), path) if identity.is_table else None
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.replaceable import SWEEP_IN_CSV
 
@@ -72,7 +73,10 @@ def _costs_html(table: Any, path: Path) -> str:
 
 
 def _sweep_html(found: SweepFile) -> str:
+    import numpy as np
+
     from frictionsim.api.sweep_tables import sweep_parts
     from frictionsim.reports.sweep_report import sweep_page
 
-    return sweep_page(found.table, sweep_parts(found.table, found.path), str(found.path or ""))
+    with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
+        return sweep_page(found.table, sweep_parts(found.table, found.path), str(found.path or ""))

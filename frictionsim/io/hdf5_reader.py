@@ -88,6 +88,18 @@ def is_sweep(path: Path) -> bool:
     return _identity(path).is_sweep
 
 
+def identity_of(path: Path) -> Identity:
+    """Return what a file says of itself; nothing if HDF5 finds it damaged.
+
+    Raises
+    ------
+    InputError
+        If it is no HDF5, or HDF5 does not survive it: to try again takes seconds.
+    """
+    found: Identity = _in_child(hdf5_content.identity, path)
+    return found
+
+
 def read_sweep(path: Path) -> "SweepTable":
     """Read the file of a sweep.
 

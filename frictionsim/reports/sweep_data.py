@@ -161,7 +161,7 @@ def _is_log(values: Any) -> bool:
 
 def _is_flat(values: Any) -> bool:
     found = values[np.isfinite(values)]
-    return bool(np.ptp(found) <= FLAT * np.abs(found).max())
+    return not found.size or bool(np.ptp(found) <= FLAT * np.abs(found).max())
 
 
 def _texts(table: SweepTable, names: tuple[str, ...], runs: Any) -> dict[str, str]:
@@ -185,7 +185,7 @@ def _sample(table: SweepTable, kept: Kept) -> dict[str, Any]:
             "defined": statistics[name].runs,
         }
         for name in kept.quantities
-        if statistics[name].runs
+        if is_defined(table, name)
     }
 
 

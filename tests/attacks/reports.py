@@ -41,7 +41,7 @@ TEXTS: list[Any] = [
     "\ud7ff%{x}$\\frac{1}{2}$<b>",
     "__proto__",
     "array",
-    b"\xff\xfe<\x00",
+    b"\xff\xfe<",
 ]
 PIECES = [
     MARKUP,
