@@ -217,3 +217,33 @@ def test_a_large_sweep_opens(browser: Any, tmp_path: Path) -> None:
         page.fill("input[name=run]", "7")
         page.keyboard.press("Tab")
         assert "Run 7 is not in this page" in page.inner_text("#run")
+
+
+def test_a_sweep_that_was_stopped_shows_what_is_left(
+    browser: Any, grid: Path, tmp_path: Path
+) -> None:
+    with fs.open_sweep(grid) as dataset:
+        found = dataset.load()
+    found["status"][2] = 0
+    found["final_angle"][2] = np.nan
+    found.attrs |= {"status": "interrupted", "reason": "stopped by Ctrl-C"}
+    with opened(browser, fs.report(found, tmp_path / "a.html")) as page:
+        shown = page.inner_text("body")
+        assert "sweep interrupted" in shown
+        assert "4 not run" in shown
+        assert "stopped: stopped by Ctrl-C" in shown
+        pick(page, view="curves", quantity="final_angle, rad", at2="1000")
+        assert page.evaluate(f"{CHART}.at(-1).name") == "not run: 2"
+
+
+def test_numbers_that_are_not_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
+    found = large((100, 130)).isel({MU: slice(0, 4), LOAD: slice(0, 3)})
+    found["value0"][0] = np.inf
+    found["value1"][:] = np.inf
+    found["value2"][:] = np.nan
+    found["value3"][:] = 1e308
+    with opened(browser, fs.report(found, tmp_path / "a.html")) as page:
+        for number in range(4):
+            pick(page, quantity=f"value{number}, N")
+            for view in ("curves", "map"):
+                pick(page, view=view)
