@@ -45,7 +45,7 @@ frictionsim.Costs = class {
     return {
       name: frictionsim.label(line), x: at.map((row) => this.value(this.work, row)), y: at.map((row) => this.value(this.error, row)),
       customdata: at, hovertext: at.map((row) => this.words(row)), hoverinfo: "text", mode: "lines+markers",
-      line: { color: colour, dash, width: 1.6 }, marker: { color: colour, symbol, size: 9 },
+      line: { color: colour, dash, width: 1.6 }, marker: { color: colour, symbol, size: 9, line: { color: frictionsim.colour("text"), width: 0.7 } },
     };
   }
 

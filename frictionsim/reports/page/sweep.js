@@ -174,7 +174,7 @@ frictionsim.Sweep = class {
       const { colour, symbol, dash } = frictionsim.lineStyle(number);
       const found = code === null ? sound : sound.filter((place) => key.codes[place] === code);
       return this.points(code === null ? "done" : frictionsim.label(this.valueText(key, code)), found, {
-        mode: this.data.keys[this.x].numeric ? (found.length > 200 ? "lines" : "lines+markers") : "markers", line: { color: colour, dash, width: 1.6 }, marker: { color: colour, symbol, size: 7 },
+        mode: this.data.keys[this.x].numeric ? (found.length > 200 ? "lines" : "lines+markers") : "markers", line: { color: colour, dash, width: 1.6 }, marker: { color: colour, symbol, size: 7, line: { color: frictionsim.colour("text"), width: 0.7 } },
       });
     });
     const note = codes.length > shown.length ? `The first ${shown.length} of ${codes.length} curves are drawn.` : "";
