@@ -1,6 +1,6 @@
 """What the page of a sweep holds of its runs, bounded, with extremes and failures."""
 
-from math import log
+from math import ceil, log
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ MAX_KEYS, MAX_QUANTITIES = 30, 60
 MAX_FAILED = 200  # runs that are kept beside those of a thinned sweep
 MAX_TEXTS, MAX_TEXT = 2000, 300  # reasons and warnings, and their characters
 MAX_WITH_INDICES = 6  # quantities
-BINS, MAX_BINS = "rice", 50
+MAX_BINS = 50  # of a histogram; twice the cube root of the runs (Rice) if that is less
 FLAT = 1e-6  # a quantity that varies relatively less has one bin
 MIN_LOG_RATIO = 10.0  # of last to first value on a logarithmic axis
 
@@ -195,9 +195,9 @@ def _bins(values: Any) -> dict[str, Any]:
         half = 0.1 * float(np.abs(found).max()) or 1.0
         edges = np.array([found.min() - half, found.max() + half])
     else:
-        edges = np.histogram_bin_edges(found, BINS)
-        if edges.size > MAX_BINS + 1:
-            edges = np.linspace(found.min(), found.max(), MAX_BINS + 1)
+        count = min(MAX_BINS, ceil(2.0 * found.size ** (1.0 / 3.0)))
+        # Halves: the range of extreme numbers may be infinite.
+        edges = 2.0 * np.linspace(0.5 * found.min(), 0.5 * found.max(), count + 1)
     return {"edges": edges, "counts": np.histogram(found, edges)[0].astype(np.int32)}
 
 

@@ -247,3 +247,12 @@ def test_numbers_that_are_not_finite_have_a_report(browser: Any, tmp_path: Path)
             pick(page, quantity=f"value{number}, N")
             for view in ("curves", "map"):
                 pick(page, view=view)
+
+
+def test_bins_hold_all_finite_values() -> None:
+    for values in ([1.0, 2.0, 3.0, np.inf], [-1e308, 1e308, np.nan], [0.0, 1e-320], [7.0, 7.0]):
+        with np.errstate(all="ignore"):  # as in a report
+            found = sweep_data._bins(np.array(values))
+        assert found["counts"].sum() == np.isfinite(values).sum()
+        assert (np.diff(found["edges"]) >= 0.0).all()
+        assert np.isfinite(found["edges"]).all()

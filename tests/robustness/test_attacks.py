@@ -25,7 +25,7 @@ COUNTS = {
     "hdf5_bytes": 25,
     "hdf5_structure": 20,
     "sweeps": 20,
-    "reports": 25,
+    "reports": 15,
     "checkpoints": 20,
     "targets": 25,
     "kills": 2,
