@@ -12,6 +12,7 @@ from pathlib import Path
 
 from command_line import commands
 from excerpt import excerpt
+from gallery import gallery
 from layout import layout
 from method_table import methods
 from python_api import api, errors
@@ -27,6 +28,7 @@ PARTS: Mapping[str, Callable[..., str]] = {
     "commands": commands,
     "errors": errors,
     "excerpt": excerpt,
+    "gallery": gallery,
     "keys": keys,
     "layout": layout,
     "methods": methods,

@@ -2,15 +2,21 @@
 
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
 
+if TYPE_CHECKING:
+    import xarray
+
+    from frictionsim.api.studies import Study
+
 
 def report(
-    source: "results.Result | str | PathLike[str]",
+    source: "results.Result | Study | xarray.Dataset | str | PathLike[str]",
     path: str | PathLike[str],
     *,
     no_clobber: bool = False,
@@ -19,8 +25,8 @@ def report(
 
     Parameters
     ----------
-    source : Result or path
-        The result of a run.
+    source : Result, Study, xarray.Dataset or path
+        The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep.
     path : path
         Of the HTML file.
     no_clobber : bool
@@ -42,10 +48,19 @@ def report(
     if no_clobber:
         check_no_clobber(target)
     check_target(target, REPORT)
+    write_atomically(_html_of(source).encode(), target, REPORT.word)
+    return target
+
+
+def _html_of(source: Any) -> str:
+    from frictionsim.api.study_reports import study_html
+
+    html = study_html(source)
+    if html is not None:
+        return html
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))
-    write_atomically(_html(source).encode(), target, REPORT.word)
-    return target
+    return _html(source)
 
 
 def _html(result: results.Result) -> str:

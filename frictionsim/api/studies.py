@@ -14,7 +14,7 @@ from frictionsim.scenario.settings import Scenario
 from frictionsim.work_precision import outcome
 from frictionsim.work_precision import study as work_precision
 from frictionsim.work_precision.recommendation import recommendations
-from frictionsim.work_precision.report import columns, study_json, write_csv
+from frictionsim.work_precision.report import attributes, columns, study_json, write_csv
 
 if TYPE_CHECKING:
     import xarray
@@ -97,7 +97,7 @@ class Study:
         """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
         from frictionsim.io.hdf5_writer import write_table
 
-        write_table(self.data.scenario, columns(self.data), self.status, path)
+        write_table(self.data.scenario, columns(self.data), attributes(self.data), path)
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw error against wall time and against evaluations of the right-hand side.

@@ -5,6 +5,8 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, NamedTuple
 
+from frictionsim.io.terminal import visible
+
 if TYPE_CHECKING:
     from frictionsim.api.result import Result
     from frictionsim.io.comparison import Comparison
@@ -60,7 +62,7 @@ def as_html(parts: "Iterator[str | Cells]") -> str:
 
 def _html(part: str | Cells) -> str:
     if isinstance(part, str):
-        return f"<p>{escape(part)}</p>"
+        return f"<p>{escape(visible(part))}</p>"
     aligned = ["right" if heading.startswith(">") else "left" for heading in part.headings]
     rows = [
         _row("th", [heading.lstrip(">") for heading in part.headings], aligned),
@@ -73,7 +75,7 @@ def _row(tag: str, cells: Sequence[str], aligned: Sequence[str]) -> str:
     # A short row, as that of dots, is filled up.
     filled = [*cells, *[""] * (len(aligned) - len(cells))]
     inner = "".join(
-        f'<{tag} style="text-align: {side}">{escape(cell)}</{tag}>'
+        f'<{tag} style="text-align: {side}">{escape(visible(cell))}</{tag}>'
         for cell, side in zip(filled, aligned, strict=True)
     )
     return f"<tr>{inner}</tr>"

@@ -19,6 +19,9 @@ def report(
     ] = None,
     no_clobber: NoClobber = False,
 ) -> None:
-    """Write a report in one HTML file, which any browser shows without a network."""
+    """Write a report in one HTML file, which any browser shows without a network.
+
+    Of the result of a run, of a sweep, or of a table of `cost` in HDF5 or CSV.
+    """
     target = output or result.with_suffix(".html")
     print_beside_files(str(fs.report(result, target, no_clobber=no_clobber)))

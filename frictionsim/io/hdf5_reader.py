@@ -30,6 +30,7 @@ from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
+    from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
 
 SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths
@@ -87,6 +88,18 @@ def is_sweep(path: Path) -> bool:
     return _identity(path).is_sweep
 
 
+def identity_of(path: Path) -> Identity:
+    """Return what a file says of itself; nothing if HDF5 finds it damaged.
+
+    Raises
+    ------
+    InputError
+        If it is no HDF5, or HDF5 does not survive it: to try again takes seconds.
+    """
+    found: Identity = _in_child(hdf5_content.identity, path)
+    return found
+
+
 def read_sweep(path: Path) -> "SweepTable":
     """Read the file of a sweep.
 
@@ -98,6 +111,20 @@ def read_sweep(path: Path) -> "SweepTable":
     from frictionsim.io import sweep_content  # rarely needed
 
     found: SweepTable = _in_child(sweep_content.sweep, path)
+    return found
+
+
+def read_costs(path: Path) -> "CostTable":
+    """Read a table of costs.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or is no such table, or damaged.
+    """
+    from frictionsim.io import cost_content  # rarely needed
+
+    found: CostTable = _in_child(cost_content.costs, path)
     return found
 
 

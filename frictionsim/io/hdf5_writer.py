@@ -170,10 +170,12 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     write_atomically(image + checksum_trailer(image), path)
 
 
-def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, path: Path) -> None:
+def write_table(
+    scenario: "Scenario", columns: "Iterable[Column]", attributes: dict[str, str], path: Path
+) -> None:
     """Write the table of a work-precision study atomically.
 
-    The file has the attributes of a result, and
+    The file has the attributes of a result and of the study, and
 
         /cost/row            (k,) the dimension scale of the columns: one row for each setting
         /cost/<column>       (k,) law, backend, setting, overrides, status, reason as text; error,
@@ -183,8 +185,8 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
     ----------
     scenario : Scenario
     columns : iterable of Column
-    status : str
-        `done` or `interrupted`.
+    attributes : dict of str
+        Of the study, see `frictionsim.work_precision.report.attributes`.
     path : Path
 
     Raises
@@ -193,7 +195,7 @@ def write_table(scenario: "Scenario", columns: "Iterable[Column]", status: str, 
         If it cannot be written.
     """
     with _file_in_memory() as file:
-        _add_attributes(file, {**scenario_attributes(scenario), "status": status})
+        _add_attributes(file, scenario_attributes(scenario) | attributes)
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
             if number == 0:

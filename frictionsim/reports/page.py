@@ -10,7 +10,7 @@ from typing import Any
 from frictionsim.io.terminal import visible
 from frictionsim.reports.encoding import packed, packed_data
 
-STYLES = ("report.css", "drawing.css")
+STYLES = ("report.css", "drawing.css", "study.css")
 SCRIPTS = ("data.js", "clock.js", "drawing.js", "charts.js", "report.js")
 
 

@@ -1,9 +1,8 @@
 """The fastest setting for a required error."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from frictionsim.work_precision.errors import max_relative_error
 from frictionsim.work_precision.outcome import Row, Study
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
@@ -45,21 +44,35 @@ def recommendations(study: Study) -> list[Advice]:
 
     Meshes are not equally good at all quantities, and few may have all of them right.
     """
-    found = advise(study.rows, study.floor)
-    if not study.of_meshes:
-        return found
     floors = study.reference.floor if study.reference else {}
-    for metric in study.metrics:
-        if metric.what == "quantity":
-            floor = max_relative_error({n: e for n, e in floors.items() if n == metric.name})
-            found += [
-                _of_quantity(study.rows, metric.name, wanted, floor) for wanted in QUANTITY_TARGETS
-            ]
+    of_each = [m.name for m in study.metrics if m.what == "quantity"] if study.of_meshes else []
+    return recommended(study.rows, {n: e.relative for n, e in floors.items()}, of_each)
+
+
+def recommended(rows: list[Row], floors: Mapping[str, float], of_each: list[str]) -> list[Advice]:
+    """Return what rows recommend.
+
+    Parameters
+    ----------
+    rows : list of Row
+    floors : mapping of float
+        Reference uncertainty by measure; empty if it is not known.
+    of_each : list of str
+        Measures that have recommendations of their own.
+    """
+    found = advise(rows, max(floors.values(), default=0.0))
+    for name in of_each:
+        floor = floors.get(name, 0.0)
+        found += [_of_quantity(rows, name, wanted, floor) for wanted in QUANTITY_TARGETS]
     return found
 
 
 def _of_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
-    errors = [(row, row.errors[metric].relative) for row in rows if row.error is not None]
+    errors = [
+        (row, row.errors[metric].relative)
+        for row in rows
+        if row.error is not None and metric in row.errors
+    ]
     return Advice(wanted, _fastest(_sufficient(errors, wanted, floor)), floor, metric)
 
 

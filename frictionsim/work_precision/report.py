@@ -1,6 +1,7 @@
 """The results of a study as JSON, CSV and columns for HDF5."""
 
 import csv
+import json
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,6 +86,26 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
     return {
         name: {"absolute": finite(error.absolute), "relative": finite(error.relative)}
         for name, error in errors.items()
+    }
+
+
+def attributes(study: "Study") -> dict[str, str]:
+    """Return what a study says beside its rows, as texts.
+
+    `status` and `reason`; `references` and `time_references`, one per line;
+    `reference_uncertainty`, JSON: the relative difference of the two references for each measure;
+    `quantities`, the measures that are quantities, of a study of meshes.
+    """
+    reference, in_time = study.reference, study.time_reference
+    floor = reference.floor if reference else {}
+    wanted = [m.name for m in study.metrics if m.what == "quantity"] if study.of_meshes else []
+    return {
+        "status": study.status,
+        "reason": study.reason,
+        "references": "\n".join(reference.names) if reference else "",
+        "time_references": "\n".join(in_time.names) if in_time else "",
+        "reference_uncertainty": json.dumps({n: finite(e.relative) for n, e in floor.items()}),
+        "quantities": " ".join(wanted),
     }
 
 

@@ -24,12 +24,13 @@ STDERR_LENGTH = 3000
 
 # How many of a million cases; those that start processes take a hundred times as long.
 SHARES = {
-    "toml": 335_000,
+    "toml": 315_000,
     "csv_signals": 150_000,
     "extremes": 130_000,
     "hdf5_bytes": 200_000,
     "hdf5_structure": 130_000,
     "sweeps": 20_000,
+    "reports": 20_000,
     "checkpoints": 22_500,  # more than a thousand of each original
     "targets": 10_000,
     "kills": 1000,

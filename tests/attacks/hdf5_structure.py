@@ -180,8 +180,13 @@ def attack(rng: random.Random, folder: Path) -> str:
     """Change what a result holds, and use it."""
     files = rng.choice(originals())
     place(folder, {**files, SOUND: files[TARGET]})
+    return use(rng, folder, change(rng, folder / TARGET))
+
+
+def change(rng: random.Random, path: Path) -> str:
+    """Change what a file holds; return what was done."""
     done = []
-    with h5py.File(folder / TARGET, "r+") as file:
+    with h5py.File(path, "r+") as file:
         for _ in range(rng.choice([1, 1, 2, 3])):
             name = rng.choice(_names(file))
             if name in file:  # not a link to nowhere
@@ -197,9 +202,9 @@ def attack(rng: random.Random, folder: Path) -> str:
                 ) as error:
                     done.append(f"not done: {error}")  # HDF5 itself refuses it
     if rng.random() < 0.5:
-        append_trailer(folder / TARGET)
+        append_trailer(path)
         done.append("checksum anew")
-    return use(rng, folder, "; ".join(done))
+    return "; ".join(done)
 
 
 def warm_up() -> None:

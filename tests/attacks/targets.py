@@ -14,12 +14,12 @@ from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
 COST = ("--backends", "events", "--tolerances", "1e-3", "--repeats", "1")
-NAMES = ("a.h5", "a.nc", "a", "a.png", "a.svg", "a.csv", "s.toml", "a.partial.h5")
+NAMES = ("a.h5", "a.nc", "a", "a.png", "a.svg", "a.csv", "s.toml", "a.partial.h5", "a.html")
 KINDS = (
     *("none", "empty", "text", "foreign", "scenario", "result", "damaged", "incomplete"),
-    *("picture", "table", "folder", "dangling", "loop", "fifo", "device"),
+    *("picture", "table", "report", "folder", "dangling", "loop", "fifo", "device"),
 )
-OURS = {"empty", "result", "damaged", "incomplete", "picture", "table"}
+OURS = {"empty", "result", "damaged", "incomplete", "picture", "table", "report"}
 
 
 @cache
@@ -34,6 +34,7 @@ def _originals() -> dict[str, bytes]:
         outcome([*run, str(folder / "result.h5")], "original")
         outcome([*run, str(folder / "incomplete.h5"), "--max-steps", "60"], "original")
         outcome(["plot", f"{folder}/result.h5", "-o", f"{folder}/picture.png"], "original")
+        outcome(["report", f"{folder}/result.h5", "-o", f"{folder}/report.html"], "original")
         outcome(["cost", str(PULLEY), *COST, "--csv", str(folder / "table.csv")], "original")
         for path in folder.iterdir():
             found[path.stem] = path.read_bytes()
@@ -72,6 +73,7 @@ def _command(rng: random.Random, target: str) -> list[str]:
             [*whole, "--max-steps", "60"],
             ["resume", "source.partial.h5", "-q", "-o", target],
             ["plot", "source.h5", "-o", target],
+            ["report", "source.h5", "-o", target],
             *(["cost", str(PULLEY), *COST, option, target] for option in ("-o", "--csv", "--plot")),
         ]
     )

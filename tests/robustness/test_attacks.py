@@ -25,6 +25,7 @@ COUNTS = {
     "hdf5_bytes": 25,
     "hdf5_structure": 20,
     "sweeps": 20,
+    "reports": 15,
     "checkpoints": 20,
     "targets": 25,
     "kills": 2,

@@ -1,0 +1,279 @@
+"""The pictures of the gallery and of the walk-through, and the commands that make them.
+
+    python docs/_ext/gallery.py
+
+makes all of `docs/pictures` anew, in some minutes; with words, as `path report`, those whose files
+have such a word in their name. `--results FOLDER` takes results of shipped scenarios from there.
+Screenshots of reports need a Chromium and Playwright (`screenshots`).
+"""
+
+import argparse
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+DOCS = Path(__file__).parents[1]
+PICTURES = DOCS / "pictures"
+SCENARIOS = DOCS.parent / "scenarios"
+VIEW_OF = "frictionsim plot results/{name}.h5 --view {view}"
+FRICTION = "effects.shaft_friction."
+
+
+class Picture(NamedTuple):
+    """A picture of the gallery.
+
+    Attributes
+    ----------
+    file : str
+        In `docs/pictures`.
+    title : str
+    commands : tuple of str
+        The last one writes the picture, or the report that is shown; `-o` is added to it.
+    scheme : str
+        Of a screenshot of a report `light` or `dark`; else empty.
+    place : str
+        The element that a screenshot begins with, as a CSS selector; empty for the top.
+    """
+
+    file: str
+    title: str
+    commands: tuple[str, ...]
+    scheme: str = ""
+    place: str = ""
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The commands as a reader would type them."""
+        target = f"{Path(self.file).stem}.html" if self.scheme else f"docs/pictures/{self.file}"
+        option = (
+            "--plot"
+            if self.commands[-1].startswith(("frictionsim cost", "frictionsim fit"))
+            else "-o"
+        )
+        return (*self.commands[:-1], f"{self.commands[-1]} {option} {target}")
+
+
+# By kind: the scenario that its views are drawn of, and what each view shows.
+VIEWS = {
+    "pulley": (
+        "pulley_return",
+        {"response": "a pulley on a dry shaft: breakaway, slip, and rest again"},
+    ),
+    "marble_machine": (
+        "marble_machine",
+        {
+            "response": "a marble machine: channels over time, stick shaded",
+            "torque": "its torques over the angle of the gear",
+        },
+    ),
+    "epicyclic": (
+        "epicyclic",
+        {
+            "response": "an epicyclic gear: channels over time, stick shaded",
+            "torque": "its torques over the angle of the crank",
+            "path": "the path of its tracer point",
+        },
+    ),
+    "belt_drive": (
+        "belt_drive",
+        {
+            "speeds": "a belt drive: speeds of the pulleys and torques on them",
+            "drive": "the drive in place: tension as colour, stick, normal forces and friction",
+            "tension": "the tension along the belt",
+            "body": "what one body of the belt meets",
+        },
+    ),
+}
+
+
+def of_views() -> list[Picture]:
+    """Return the pictures of all views of all kinds."""
+    return [
+        Picture(
+            f"{kind}_{view}.png",
+            title,
+            (
+                f"frictionsim solve scenarios/{name}.toml",
+                VIEW_OF.format(name=name, view=view),
+            ),
+        )
+        for kind, (name, views) in VIEWS.items()
+        for view, title in views.items()
+    ]
+
+
+def _sweep(name: str, *options: str) -> str:
+    return f"frictionsim sweep scenarios/pulley.toml {' '.join(options)} -o results/{name}.h5"
+
+
+CURVES = _sweep("curves", f"--vary '{FRICTION}mu_s=lin(0.1, 0.4, 13)'")
+MAP = _sweep(
+    "map",
+    f"--vary '{FRICTION}mu_s=lin(0.1, 0.4, 13)'",
+    "--vary 'mechanism.load=lin(1800, 2600, 9)'",
+)
+SAMPLE = _sweep(
+    "sample",
+    f"--vary '{FRICTION}mu_s=uniform(0.2, 0.3)'",
+    "--vary 'mechanism.load=normal(2200, 50)'",
+    "--sample 64 --indices",
+)
+COST = "frictionsim cost scenarios/pulley.toml"
+MADE = (
+    f"frictionsim solve scenarios/pulley.toml --set {FRICTION}mu_s=0.23 --set {FRICTION}mu_k=0.12"
+    f" --set {FRICTION}law=regularised --set {FRICTION}transition_speed=0.5 --backend lsoda"
+    " --set output.interval=0.05 -o results/measured.h5"
+)
+FIT = (
+    "frictionsim fit scenarios/pulley.toml --data measured.csv --channel angular_velocity"
+    f" --free {FRICTION}mu_s=0.05:0.4 --free {FRICTION}mu_k=0.02:0.3"
+)
+OTHERS = [
+    Picture(
+        "sweep_curves.png",
+        "a sweep over one key",
+        (CURVES, "frictionsim plot results/curves.h5 --view force_to_lift,force_to_hold"),
+    ),
+    Picture(
+        "sweep_map.png",
+        "a sweep over two keys",
+        (MAP, "frictionsim plot results/map.h5 --view breakaway_time"),
+    ),
+    Picture(
+        "sweep_sample.png",
+        "a sample: histogram and Sobol indices",
+        (SAMPLE, "frictionsim plot results/sample.h5 --view breakaway_time"),
+    ),
+    Picture("cost.png", "what accuracy costs in time", (COST,)),
+    Picture(
+        "fit.png",
+        "a fit to measured data",
+        (MADE, "frictionsim show results/measured.h5 --csv > measured.csv", FIT),
+    ),
+]
+HOIST = ("frictionsim new pulley hoist.toml", "frictionsim solve hoist.toml")
+HOISTS = (
+    "frictionsim sweep hoist.toml --vary 'mechanism.load=lin(1800, 2600, 9)'"
+    f" --vary '{FRICTION}mu_s=lin(0.1, 0.4, 7)' -o results/hoist_sweep.h5"
+)
+OF_SWEEP = (*HOIST, HOISTS, "frictionsim report results/hoist_sweep.h5")
+OF_COST = (
+    *HOIST,
+    "frictionsim cost hoist.toml -o results/hoist_cost.h5",
+    "frictionsim report results/hoist_cost.h5",
+)
+OF_RUN = (*HOIST, "frictionsim report results/hoist.h5")
+REPORTS = [
+    Picture("report_run_light.png", "the report of a run", OF_RUN, "light"),
+    Picture("report_run_dark.png", "the same, where the system is dark", OF_RUN, "dark"),
+    Picture("report_sweep_light.png", "the report of a sweep", OF_SWEEP, "light", "#controls"),
+    Picture(
+        "report_cost_dark.png",
+        "the report of a study of accuracy and time",
+        OF_COST,
+        "dark",
+        "#controls",
+    ),
+]
+GALLERY = [*of_views(), *OTHERS, *REPORTS]
+
+
+def gallery() -> str:
+    """Return the body of the page: each picture with the commands that make it."""
+    parts = []
+    groups = [(kind, [p for p in of_views() if p.file.startswith(kind)]) for kind in VIEWS]
+    groups += [("sweeps, costs and fits", OTHERS), ("reports", REPORTS)]
+    for heading, pictures in groups:
+        parts.append(f"## {heading.replace('_', ' ').capitalize()}")
+        for picture in pictures:
+            # Long lines are broken for reading, where a shell takes it.
+            lines = "\n".join(line.replace(" --", " \\\n    --") for line in picture.shown)
+            parts += [
+                f"![{picture.title[0].upper()}{picture.title[1:]}](pictures/{picture.file})",
+                f"{picture.title[0].upper()}{picture.title[1:]}:",
+                f"<!-- not run: docs/_ext/gallery.py runs it -->\n```sh\n{lines}\n```",
+            ]
+    return "\n\n".join(parts)
+
+
+def make(pictures: list[Picture], results: Path | None) -> None:
+    """Make pictures in `docs/pictures`; each command is run once.
+
+    Parameters
+    ----------
+    pictures : list of Picture
+    results : Path or None
+        Folder with results of shipped scenarios, which are then not solved.
+    """
+    done: set[str] = set()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(SCENARIOS, folder / "scenarios")
+        (folder / "results").mkdir()
+        (folder / "docs" / "pictures").mkdir(parents=True)
+        for picture in pictures:
+            for command in picture.shown:
+                if command not in done and not _is_there(command, folder, results):
+                    _run(command, folder)
+                done.add(command)
+            made = folder / picture.shown[-1].split()[-1]
+            target = PICTURES / picture.file
+            if picture.scheme:
+                from screenshots import take
+
+                take(made, target, picture.scheme, picture.place)
+            else:
+                shutil.copyfile(made, target)
+            print(f"{target}: {target.stat().st_size} bytes", flush=True)
+
+
+def _is_there(command: str, folder: Path, results: Path | None) -> bool:
+    words = shlex.split(command)
+    if results is None or words[1] != "solve" or len(words) > 3:
+        return False
+    found = results / Path(words[2]).with_suffix(".h5").name
+    if not found.exists():
+        return False
+    shutil.copyfile(found, folder / "results" / found.name)
+    return True
+
+
+def _run(command: str, folder: Path) -> None:
+    words, _, target = command.partition(" > ")
+    done = subprocess.run(
+        [sys.executable, "-m", *shlex.split(words)],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise SystemExit(f"{command}: exit {done.returncode}")
+    if target:
+        (folder / target).write_text(done.stdout, encoding="utf-8")
+
+
+def main() -> None:
+    """Make the pictures that are asked for."""
+    parser = argparse.ArgumentParser(prog="python docs/_ext/gallery.py", description=__doc__)
+    parser.add_argument("words", nargs="*", help="of the names of pictures; all of them without")
+    parser.add_argument("--results", type=Path, help="folder with results of shipped scenarios")
+    given = parser.parse_args()
+    wanted = [
+        picture
+        for picture in GALLERY
+        if not given.words or any(word in picture.file for word in given.words)
+    ]
+    PICTURES.mkdir(exist_ok=True)
+    make(wanted, given.results)
+    if not given.words:
+        for left in {*PICTURES.glob("*.png")} - {PICTURES / picture.file for picture in GALLERY}:
+            left.unlink()
+
+
+if __name__ == "__main__":
+    main()

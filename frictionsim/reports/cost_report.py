@@ -1,0 +1,206 @@
+"""The report of a work-precision study: what accuracy costs in time."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.io.cost_table import CostTable
+from frictionsim.reports.html_tables import Number, chart, head, number, section, short, table
+from frictionsim.reports.page import page
+from frictionsim.work_precision.outcome import Row
+from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, measures_of, rows_of
+
+SCRIPTS = ("data.js", "study.js", "cost.js")
+WORK = ("wall_seconds", "rhs_evaluations", "steps")
+COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
+MAX_ROWS = 1000  # in the page; a study has some hundred
+MAX_MEASURES = 40
+MAX_NOTES = 10
+
+
+def cost_page(found: CostTable, source: str) -> str:
+    """Return the HTML of the report of a table of costs.
+
+    Parameters
+    ----------
+    found : CostTable
+    source : str
+        Name of its file; empty if there is none.
+
+    Raises
+    ------
+    InputError
+        If the table is damaged.
+    """
+    try:
+        advice, floors = [each.sentence for each in advice_of(found)], floors_of(found)
+    except ValueError as error:
+        raise InputError(f"{source}: cannot read this table of costs: {error}") from None
+    about = found.attributes
+    title = (
+        f"{about.get('title') or about.get('kind') or Path(source).name}: error against run time"
+    )
+    rows = rows_of(found)
+    measures = measures_of(found)[:MAX_MEASURES]
+    lines = [
+        f"kind {about['kind']}" if about.get("kind") else "",
+        f"{_status(about)}{len(rows)} settings" + (f", from {source}" if source else ""),
+        *found.notes[:MAX_NOTES],
+    ]
+    body = "\n".join(
+        (
+            head(title, *lines),
+            section("What to use", _advice(advice), *_references(found, floors)),
+            section("Diagram", chart("Error against work, one line for each method")),
+            section("Settings", *_limits(found, len(rows)), _settings(found, rows, measures)),
+            *_failures(rows),
+        )
+    )
+    return page(title, body, _data(found, rows, measures, floors), SCRIPTS)
+
+
+def _status(about: dict[str, str]) -> str:
+    if not about.get("status"):
+        return ""
+    return f"{about['status']}{': ' if about.get('reason') else ''}{about.get('reason', '')}, "
+
+
+def _advice(sentences: list[str]) -> str:
+    return f"<ul>{''.join(f'<li>{short(sentence)}</li>' for sentence in sentences)}</ul>"
+
+
+def _references(found: CostTable, floors: dict[str, float]) -> Iterator[str]:
+    """Yield what the errors are of, and what they cannot resolve."""
+    names = found.attributes.get("references", "").splitlines()
+    if names:
+        yield f"<p>Errors are those against {short(' and '.join(names), 1000)}.</p>"
+    if floors:
+        parts = ", ".join(f"{name} {value:.1e}" for name, value in floors.items())
+        yield (
+            f"<p>The references differ by {max(floors.values()):.1e} ({short(parts, 2000)});"
+            " smaller errors cannot be resolved.</p>"
+        )
+    else:
+        yield (
+            "<p>The table does not hold the reference uncertainty: the errors may not be resolved"
+            " so finely.</p>"
+        )
+
+
+def _limits(found: CostTable, rows: int) -> Iterator[str]:
+    measures = len(measures_of(found))
+    if rows > MAX_ROWS:
+        yield f"<p>The first {MAX_ROWS} of {rows} rows are shown.</p>"
+    if measures > MAX_MEASURES:
+        yield f"<p>The first {MAX_MEASURES} of {measures} measures are shown.</p>"
+
+
+def _settings(found: CostTable, rows: list[Row], measures: list[str]) -> str:
+    of_meshes = any(row.setting.mesh for row in rows)
+    in_time = [">error in time"] if "time_error" in found.columns else []
+    headings = [
+        *("law, method", "setting", *((">bodies",) if of_meshes else ()), "outcome", ">error"),
+        *in_time,
+        *(f">{name}, relative" for name in measures),
+        ">wall time / ms",
+        *(f">{name.replace('_', ' ')}" for name in COUNTS if name in found.columns),
+        *(("keys it sets",) if "overrides" in found.columns else ()),
+    ]
+    cells = [
+        _cells(found, place, row, measures, of_meshes) for place, row in enumerate(rows[:MAX_ROWS])
+    ]
+    return table("All settings, one row each", headings, cells, "settings")
+
+
+def _cells(
+    found: CostTable, place: int, row: Row, measures: list[str], of_meshes: bool
+) -> list[str | Number]:
+    def value(name: str) -> Number:
+        return number(_value(found, name, place), 4)
+
+    bodies = row.setting.mesh.bodies if row.setting.mesh else 0
+    wall = 1e3 * _value(found, "wall_seconds", place)
+    return [
+        row.setting.line,
+        row.setting.label,
+        *((Number(str(bodies or ""), bodies),) if of_meshes else ()),
+        f"{row.status}{': ' if row.reason else ''}{row.reason}",
+        value("error"),
+        *((value("time_error"),) if "time_error" in found.columns else ()),
+        *(value(name + RELATIVE) for name in measures),
+        number(wall, 4),
+        *(number(_value(found, name, place), 10) for name in COUNTS if name in found.columns),
+        *((found.columns["overrides"].values[place],) if "overrides" in found.columns else ()),
+    ]
+
+
+def _value(found: CostTable, name: str, place: int) -> float:
+    value = found.columns[name].values[place]
+    return float(value) if isinstance(value, (int, float)) else float("nan")
+
+
+def _failures(rows: list[Row]) -> Iterator[str]:
+    failed = [row for row in rows if row.status != "done"]
+    if failed:
+        cells = [(row.setting.name, row.reason) for row in failed[:MAX_ROWS]]
+        caption = f"{len(failed)} of {len(rows)} settings failed"
+        yield section("Failed settings", table(caption, ("setting", "reason"), cells))
+
+
+def _data(
+    found: CostTable, rows: list[Row], measures: list[str], floors: dict[str, float]
+) -> dict[str, Any]:
+    """Return what the scripts draw: columns of numbers, and texts for each row."""
+    shown = rows[:MAX_ROWS]
+    names = {"error": "largest relative error"}
+    if "time_error" in found.columns:
+        names["time_error"] = "largest relative error in time alone"
+    for name in measures:
+        names[name + RELATIVE] = f"relative error of {name}"
+        names |= {f"{name}_error": f"error of {name}"} if f"{name}_error" in found.columns else {}
+    columns = {
+        name: {
+            "unit": found.columns[name].unit,
+            "words": names.get(name, found.columns[name].long_name),
+            "values": np.array([_value(found, name, i) for i in range(len(shown))]),
+        }
+        for name in dict.fromkeys((*names, *WORK, *COUNTS))
+        if name in found.columns
+    }
+    return {
+        "errors": [name for name in names if name in columns],
+        "work": list(WORK),
+        "columns": columns,
+        "floors": {"error": max(floors.values())} if floors else {},
+        "floors_of": {name + RELATIVE: value for name, value in floors.items()},
+        "rows": [
+            {
+                "line": line,
+                "name": row.setting.name,
+                "failed": row.status != "done",
+                "reason": row.reason[:300],
+            }
+            for row, line in zip(shown, _lines(shown), strict=True)
+        ],
+    }
+
+
+def _lines(rows: list[Row]) -> list[str]:
+    """Return which line of the diagram each row is on: one mesh and several are two lines."""
+    found = []
+    for row in rows:
+        mesh = row.setting.mesh
+        same = {
+            other.setting.mesh.bodies
+            for other in rows
+            if other.setting.mesh
+            and (other.setting.line, other.setting.label) == (row.setting.line, row.setting.label)
+        }
+        of_one = mesh is not None and len(same) == 1
+        found.append(
+            f"{row.setting.line}, {mesh.bodies} bodies" if mesh and of_one else row.setting.line
+        )
+    return found

@@ -1,0 +1,184 @@
+"""The report of a sweep: its summary, its quantities over its keys, its runs and its study."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from frictionsim.io.sweep_table import SweepTable
+from frictionsim.parameter_study.sensitivity import Indices
+from frictionsim.parameter_study.statistics import grouped, varied_values
+from frictionsim.reports.html_tables import Number, chart, head, number, section, short, table
+from frictionsim.reports.page import page
+from frictionsim.reports.sweep_data import (
+    MAX_WITH_INDICES,
+    Kept,
+    data_of,
+    indices_of_sample,
+    kept_of,
+    rows_to_show,
+)
+
+SCRIPTS = ("data.js", "study.js", "sweep.js")
+MAX_CELLS = 12_000  # of the table of runs
+MAX_GROUPS = 50  # of reasons and warnings
+MAX_PART_ROWS = 200  # of a table of the summary
+MAX_STUDY = 200_000  # characters
+RUN_PANEL = '<div id="run" role="status"></div>'
+CAPTIONS = {"key": "Varied keys", "quantity": "Quantities of the runs that are done and sound"}
+
+
+def sweep_page(found: SweepTable, parts: "Iterable[Any]", source: str) -> str:
+    """Return the HTML of the report of a sweep.
+
+    Parameters
+    ----------
+    found : SweepTable
+    parts : iterable of str and tables with `headings` and `rows`
+        Its summary.
+    source : str
+        Name of its file; empty if there is none.
+
+    Raises
+    ------
+    InputError
+        If the study in its file is not valid.
+    """
+    title, *summary = parts
+    kept = kept_of(found)
+    indices = indices_of_sample(found, kept)
+    name = found.attributes["title"] or found.attributes["kind"]
+    body = "\n".join(
+        (
+            head(str(title), f"from {source}" if source else ""),
+            section("Summary", *map(_part, summary)),
+            section(
+                "Chart",
+                chart("A quantity over the varied keys"),
+                '<div id="run" role="status"></div>',
+            ),
+            *_indices(indices),
+            section("Runs", *_left_out(found, kept), _runs(found, kept)),
+            *_groups("Failures", found.texts, ("failure", "reason")),
+            *_groups("Warnings", found.texts, ("warnings",)),
+            section("Study", *_study(found.attributes["study"])),
+        )
+    )
+    return page(f"{name}: sweep", body, data_of(found, kept, indices), SCRIPTS)
+
+
+def _part(part: Any) -> str:
+    """Return a line or a table of the summary."""
+    if isinstance(part, str):
+        return f"<p>{short(part, 1000)}</p>"
+    caption = CAPTIONS.get(part.headings[0], part.headings[0])
+    if len(part.rows) > MAX_PART_ROWS:
+        caption += f"; the first {MAX_PART_ROWS} of {len(part.rows)}"
+    return table(caption, part.headings, [list(map(str, row)) for row in part.rows[:MAX_PART_ROWS]])
+
+
+def _left_out(found: SweepTable, kept: Kept) -> Iterator[str]:
+    """Yield what is not in the page, and where it is."""
+    of_sweep = (
+        (kept.runs.size, found.runs, "runs", ", with extremes and the first failures among them"),
+        (len(kept.keys), len(found.coordinates), "varied keys", ""),
+        (len(kept.quantities), len(found.values), "quantities", ""),
+    )
+    for count, of, words, more in of_sweep:
+        if count < of:
+            yield (
+                f'<p class="left-out">{count} of {of} {words} are in this page{more}; the summary'
+                " counts all of them.</p>"
+            )
+
+
+def _runs(found: SweepTable, kept: Kept) -> str:
+    headings = [
+        ">run",
+        *(f">{key}{_in(found.coordinates[key].unit)}" for key in kept.keys),
+        *(f">{name}{_in(found.units[name])}" for name in kept.quantities),
+        "outcome",
+    ]
+    places = rows_to_show(found, kept, MAX_CELLS // len(headings)).tolist()
+    caption = f"{len(places)} of {found.runs} runs"
+    if len(places) == found.runs:
+        caption = f"All {found.runs} runs" if found.runs > 1 else "The run"
+    words = dict(found.statuses)
+    rows = [_run(found, kept, int(kept.runs[place]), words) for place in places]
+    return table(caption, headings, rows, "runs")
+
+
+def _run(found: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list[str | Number]:
+    values = varied_values(found, run)
+    outcome = words[int(found.status[run])].replace("_", " ")
+    why = [found.texts[name][run] for name in ("failure", "reason") if run in found.texts[name]]
+    return [
+        Number(str(run), run),
+        *(_cell(found, key, values[key]) for key in kept.keys),
+        *(number(float(found.values[name][run])) for name in kept.quantities),
+        ": ".join((outcome, *why)),
+    ]
+
+
+def _cell(found: SweepTable, key: str, value: Any) -> str | Number:
+    if isinstance(value, str):
+        return value
+    values = found.coordinates[key].values
+    if values.dtype.kind == "b" or values.dtype.itemsize == 1:
+        return "true" if value else "false"
+    return number(float(value))
+
+
+def _in(unit: str) -> str:
+    return f" / {unit}" if unit and unit != "1" else ""
+
+
+def _groups(
+    heading: str, texts: dict[str, dict[int, str]], names: tuple[str, ...]
+) -> Iterator[str]:
+    runs = sorted({run for name in names for run in texts[name]})
+    if not runs:
+        return
+    joined = {
+        run: ": ".join(texts[name][run] for name in names if run in texts[name]) for run in runs
+    }
+    one_line = "warnings" not in names
+    groups = grouped({r: " ".join(t.split()) if one_line else t for r, t in joined.items()})
+    rows = [
+        (each.text, number(each.runs, 10), number(each.first_run, 10))
+        for each in groups[:MAX_GROUPS]
+    ]
+    rest = len(groups) - len(rows)
+    caption = f"In {len(runs)} runs; texts that differ in numbers only are one"
+    if rest:
+        caption += f"; {rest} more kinds are left out"
+    yield section(heading, table(caption, ("text", ">runs", ">first in run"), rows))
+
+
+def _indices(found: dict[str, Indices]) -> Iterator[str]:
+    """Yield the Sobol indices as tables."""
+    if not found:
+        return
+    parts = []
+    for name, each in found.items():
+        if not each.first.size:
+            parts.append(f"<p>{short(name)}: {short(each.basis)}</p>")
+            continue
+        rows = [
+            (key, number(float(first), 3), number(float(total), 3))
+            for key, first, total in zip(each.keys, each.first, each.total, strict=True)
+        ]
+        caption = f"{name}: part of its variance that each key causes ({each.basis})"
+        parts.append(table(caption, ("key", ">first-order index", ">total index"), rows))
+    note = f"<p>Of the first {MAX_WITH_INDICES} quantities that vary.</p>"
+    yield section("Sobol indices", note, *parts)
+
+
+def _study(toml: str) -> Iterator[str]:
+    if len(toml) > MAX_STUDY:
+        yield (
+            f"<p>The first {MAX_STUDY} of {len(toml)} characters; 'frictionsim show FILE --study'"
+            " prints all of them.</p>"
+        )
+    yield (
+        "<details open><summary>In TOML, which 'frictionsim sweep' runs again</summary>"
+        f'<pre tabindex="0">{short(toml[:MAX_STUDY], MAX_STUDY)}</pre></details>'
+    )

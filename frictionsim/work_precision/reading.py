@@ -1,0 +1,100 @@
+"""A work-precision study from the columns of its table."""
+
+import json
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.io.cost_table import CostTable
+from frictionsim.scenario.variants import Mesh, Setting
+from frictionsim.work_precision.errors import Error
+from frictionsim.work_precision.outcome import Row
+from frictionsim.work_precision.recommendation import Advice, recommended
+from frictionsim.work_precision.report import attributes, columns
+
+if TYPE_CHECKING:
+    from frictionsim.work_precision.outcome import Study
+
+RELATIVE = "_relative"
+
+
+def table_of(study: "Study") -> CostTable:
+    """Return the table of a study, as its file in HDF5 has it."""
+    scenario = study.scenario
+    about = {"title": scenario.title, "kind": scenario.kind, **attributes(study)}
+    return CostTable(about, {column.name: column for column in columns(study)})
+
+
+def measures_of(table: CostTable) -> list[str]:
+    """Return the names of the measures whose errors a table has."""
+    return [name.removesuffix(RELATIVE) for name in table.columns if name.endswith(RELATIVE)]
+
+
+def floors_of(table: CostTable) -> dict[str, float]:
+    """Return the reference uncertainty by measure; empty if the table does not say.
+
+    Raises
+    ------
+    ValueError
+        If it is not what a table has.
+    """
+    try:
+        found = json.loads(table.attributes.get("reference_uncertainty", "{}"))
+        floors = {name: float(value) for name, value in found.items() if value is not None}
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        raise ValueError("its reference uncertainty is damaged") from None
+    if not all(isfinite(value) for value in floors.values()):
+        raise ValueError("its reference uncertainty is not finite")
+    return floors
+
+
+def advice_of(table: CostTable) -> list[Advice]:
+    """Return what a table recommends, as the summary of its study.
+
+    Raises
+    ------
+    ValueError
+        If its reference uncertainty is damaged.
+    """
+    measures = measures_of(table)
+    wanted = [n for n in table.attributes.get("quantities", "").split() if n in measures]
+    return recommended(rows_of(table), floors_of(table), wanted)
+
+
+def rows_of(table: CostTable) -> list[Row]:
+    """Return the rows of a table; one without an error counts as failed."""
+    measures = measures_of(table)
+    return [_row(_values(table, number), measures) for number in range(table.rows)]
+
+
+def _values(table: CostTable, number: int) -> dict[str, Any]:
+    return {name: column.values[number] for name, column in table.columns.items()}
+
+
+def _row(values: dict[str, Any], measures: list[str]) -> Row:
+    def whole(name: str) -> int:
+        found = values.get(name, 0.0)
+        return int(found) if isinstance(found, float) and isfinite(found) else 0
+
+    bodies = whole("bodies")
+    mesh = Mesh(str(values["model"]), bodies) if values.get("model") and bodies else None
+    setting = Setting(values["backend"], values["setting"], (), values.get("law", ""), mesh=mesh)
+    done = values["status"] == "done" and values["error"] == values["error"]
+    # `error` of the table comes first: a column that was cut out changes no recommendation.
+    errors = {"error": Error(None, values["error"])} if done else {}
+    for name in measures:
+        relative = values[name + RELATIVE]
+        if done and isinstance(relative, float) and relative == relative:
+            errors[name] = Error(None, relative)
+    return Row(
+        setting=setting,
+        status="done" if done else "failed",
+        reason=str(values.get("reason", "")),
+        wall_seconds=values["wall_seconds"],
+        repeats=whole("repeats"),
+        steps=whole("steps"),
+        rejected=whole("rejected"),
+        rhs_evaluations=whole("rhs_evaluations"),
+        states=whole("states"),
+        events=whole("events"),
+        errors=errors,
+    )

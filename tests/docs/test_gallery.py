@@ -1,0 +1,57 @@
+"""The gallery has a picture of each view of each kind, and all pictures are made by its command."""
+
+import re
+import sys
+
+import pytest
+
+from frictionsim.plots import VIEWS
+from tests.docs.pages import DOCS, PAGES
+
+sys.path.insert(0, str(DOCS / "_ext"))
+import gallery
+
+PNG = b"\x89PNG\r\n\x1a\n"
+MOST_BYTES, MOST_IN_ALL = 250_000, 2_500_000
+SHOWN = re.compile(r"!\[[^\]]+\]\(pictures/([\w.]+)\)")
+
+
+def shown(page: str) -> list[str]:
+    return SHOWN.findall(PAGES[page].read_text(encoding="utf-8"))
+
+
+def test_each_view_of_each_kind_has_a_picture() -> None:
+    assert {kind: list(titles) for kind, (_, titles) in gallery.VIEWS.items()} == {
+        kind: list(views) for kind, views in VIEWS.items()
+    }
+
+
+def test_the_gallery_shows_each_picture_once() -> None:
+    assert sorted(shown("docs/gallery.md")) == sorted(p.file for p in gallery.GALLERY)
+
+
+def test_the_pictures_of_the_walk_through_are_made_by_the_command() -> None:
+    used = shown("docs/walk-through.md")
+    assert len(used) >= 5
+    assert set(used) <= {picture.file for picture in gallery.GALLERY}
+
+
+@pytest.mark.parametrize("picture", gallery.GALLERY, ids=lambda picture: picture.file)
+def test_a_picture_is_there_and_small(picture: gallery.Picture) -> None:
+    content = (gallery.PICTURES / picture.file).read_bytes()
+    assert content.startswith(PNG)
+    assert len(content) < MOST_BYTES
+
+
+def test_no_picture_is_left_over_and_all_are_small() -> None:
+    files = list(gallery.PICTURES.iterdir())
+    assert {path.name for path in files} == {picture.file for picture in gallery.GALLERY}
+    assert sum(path.stat().st_size for path in files) < MOST_IN_ALL
+
+
+@pytest.mark.parametrize("picture", gallery.GALLERY, ids=lambda picture: picture.file)
+def test_the_commands_of_a_picture_are_known(picture: gallery.Picture) -> None:
+    for command in picture.shown:
+        program, name, *_ = command.split()
+        assert program == "frictionsim"
+        assert name in ("new", "solve", "sweep", "cost", "fit", "plot", "report", "show")

@@ -1,0 +1,225 @@
+"""Reports of tables of costs in a real browser."""
+
+import csv
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+
+import frictionsim as fs
+from frictionsim.errors import InputError
+from tests.support.browser import opened
+from tests.support.scenarios import SCENARIOS, changed, pulley
+
+HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
+DIAGRAM = (
+    "Array.from(document.getElementById('chart').data, ({name, x, y}) => [name, [...x], [...y]])"
+)
+
+
+@pytest.fixture(scope="module")
+def study() -> fs.Study:
+    """A small study; its title has markup, and one of its methods fails."""
+    scenario = changed(pulley(), title=HOSTILE.replace("\x1b", ""), solver__duration=1.0)
+    return fs.cost(
+        scenario, backends=["events", "lsoda", "rkf45"], tolerances=[1e-3, 1e-5], repeats=1
+    )
+
+
+@pytest.fixture(scope="module")
+def files(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("costs")
+    return {name: study.save(folder / f"costs{name}") for name in (".h5", ".csv")}
+
+
+def lines_of(file: Path, error: str, work: str) -> dict[str, list[tuple[float, float]]]:
+    """Return the points of each line, read by others' readers."""
+    if file.suffix == ".csv":
+        rows = list(csv.DictReader(file.read_text().splitlines()))
+        plain = [{key.split(" [")[0]: value for key, value in row.items()} for row in rows]
+    else:
+        with h5py.File(file) as read:
+            group = read["cost"]
+            plain = [
+                {
+                    name: group[name].asstr()[i]
+                    if group[name].dtype.kind == "O"
+                    else group[name][i]
+                    for name in group
+                }
+                for i in range(len(group["row"]))
+            ]
+    found: dict[str, list[tuple[float, float]]] = {}
+    for row in plain:
+        if row["status"] == "done" and float(row[error]) > 0.0:
+            name = f"{row['backend']}, {row['law']}"
+            found.setdefault(name, []).append((float(row[work]), float(row[error])))
+    return found
+
+
+def drawn(page: Any) -> dict[str, list[tuple[float, float]]]:
+    return {name: list(zip(x, y, strict=True)) for name, x, y in page.evaluate(DIAGRAM) if x}
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".csv"])
+def test_the_diagram_holds_the_numbers_of_the_file(
+    browser: Any, files: dict[str, Path], suffix: str, tmp_path: Path
+) -> None:
+    report = fs.report(files[suffix], tmp_path / "costs.html")
+    with opened(browser, report) as page:
+        assert drawn(page) == lines_of(files[suffix], "error", "wall_seconds")
+        page.select_option("select[name=work]", "rhs_evaluations")
+        page.select_option("select[name=error]", "final_angle_error")
+        assert drawn(page) == lines_of(files[suffix], "final_angle_error", "rhs_evaluations")
+        styles = page.evaluate(
+            "document.getElementById('chart').data.map(({line, marker}) =>"
+            " [line?.dash, marker.symbol].join())"
+        )
+        assert len(set(styles)) == len(styles) >= 2
+
+
+def test_the_read_out_has_setting_and_numbers_with_units(
+    browser: Any, study: fs.Study, tmp_path: Path
+) -> None:
+    with opened(browser, fs.report(study, tmp_path / "costs.html")) as page:
+        words = page.evaluate("document.getElementById('chart').data[0].hovertext[0]")
+        assert "events, set-valued, rtol 1e-3" in words
+        assert " rad<br>" in words
+        assert "median wall time of the solution alone: " in words
+
+
+def test_the_table_is_sorted_by_numbers_by_keyboard(
+    browser: Any, study: fs.Study, tmp_path: Path
+) -> None:
+    with opened(browser, fs.report(study, tmp_path / "costs.html")) as page:
+        heading = page.locator("#settings th", has_text="steps").first
+        heading.get_by_role("button").focus()
+        values = "[...document.querySelectorAll('#settings tbody tr')].map((row) =>"
+        values += (
+            " Number(row.cells[document.querySelector('[aria-sort]').cellIndex].dataset.value))"
+        )
+        page.keyboard.press("Enter")
+        ascending = page.evaluate(values)
+        assert ascending == sorted(ascending)
+        assert heading.get_attribute("aria-sort") == "ascending"
+        page.keyboard.press("Enter")
+        assert page.evaluate(values) == sorted(ascending, reverse=True)
+        assert sorted(ascending) == sorted(row.steps for row in study.data.rows)
+
+
+def test_a_report_of_costs_is_complete_without_scripts(
+    browser: Any, study: fs.Study, files: dict[str, Path], tmp_path: Path
+) -> None:
+    report = fs.report(files[".h5"], tmp_path / "costs.html")
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    shown = page.inner_text("body")
+    assert all(sentence in shown for sentence in study.recommendations)
+    assert page.locator("#settings tbody tr").count() == len(study.data.rows)
+    assert page.locator("table:not(:has(caption))").count() == 0
+    assert page.locator("th:not([scope])").count() == 0
+    assert "The chart needs the scripts of this page" in shown
+    context.close()
+
+
+def test_markup_in_a_table_of_costs_stays_text(
+    browser: Any, files: dict[str, Path], tmp_path: Path
+) -> None:
+    with files[".csv"].open(newline="") as file:
+        rows = list(csv.reader(file))
+    names = [cell.split(" [")[0] for cell in rows[0]]
+    for column in ("law", "backend", "setting", "reason", "overrides"):
+        rows[1][names.index(column)] = HOSTILE
+    rows[2][names.index("status")], rows[2][names.index("reason")] = "failed", HOSTILE
+    changed_file = tmp_path / "hostile.csv"
+    with changed_file.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    with opened(browser, fs.report(changed_file, tmp_path / "hostile.html")) as page:
+        assert page.locator("body b, body script[src], #settings script").count() == 0
+        assert r"\x1b[31m" in page.inner_text("#settings")
+        assert "</script><script>alert(1)</script>" in page.inner_text("#settings")
+        assert r"\u202eend" in page.inner_text("#settings")
+        assert "1 of " in page.inner_text("body")
+        drawn_text = page.locator("#chart .legendtext").all_text_contents()
+        assert any("<b>b</b></script>" in text for text in drawn_text)
+        failed = page.evaluate("document.getElementById('chart').data.at(-1)")
+        assert "1 failed" in failed["name"]
+        assert failed["marker"]["symbol"] == "x-thin"
+
+
+class Elements(HTMLParser):
+    """Names of the elements of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.found.append(tag)
+
+
+def test_a_table_without_uncertainty_says_so(files: dict[str, Path], tmp_path: Path) -> None:
+    text = fs.report(files[".csv"], tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "The table does not hold the reference uncertainty" in text
+    text = fs.report(files[".h5"], tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "The references differ by" in text
+    parser = Elements()
+    parser.feed(text)
+    assert parser.found.count("script") == 3
+
+
+BROKEN = {
+    "line 2, column 'steps': expected a number, got 'x'": ("steps", "x"),
+    "a row has the status 'x', which is neither done nor failed": ("status", "x"),
+}
+
+
+@pytest.mark.parametrize("message", BROKEN)
+def test_a_damaged_table_is_refused_by_line_and_column(
+    message: str, files: dict[str, Path], tmp_path: Path
+) -> None:
+    with files[".csv"].open(newline="") as file:
+        rows = list(csv.reader(file))
+    name, value = BROKEN[message]
+    rows[1][[cell.split(" [")[0] for cell in rows[0]].index(name)] = value
+    damaged = tmp_path / "damaged.csv"
+    with damaged.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    with pytest.raises(InputError) as caught:
+        fs.report(damaged, tmp_path / "a.html")
+    assert str(caught.value) == f"{damaged}: cannot read this table of costs: {message}"
+    assert not (tmp_path / "a.html").exists()
+
+
+def test_a_csv_of_others_is_refused(tmp_path: Path) -> None:
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match="neither a table of 'frictionsim cost' nor a result"):
+        fs.report(other, tmp_path / "a.html")
+    other.write_text("law,backend,setting,status\n")
+    with pytest.raises(InputError, match="it has no column 'error'"):
+        fs.report(other, tmp_path / "a.html")
+
+
+def test_a_huge_table_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    huge = tmp_path / "huge.csv"
+    with huge.open("wb") as file:
+        file.write(b"law,backend,setting,overrides\n")
+        file.truncate(2**31)
+    with pytest.raises(InputError, match="it has 2147483648 bytes, no such table has more than"):
+        fs.report(huge, tmp_path / "a.html")
+
+
+@pytest.mark.parametrize("name", ["pulley_cost.csv", "belt_drive_cost.csv"])
+def test_shipped_tables_have_reports(browser: Any, name: str, tmp_path: Path) -> None:
+    source = SCENARIOS.parent / "results" / name
+    with opened(browser, fs.report(source, tmp_path / "a.html"), color_scheme="dark") as page:
+        points = sum(len(x) for _, x, _ in page.evaluate(DIAGRAM))
+        rows = [line for line in source.read_text().splitlines() if not line.startswith("#")]
+        assert points == len(rows) - 1
+        colours = page.evaluate("document.getElementById('chart').layout.font.color")
+        assert colours == page.evaluate("frictionsim.colour('text')") == "#e8e8e8"
+        page.evaluate("document.documentElement.dataset.theme = 'light'")
