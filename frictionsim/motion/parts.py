@@ -1,7 +1,8 @@
 """The parts of a motion, and where they are over time; lengths in m, angles in rad.
 
-Positions between two frames are linear in time, states (`sticking`, `visible`) are those of the
-frame before. Whoever draws a motion looks up colours by the name of a `role`.
+Positions and angles between two frames are linear in time, states (`sticking`, `visible`) are those
+of the frame before. What is carried round a centre has a `carrier`, so that it stays on its circle
+between frames. Whoever draws a motion looks up colours by the name of a `role`.
 """
 
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -12,10 +13,15 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
     Bools = npt.NDArray[np.bool_]
+    Numbers = npt.NDArray[np.int64]
+    Bounds = tuple[float, float, float, float]
 
-Role = Literal["fixed", "moving", "marked", "load", "path", "force", "friction"]
+Role = Literal[
+    "fixed", "moving", "marked", "load", "path", "force", "friction", "paper", "cut", "still"
+]
 """What a part is, from which its colour follows: a frame or shaft; a wheel; what the eye follows,
-as a mark on a wheel; what hangs, rolls or is carried; a path; an applied or a friction force."""
+as a mark on a wheel; what hangs, rolls or is carried; a path; an applied or a friction force; a line
+on something dark; the outline of what is beyond the picture."""
 
 
 class Disc(NamedTuple):
@@ -49,8 +55,10 @@ class Body(NamedTuple):
     x, y : (frames,), m
         Position of the origin of its coordinates.
     angle : (frames,), rad
-        Counter-clockwise.
+        Counter-clockwise, from the horizontal.
     visible : (frames,) of bool, optional
+    carrier : (frames,), rad, optional
+        Angle by which x and y are turned about the origin, as by a crank or gear.
     """
 
     name: str
@@ -59,6 +67,7 @@ class Body(NamedTuple):
     y: "Array"
     angle: "Array"
     visible: "Bools | None" = None
+    carrier: "Array | None" = None
 
 
 class Band(NamedTuple):
@@ -76,6 +85,14 @@ class Band(NamedTuple):
         What the value is, for the scale of colours.
     touching, sticking : (frames, n) of bool, or None
         Which points touch a pulley, and which of these stick.
+    marks : (m,) of int, or None
+        Numbers of points that are marked, so that the eye sees the belt run.
+    patch : (n,) of bool, or None
+        Which points have a friction of their own.
+    travel : (frames,), m, or None
+        How far a cord has run along its line, which itself may stand still: it is drawn with marks
+        at distances `spacing` that run so far.
+    spacing : float, m
     """
 
     name: str
@@ -87,6 +104,10 @@ class Band(NamedTuple):
     unit: str = ""
     touching: "Bools | None" = None
     sticking: "Bools | None" = None
+    marks: "Numbers | None" = None
+    patch: "Bools | None" = None
+    travel: "Array | None" = None
+    spacing: float = 0.0
 
 
 class Trail(NamedTuple):
@@ -145,6 +166,13 @@ class Readout(NamedTuple):
     value: "Array"
 
 
+class Detail(NamedTuple):
+    """A part of the drawing that is shown larger: its name and its bounds, as of a motion."""
+
+    name: str
+    bounds: "Bounds"
+
+
 class Motion(NamedTuple):
     """A mechanism in motion.
 
@@ -159,10 +187,13 @@ class Motion(NamedTuple):
     state : (frames,) of int or None
         Of a mechanism with one contact: 0 sticks, 1 and -1 slip.
     readouts : tuple of Readout
+    details : tuple of Detail
+        What is shown larger beside the whole.
     """
 
     time: "Array"
     parts: tuple[Part, ...]
-    bounds: tuple[float, float, float, float]
-    state: "npt.NDArray[np.int64] | None" = None
+    bounds: "Bounds"
+    state: "Numbers | None" = None
     readouts: tuple[Readout, ...] = ()
+    details: tuple[Detail, ...] = ()
