@@ -52,7 +52,7 @@ def motion(result: "Record") -> Motion:
     time = channel_at(result, "time", frames)
     x, y = (channel_at(result, axis, frames)[:, drawn] for axis in "xy")
     wheels = _wheels(result, frames)
-    bounds = _bounds(wheels, x, y)
+    bounds = _bounds(result, x, y)
     size = max(bounds[1] - bounds[0], bounds[3] - bounds[2])
     tension = None
     if "tension" in result.channels:
@@ -82,7 +82,8 @@ def _pulleys(result: "Record") -> list[tuple[str, float, float, float]]:
     return [
         (
             str(scenario_value(result, *where, i, "name")),
-            *(float(scenario_value(result, *where, i, "center", k)) for k in (0, 1)),
+            float(scenario_value(result, *where, i, "center", 0)),
+            float(scenario_value(result, *where, i, "center", 1)),
             float(scenario_value(result, *where, i, "radius")),
         )
         for i in range(len(scenario_value(result, *where)))
@@ -143,11 +144,11 @@ def _body_length(result: "Record") -> float:
     return float(length.mean())
 
 
-def _bounds(wheels: list[Body], x: Any, y: Any) -> "Bounds":
+def _bounds(result: "Record", x: Any, y: Any) -> "Bounds":
+    """Return the bounds of belt and pulleys at all frames."""
     points = [np.column_stack([x.ravel(), y.ravel()])]
-    for body in wheels:
-        centre, radius = np.array([body.x[0], body.y[0]]), body.shapes[0].radius
-        points += [centre[None] - radius, centre[None] + radius]
+    for _, *centre, radius in _pulleys(result):
+        points += [np.array([centre]) - radius, np.array([centre]) + radius]
     found = np.concatenate(points)
     return around(found, 0.03 * float(np.ptp(found, axis=0).max()))
 

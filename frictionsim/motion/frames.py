@@ -5,6 +5,7 @@ at their events: these are always frames, so that a drawing changes from stick t
 marble away, at the time of the event.
 """
 
+from math import floor, log2
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -134,5 +135,5 @@ def rounded(values: "Array", size: float, steps: float) -> "npt.NDArray[np.float
     steps : float
         How many steps may be told apart in a drawing of this size.
     """
-    step = 2.0 ** np.floor(np.log2(max(size / steps, np.finfo(np.float32).tiny)))
+    step = 2.0 ** floor(log2(max(size / steps, float(np.finfo(np.float32).tiny))))
     return np.asarray(np.round(values / step) * step, dtype=np.float32)

@@ -93,7 +93,7 @@ def teeth_of(ratio: float) -> tuple[int, int] | None:
 def _gears(
     gear: float, pinion: float, ratio: float, azimuth: float
 ) -> tuple[tuple[Disc | Line, ...], tuple[Disc | Line, ...]]:
-    """Return the shapes of gear and pinion, whose teeth mesh at the azimuth where the angle is 0."""
+    """Return the shapes of gear and pinion, whose teeth mesh at the azimuth at the angle 0."""
     teeth = teeth_of(ratio)
     mark = Disc(0.6 * pinion, 0.0, 0.13 * pinion, "marked")
     hub = Disc(0.0, 0.0, 0.25 * pinion, "fixed")
@@ -121,7 +121,8 @@ def _shaft(result: "Record", gear: float) -> float:
 
 def _carried(circle: float, size: float, slots: int, angle: "Array", cell: "Numbers") -> list[Part]:
     """Return a marble for each slot, visible where the slot carries one."""
-    still, found = np.zeros_like(angle), []
+    still = np.zeros_like(angle)
+    found: list[Part] = []
     for slot in range(min(slots, MAX_SLOTS)):
         visible = (slot + cell) % slots < slots // 2
         if visible.any():
@@ -137,13 +138,14 @@ def _carried(circle: float, size: float, slots: int, angle: "Array", cell: "Numb
                     carrier=angle,
                 )
             )
-    return list[Part](found)
+    return found
 
 
 def _tray(size: float, top: float, delivered: "Numbers", still: "Array") -> list[Part]:
     """Return the delivered marbles in a tray that is emptied when it is full."""
     count = np.where(delivered > 0, (delivered - 1) % TRAY + 1, 0)
-    step, found = 2.15 * size, []
+    step = 2.15 * size
+    found: list[Part] = []
     rail = block(step * (TRAY + 0.5), 0.3 * size, "fixed")
     found.append(Body("", (rail,), still, still + top - 1.1 * size, still))
     for i in range(min(TRAY, floor(float(count.max())))):
@@ -151,4 +153,4 @@ def _tray(size: float, top: float, delivered: "Numbers", still: "Array") -> list
         marble = (Disc(0.0, 0.0, size, "load"),)
         name = "" if i else "delivered marbles"
         found.append(Body(name, marble, x, still + top, still, count > i))
-    return list[Part](found)
+    return found

@@ -5,23 +5,24 @@ of the frame before. What is carried round a centre has a `carrier`, so that it 
 between frames. Whoever draws a motion looks up colours by the name of a `role`.
 """
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    Array = npt.NDArray[np.float64]
+    Array = npt.NDArray[np.floating[Any]]
     Bools = npt.NDArray[np.bool_]
     Numbers = npt.NDArray[np.int64]
     Bounds = tuple[float, float, float, float]
 
 Role = Literal[
-    "fixed", "moving", "marked", "load", "path", "force", "friction", "paper", "cut", "still"
+    "fixed", "still", "moving", "marked", "load", "path", "force", "friction", "paper", "cut"
 ]
-"""What a part is, from which its colour follows: a frame or shaft; a wheel; what the eye follows,
-as a mark on a wheel; what hangs, rolls or is carried; a path; an applied or a friction force; a line
-on something dark; the outline of what is beyond the picture."""
+"""What a part is, from which its colour follows: a shaft or hinge; a wheel that stands still; one
+that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; an
+applied force; a friction force; a hole, or a line on something dark; the outline of what is beyond
+the picture."""
 
 
 class Disc(NamedTuple):

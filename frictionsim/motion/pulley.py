@@ -148,11 +148,11 @@ def _forces(
     largest = max(weight, float(np.abs(force).max()), float(np.abs(reaction).max()))
     scale = ARROW * radius / largest if largest > 0.0 else 0.0
     parts: list[Part] = [Arrow("weight of the load", x, y, zero, zero - scale * weight, "load")]
+    pull = -scale * force
     if horizontal:
-        end = (-cord.pulled, zero + radius, -scale * force, zero)
+        parts.append(Arrow("drive force", -cord.pulled, zero + radius, pull, zero, "force"))
     else:
-        end = (zero - radius, -cord.pulled, zero, -scale * force)
-    parts.append(Arrow("drive force", *end, "force"))
+        parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
     if "friction_torque" in result.channels:
         torque = channel_at(result, "friction_torque", frames)
         parts.append(_reaction(force, weight, torque, scale, horizontal))
