@@ -30,7 +30,7 @@ MAX_POINTS, MAX_VALUES = 300, 90_000  # of a belt; of all its frames together
 MIN_FRAMES = 2
 STEPS, COLOURS = 40_000.0, 250.0  # that can be told apart in a drawing, and in a scale of colours
 MARKS = 25  # points of the belt that are marked, about so many
-MAX_DETAILS, SMALL, WINDOW = 4, 0.2, 1.5  # pulleys shown larger; radius of one that needs it; view
+MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 1.5  # pulleys shown larger; radius of one that needs it; view
 MAX_SPEEDS = 6  # pulleys whose speed stands beside the drawing
 
 
@@ -108,6 +108,7 @@ def _wheels(result: "Record", frames: "Numbers") -> list[Body]:
             still + x,
             still + y,
             still if angles is None else angles[:, i],
+            label=True,
         )
         for i, (name, x, y, radius) in enumerate(pulleys)
     ]

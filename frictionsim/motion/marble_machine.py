@@ -25,7 +25,7 @@ PINION_TEETH = range(14, 31)
 MARBLE = 0.3  # radius of a marble, of the distance between slots
 MAX_MARBLE = 0.16  # of the radius of their circle
 SHAFT_SEEN = 0.05  # of the gear's radius, where the scenario has no shaft
-MAX_SLOTS = 60  # that are drawn
+MAX_SLOTS = 60  # that are drawn: of more every second, third, ... one
 TRAY = 12  # marbles that the tray of delivered ones holds; then it is emptied
 SLACK = 1e-9  # of a cell: a marble changes hands at its event, in spite of rounding
 
@@ -40,27 +40,30 @@ def motion(result: "Record") -> Motion:
     """
     frames = frames_of(result)
     time, angle = (channel_at(result, name, frames) for name in ("time", "angle"))
-    slots = int(scenario_value(result, "mechanism", "slots"))
+    holes = int(scenario_value(result, "mechanism", "slots"))
     circle = float(scenario_value(result, "mechanism", "marble_circle_radius"))
     pinion = float(scenario_value(result, "mechanism", "pinion_radius"))
     ratio = float(scenario_value(result, "mechanism", "gear_ratio"))
     azimuth = radians(float(scenario_value(result, "mechanism", "mesh_azimuth_deg")))
     gear, still = ratio * pinion, np.zeros_like(time)
-    size = min(2.0 * circle * sin(pi / max(slots, 2)) * MARBLE, MAX_MARBLE * circle)
-    cell = np.floor(angle * slots / (2.0 * pi) + SLACK).astype(np.int64)
+    size = min(2.0 * circle * sin(pi / max(holes, 2)) * MARBLE, MAX_MARBLE * circle)
+    cell = np.floor(angle * holes / (2.0 * pi) + SLACK).astype(np.int64)
     centre = (gear + pinion) * np.array([cos(azimuth), sin(azimuth)])
     delivered = cell - int(cell[0])
-    wheels, marks = _gears(gear, pinion, ratio, azimuth), min(slots, MAX_SLOTS)
-    holes = tuple(
+    wheels, drawn = (
+        _gears(gear, pinion, ratio, azimuth),
+        np.arange(holes)[:: -(-holes // MAX_SLOTS)],
+    )
+    openings = tuple(
         Disc(circle * cos(a), circle * sin(a), size, "paper")
-        for a in (2.0 * pi * np.arange(marks) / marks - 0.5 * pi).tolist()
+        for a in (2.0 * pi * drawn / holes - 0.5 * pi).tolist()
     )
     top = max(gear, circle + size, float(centre[1]) + pinion) + 3.0 * size
     parts: list[Part] = [
-        Body("gear", (*wheels[0], *holes), still, still, angle),
+        Body("gear", (*wheels[0], *openings), still, still, angle),
         Body("shaft", (Disc(0.0, 0.0, _shaft(result, gear), "fixed"),), still, still, still),
         Body("pinion", wheels[1], still + centre[0], still + centre[1], -ratio * angle),
-        *_carried(circle, size, slots, angle, cell),
+        *_carried(circle, size, (holes, drawn.tolist()), angle, cell),
         *_tray(size, top, delivered, still),
     ]
     reach = max(gear * 1.05, circle + size)
@@ -119,14 +122,17 @@ def _shaft(result: "Record", gear: float) -> float:
     return float(scenario_value(result, "effects", "shaft_friction", "shaft_radius"))
 
 
-def _carried(circle: float, size: float, slots: int, angle: "Array", cell: "Numbers") -> list[Part]:
-    """Return a marble for each slot, visible where the slot carries one."""
+def _carried(
+    circle: float, size: float, shown: tuple[int, list[int]], angle: "Array", cell: "Numbers"
+) -> list[Part]:
+    """Return a marble for each slot that is drawn, visible where the slot carries one."""
+    holes, drawn = shown
     still = np.zeros_like(angle)
     found: list[Part] = []
-    for slot in range(min(slots, MAX_SLOTS)):
-        visible = (slot + cell) % slots < slots // 2
+    for hole in drawn:
+        visible = (hole + cell) % holes < holes // 2
         if visible.any():
-            place = 2.0 * pi * slot / slots - 0.5 * pi
+            place = 2.0 * pi * hole / holes - 0.5 * pi
             found.append(
                 Body(
                     "" if found else "marbles",

@@ -60,6 +60,8 @@ class Body(NamedTuple):
     visible : (frames,) of bool, optional
     carrier : (frames,), rad, optional
         Angle by which x and y are turned about the origin, as by a crank or gear.
+    label : bool
+        Whether the name stands at its origin, not in the key.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Body(NamedTuple):
     angle: "Array"
     visible: "Bools | None" = None
     carrier: "Array | None" = None
+    label: bool = False
 
 
 class Band(NamedTuple):

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
 CIRCLE_SEEN = 0.02  # of the pulley's radius: a smaller friction circle is a dot, and left out
 # In radii of the pulley.
-HIGHEST, TRAVEL = 1.7, 3.5  # of the load below the axis; the longest way of it that is drawn
-BLOCK, ARROW = 0.9, 2.2  # side of the load; length of the largest force
+HIGHEST, TRAVEL = 1.6, 2.5  # of the load below the axis; the longest way of it that is drawn
+BLOCK, ARROW = 0.9, 2.0  # side of the load; length of the largest force
 CORD_MARK = 0.5  # between marks on the cord
 
 

@@ -124,7 +124,7 @@ frictionsim.Drawing = class {
     }
     const { scale } = view;
     context.setTransform(ratio * scale, 0, 0, -ratio * scale, ratio * view.originX, ratio * view.originY);
-    const pen = { context, colours: this.colours, px: 1 / scale, thick: view.clipped ? 1.5 : 1 };
+    const pen = { context, colours: this.colours, px: 1 / scale, thick: view.clipped ? 1.6 : 1 };
     let band = 0;
     for (const part of this.motion.parts) {
       if (part.type === "Body") frictionsim.drawBody(pen, part, frame, at);
@@ -132,7 +132,23 @@ frictionsim.Drawing = class {
       else if (part.type === "Trail") this.trails.get(part).draw(pen, this.time);
       else frictionsim.drawArrow(pen, part, at);
     }
+    if (!view.clipped) this.drawLabels(view, at);
     context.restore();
+  }
+
+  drawLabels({ originX, originY, scale }, at) {
+    const { context, ratio } = this;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.font = `13px ${this.font}`;
+    [context.textAlign, context.textBaseline, context.lineJoin] = ["center", "middle", "round"];
+    [context.strokeStyle, context.fillStyle, context.lineWidth] = [this.colours.paper, this.colours.edge, 4];
+    for (const part of this.motion.parts) {
+      if (!part.label) continue;
+      const { x, y } = frictionsim.placeOf(part, at);
+      const where = [originX + scale * x, originY - scale * y];
+      context.strokeText(part.name, ...where);
+      context.fillText(part.name, ...where);
+    }
   }
 
   // Where everything is at a time, in m and rad, as numbers for other programs.

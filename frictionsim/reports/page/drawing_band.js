@@ -16,7 +16,7 @@ frictionsim.colourAt = (fraction) => {
   });
   return `rgb(${mixed.join(", ")})`;
 };
-frictionsim.BELT = { width: 6, edge: 1.3, strip: 2.2, halo: 2.2, tick: 7, cord: 3 }; // px
+frictionsim.BELT = { width: 7, edge: 1.2, strip: 2.6, halo: 1.2, tick: 7, cord: 3 }; // px
 
 frictionsim.DrawnBand = class {
   constructor(band) {

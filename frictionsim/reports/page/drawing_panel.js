@@ -63,7 +63,7 @@ frictionsim.DrawingPanel = class {
     const entries = new Map();
     for (const part of parts) {
       if (part.type !== "Band") {
-        if (part.name && !entries.has(part.name)) entries.set(part.name, { part });
+        if (part.name && !part.label && !entries.has(part.name)) entries.set(part.name, { part });
         continue;
       }
       if (part.value || part.touching) {
@@ -119,7 +119,7 @@ frictionsim.drawSample = (pen, { part, core, around, patch, marks, cord }) => {
     context.stroke();
   };
   const belt = () => { stroke(colours.edge, 9); stroke(frictionsim.colourAt(0.5), 7); };
-  if (core) { belt(); stroke(around, 4.4); stroke(core, 2.2); }
+  if (core) { belt(); stroke(around, 4.2); stroke(core, 2.8); }
   else if (patch) { stroke(colours.friction, 14); belt(); }
   else if (marks) { for (const x of [-6, 6]) stroke(colours.edge, 1.6, [[x, -7], [x, 7]]); belt(); }
   else if (cord) { stroke(colours.edge, 3); for (const x of [-6, 6]) stroke(colours.edge, 2.5, [[x, -4], [x, 4]]); }
