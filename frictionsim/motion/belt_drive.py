@@ -139,9 +139,10 @@ def _body_length(result: "Record") -> float:
     """Return the unstretched length of a body, m, from the first sample."""
     x, y = (np.asarray(required(result, axis)[0]) for axis in "xy")
     length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
-    if "tension" in result.channels:
-        rigidity = float(scenario_value(result, "mechanism", "belt", "axial_rigidity"))
-        length = length / (1.0 + np.asarray(required(result, "tension")[0]) / rigidity)
+    belt = scenario_value(result, "mechanism", "belt")
+    if "tension" in result.channels and "axial_rigidity" in belt:
+        strain = np.asarray(required(result, "tension")[0]) / float(belt["axial_rigidity"])
+        length = length / (1.0 + strain)
     return float(length.mean())
 
 

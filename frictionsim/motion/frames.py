@@ -118,10 +118,19 @@ def readouts_of(
 
 
 def state_at(result: "Record", frames: "Numbers") -> "Numbers | None":
-    """Return the mode of the one contact at frames; None if it is not recorded."""
+    """Return the mode of the one contact at frames; None if it is not recorded.
+
+    The sample at an event has the mode before it: a frame has the one after it, which lasts.
+    """
     if "mode" not in result.channels:
         return None
-    return np.asarray(channel_at(result, "mode", frames), dtype=np.int64)
+    modes = np.array(channel_at(result, "mode", frames), dtype=np.int64)
+    times = np.asarray(result.channels["time"])[frames]
+    for event, mode in zip(result.events["time"], result.events.get("mode_to", ()), strict=False):
+        frame = int(np.searchsorted(times, event))
+        if frame < len(times) and times[frame] == event:
+            modes[frame] = int(mode)
+    return modes
 
 
 def rounded(values: "Array", size: float, steps: float) -> "npt.NDArray[np.float32]":

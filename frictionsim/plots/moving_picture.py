@@ -76,7 +76,7 @@ class MovingPicture:
             self._panel_beside(entries, scaled)
 
     def show(self, time: float) -> Any:
-        """Return the picture at a time as pixels, (height, width, 4) of bytes."""
+        """Return the pixels at a time, (height, width, 4) of bytes; the next call replaces them."""
         moment = moment_of(self._motion.time, time)
         for part in self._drawn:
             part.move(moment, time)
