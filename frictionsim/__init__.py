@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 
 TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:
+    from frictionsim.api.animations import animate as animate
     from frictionsim.api.comparing import compare as compare
     from frictionsim.api.fitting import Fit as Fit
     from frictionsim.api.fitting import fit as fit
@@ -68,6 +69,7 @@ _MODULES = {
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",
+    "animate": "api.animations",
     "report": "api.reporting",
     "new": "api.starting",
     "scenarios": "api.starting",

@@ -145,12 +145,36 @@ def plot(
             "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
         ),
     ] = None,
+    animate: Annotated[
+        Path | None,
+        typer.Option(
+            "--animate", metavar="FILE", help="The mechanism in motion instead: .gif or .mp4."
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option("--fps", metavar="N", help="Frames per second. [20 of .gif, 30 of .mp4]"),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            "--speed", metavar="X", help="Simulated seconds per second. [the run takes 8 s]"
+        ),
+    ] = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
     """Draw a view of a result, or a sweep; --view all draws each into FILE-<view>.png."""
     from frictionsim.api.pictures import save_pictures
+    from frictionsim.cli import animation_option
 
+    of_pictures = {"--output": output, "--view": view, "--body": body, "--at": at or None}
+    animation_option.check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
+    if animate is not None:
+        animation_option.animate(
+            result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json
+        )
+        return
     pictures, reasons = save_pictures(
         result,
         output,

@@ -1,9 +1,9 @@
 """What may be written to: a new file, or one of the kind that replaces it.
 
-A result replaces a result, a sweep a sweep, a picture a picture, a report a report, a table of
-costs such a table, and a sweep in CSV one in CSV. Any other file, as a scenario, a text, or HDF5 of
-another program, is refused whatever its name is. An empty file may be replaced by anything:
-programs that make names for new files leave such.
+A result replaces a result, a sweep a sweep, a picture a picture, a report a report, a GIF a GIF, an
+MP4 an MP4, a table of costs such a table, and a sweep in CSV one in CSV. Any other file, as a
+scenario, a text, or HDF5 of another program, is refused whatever its name is. An empty file may be
+replaced by anything: programs that make names for new files leave such.
 
 A file that bears the line with our checksum is ours, also where the checksum does not match: it is
 a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
@@ -26,6 +26,7 @@ MAX_LINE = 2**20  # bytes
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
 XML, SVG = b"<?xml", b"<svg"
 REPORT_MARK = b'<meta name="generator" content="frictionsim"'
+GIF, MP4 = (b"GIF87a", b"GIF89a"), b"ftyp"  # the latter after the length of the first box
 HEAD = 4096  # bytes, within which XML says that it is SVG
 
 
@@ -94,6 +95,16 @@ def _is_report(path: Path) -> bool:
         return REPORT_MARK in file.read(HEAD)
 
 
+def _is_gif(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(GIF[0])) in GIF
+
+
+def _is_mp4(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(8)[4:] == MP4
+
+
 RESULT = Kind("result", "a result", _is_result)
 PICTURE = Kind("picture", "a picture", _is_picture)
 COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
@@ -101,6 +112,11 @@ SWEEP = Kind("sweep", "a sweep", _is_sweep)
 COSTS = Kind("table", "a table of costs", _is_table)
 SWEEP_IN_CSV = Kind("table", "a sweep in CSV", _is_sweep_in_csv)
 REPORT = Kind("report", "a report", _is_report)
+ANIMATIONS = {
+    ".gif": Kind("animation", "a GIF", _is_gif),
+    ".mp4": Kind("animation", "an MP4", _is_mp4),
+}
+"""By suffix."""
 
 
 def check_replaceable(path: Path, kind: Kind) -> None:

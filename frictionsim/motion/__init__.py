@@ -15,7 +15,10 @@ from frictionsim.scenario.kinds import mechanism_module
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
-MOTIONS: Mapping[str, str] = {"pulley": "frictionsim.motion.pulley"}
+MOTIONS: Mapping[str, str] = {
+    kind: f"frictionsim.motion.{kind}"
+    for kind in ("pulley", "marble_machine", "epicyclic", "belt_drive")
+}
 """By kind the module whose function `motion` makes the motion of a result."""
 
 

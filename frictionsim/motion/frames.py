@@ -1,5 +1,11 @@
-"""The times of the frames of a motion, and the samples at them."""
+"""The frames of a motion: which samples of a result they are, and its channels there.
 
+Frames are samples, so that each shows what the file holds. Results of one coordinate have samples
+at their events: these are always frames, so that a drawing changes from stick to slip, or gives a
+marble away, at the time of the event.
+"""
+
+from math import floor, log2
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -7,52 +13,72 @@ import numpy as np
 from frictionsim.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy.typing as npt
 
+    from frictionsim.motion.parts import Array, Numbers, Readout
     from frictionsim.results import Record
 
-    Array = npt.NDArray[np.float64]
-
 MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
+MAX_EVENTS = 300  # of a motion; one with more chatters, which no eye sees
+BYTES_AT_ONCE = 64 * 2**20  # of a channel in its file; of a larger one single samples are read
+MAX_SHOWN = 1e100  # a larger number overflows a scale
 
 
-def frame_times(result: "Record", count: int = MAX_FRAMES) -> "Array":
-    """Return times (frames,) in s: evenly spaced from the first sample to the last.
+def frames_of(result: "Record", count: int = MAX_FRAMES) -> "Numbers":
+    """Return the numbers of the samples that are frames, evenly spaced with those at events.
+
+    Parameters
+    ----------
+    result : Record
+    count : int
+        At most, without those at events.
 
     Raises
     ------
     InputError
         If the result has no samples.
     """
-    time = result.channels["time"]
-    if not time.size:
+    time = np.asarray(required(result, "time"))
+    if not len(time):
         raise InputError("cannot show this result in motion: it has no samples")
-    if time[-1] <= time[0]:
-        return np.asarray(time[:1], dtype=float)
-    return np.linspace(time[0], time[-1], count)
+    if not np.all(np.diff(time) >= 0.0) or not np.all(np.abs(time) <= MAX_SHOWN):
+        raise InputError("cannot show this result in motion: its times do not increase")
+    wanted = np.linspace(time[0], time[-1], min(count, len(time)))
+    if len(time) <= count:
+        frames = np.arange(len(time))
+    else:
+        after = np.clip(np.searchsorted(time, wanted), 1, len(time) - 1)
+        frames = np.where(wanted - time[after - 1] < time[after] - wanted, after - 1, after)
+    at_events = np.searchsorted(time, np.asarray(result.events["time"])[:MAX_EVENTS])
+    frames = np.unique(np.concatenate([frames, at_events[at_events < len(time)]]))
+    # Two samples at one time are the sides of an event: the last of them is what follows it.
+    later = np.diff(time[frames], append=np.inf) > 0.0
+    return np.asarray(frames[later], dtype=np.int64)
 
 
-def channel_at(result: "Record", name: str, times: "Array") -> "Array":
-    """Return a channel (n,) at times, linear between the samples.
+def channel_at(result: "Record", name: str, frames: "Numbers") -> Any:
+    """Return a channel at frames, (frames,) or (frames, members of its axis).
+
+    Of a channel that is large and left in its file, only these samples are read.
 
     Raises
     ------
     InputError
-        If the result has no such channel.
+        If the result has no such channel, or numbers of it are not finite or too large to draw.
     """
-    return np.interp(times, result.channels["time"], required(result, name))
-
-
-def state_at(result: "Record", name: str, times: "Array") -> Any:
-    """Return an integer channel (n,) at times, that of the sample before.
-
-    Raises
-    ------
-    InputError
-        If the result has no such channel.
-    """
-    values, time = required(result, name), result.channels["time"]
-    return values[np.maximum(np.searchsorted(time, times, side="right") - 1, 0)]
+    channel = required(result, name)
+    if channel.nbytes > BYTES_AT_ONCE and not isinstance(channel, np.ndarray):
+        values = np.stack([channel[int(frame)] for frame in frames])
+    else:
+        values = np.asarray(channel[frames])
+    if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_SHOWN):
+        raise InputError(
+            f"cannot show this result in motion: '{name}' has numbers that are not finite or above"
+            f" {MAX_SHOWN:g}"
+        )
+    return values
 
 
 def required(result: "Record", name: str) -> Any:
@@ -68,3 +94,55 @@ def required(result: "Record", name: str) -> Any:
             f"cannot show this result in motion: it has no channel {name} (see output.channels)"
         )
     return result.channels[name]
+
+
+def readouts_of(
+    result: "Record", names: "Mapping[str, str]", frames: "Numbers"
+) -> tuple["Readout", ...]:
+    """Return the numbers beside a drawing, of those channels that the result has.
+
+    Parameters
+    ----------
+    result : Record
+    names : mapping
+        By channel the words for it.
+    frames : (frames,) of int
+    """
+    from frictionsim.motion.parts import Readout
+
+    return tuple(
+        Readout(words, result.units[name], channel_at(result, name, frames))
+        for name, words in names.items()
+        if name in result.channels
+    )
+
+
+def state_at(result: "Record", frames: "Numbers") -> "Numbers | None":
+    """Return the mode of the one contact at frames; None if it is not recorded.
+
+    The sample at an event has the mode before it: a frame has the one after it, which lasts.
+    """
+    if "mode" not in result.channels:
+        return None
+    modes = np.array(channel_at(result, "mode", frames), dtype=np.int64)
+    times = np.asarray(result.channels["time"])[frames]
+    for event, mode in zip(result.events["time"], result.events.get("mode_to", ()), strict=False):
+        frame = int(np.searchsorted(times, event))
+        if frame < len(times) and times[frame] == event:
+            modes[frame] = int(mode)
+    return modes
+
+
+def rounded(values: "Array", size: float, steps: float) -> "npt.NDArray[np.float32]":
+    """Return values as multiples of a power of two, at most `size / steps`: they compress well.
+
+    Parameters
+    ----------
+    values : array
+    size : float
+        Of what is drawn, in the unit of the values.
+    steps : float
+        How many steps may be told apart in a drawing of this size.
+    """
+    step = 2.0 ** floor(log2(max(size / steps, float(np.finfo(np.float32).tiny))))
+    return np.asarray(np.round(values / step) * step, dtype=np.float32)

@@ -1,21 +1,28 @@
 """The parts of a motion, and where they are over time; lengths in m, angles in rad.
 
-Positions between two frames are linear in time, states (`sticking`, `visible`) are those of the
-frame before. Whoever draws a motion looks up colours by the name of a `role`.
+Positions and angles between two frames are linear in time, states (`sticking`, `visible`) are those
+of the frame before. What is carried round a centre has a `carrier`, so that it stays on its circle
+between frames. Whoever draws a motion looks up colours by the name of a `role`.
 """
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    Array = npt.NDArray[np.float64]
+    Array = npt.NDArray[np.floating[Any]]
     Bools = npt.NDArray[np.bool_]
+    Numbers = npt.NDArray[np.int64]
+    Bounds = tuple[float, float, float, float]
 
-Role = Literal["fixed", "moving", "marked", "load", "path", "force", "friction"]
-"""What a part is, from which its colour follows: a frame or shaft; a wheel; what the eye follows,
-as a mark on a wheel; what hangs, rolls or is carried; a path; an applied or a friction force."""
+Role = Literal[
+    "fixed", "still", "moving", "marked", "load", "path", "force", "friction", "paper", "cut"
+]
+"""What a part is, from which its colour follows: a shaft or hinge; a wheel that stands still; one
+that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; an
+applied force; a friction force; a hole, or a line on something dark; the outline of what is beyond
+the picture."""
 
 
 class Disc(NamedTuple):
@@ -49,8 +56,12 @@ class Body(NamedTuple):
     x, y : (frames,), m
         Position of the origin of its coordinates.
     angle : (frames,), rad
-        Counter-clockwise.
+        Counter-clockwise, from the horizontal.
     visible : (frames,) of bool, optional
+    carrier : (frames,), rad, optional
+        Angle by which x and y are turned about the origin, as by a crank or gear.
+    label : bool
+        Whether the name stands at its origin, not in the key.
     """
 
     name: str
@@ -59,6 +70,8 @@ class Body(NamedTuple):
     y: "Array"
     angle: "Array"
     visible: "Bools | None" = None
+    carrier: "Array | None" = None
+    label: bool = False
 
 
 class Band(NamedTuple):
@@ -76,6 +89,14 @@ class Band(NamedTuple):
         What the value is, for the scale of colours.
     touching, sticking : (frames, n) of bool, or None
         Which points touch a pulley, and which of these stick.
+    marks : (m,) of int, or None
+        Numbers of points that are marked, so that the eye sees the belt run.
+    patch : (n,) of bool, or None
+        Which points have a friction of their own.
+    travel : (frames,), m, or None
+        How far a cord has run along its line, which itself may stand still: it is drawn with marks
+        at distances `spacing` that run so far.
+    spacing : float, m
     """
 
     name: str
@@ -87,6 +108,10 @@ class Band(NamedTuple):
     unit: str = ""
     touching: "Bools | None" = None
     sticking: "Bools | None" = None
+    marks: "Numbers | None" = None
+    patch: "Bools | None" = None
+    travel: "Array | None" = None
+    spacing: float = 0.0
 
 
 class Trail(NamedTuple):
@@ -145,6 +170,13 @@ class Readout(NamedTuple):
     value: "Array"
 
 
+class Detail(NamedTuple):
+    """A part of the drawing that is shown larger: its name and its bounds, as of a motion."""
+
+    name: str
+    bounds: "Bounds"
+
+
 class Motion(NamedTuple):
     """A mechanism in motion.
 
@@ -159,10 +191,13 @@ class Motion(NamedTuple):
     state : (frames,) of int or None
         Of a mechanism with one contact: 0 sticks, 1 and -1 slip.
     readouts : tuple of Readout
+    details : tuple of Detail
+        What is shown larger beside the whole.
     """
 
     time: "Array"
     parts: tuple[Part, ...]
-    bounds: tuple[float, float, float, float]
-    state: "npt.NDArray[np.int64] | None" = None
+    bounds: "Bounds"
+    state: "Numbers | None" = None
     readouts: tuple[Readout, ...] = ()
+    details: tuple[Detail, ...] = ()

@@ -1,17 +1,48 @@
-"""A pulley on a dry shaft in motion, with its load."""
+"""A pulley on a dry shaft in motion, with its cord, its load and its forces.
 
-from typing import TYPE_CHECKING
+The load hangs on the right and rises where the pulley turns counter-clockwise; the force pulls the
+cord down on the left, or to the left from the top. Radii are true to scale, those of shaft and
+friction circles as well. The reaction of the shaft is drawn where it acts: at the distance
+`friction_torque / reaction` from the axis, so that it touches the kinetic friction circle while the
+pulley slips, and stays within the static one while it sticks.
+"""
+
+from math import pi
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.motion.frames import channel_at, frame_times, state_at
-from frictionsim.motion.parts import Body, Disc, Line, Motion
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.motion.frames import channel_at, frames_of, readouts_of, required, state_at
+from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Part, Readout
+from frictionsim.motion.shapes import arc, around, block, wheel
+from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:
+    from frictionsim.motion.parts import Array, Numbers
     from frictionsim.results import Record
 
-SHAFT_SEEN = 0.04  # of the pulley's radius: a thinner shaft is drawn so
+SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
+CIRCLE_SEEN = 0.02  # of the pulley's radius: a smaller friction circle is a dot, and left out
+# In radii of the pulley.
+HIGHEST, TRAVEL = 1.6, 2.5  # of the load below the axis; the longest way of it that is drawn
+BLOCK, ARROW = 0.9, 2.0  # side of the load; length of the largest force
+CORD_MARK = 0.5  # between marks on the cord
+
+
+class _Cord(NamedTuple):
+    """Where load and pulled end are, (frames,) in m.
+
+    Attributes
+    ----------
+    height : y of the load's upper edge, at most `HIGHEST` radii below the axis.
+    cut : of bool, where the load is beyond the picture.
+    pulled : how far the pulled end is from the wheel.
+    """
+
+    height: "Array"
+    cut: Any
+    pulled: "Array"
 
 
 def motion(result: "Record") -> Motion:
@@ -20,17 +51,142 @@ def motion(result: "Record") -> Motion:
     Raises
     ------
     InputError
-        If it lacks samples, channels or keys.
+        If it lacks samples, the channel of the angle, or keys.
     """
-    times = frame_times(result)
+    frames = frames_of(result)
+    time = channel_at(result, "time", frames)
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
-    angle = channel_at(result, "angle", times)
-    still = np.zeros_like(times)
-    mark = np.array([[0.0, 0.0], [0.0, radius]])
-    wheel = Body(
-        "pulley", (Disc(0.0, 0.0, radius, "moving"), Line(mark, "marked")), still, still, angle
+    horizontal = scenario_of(result).get("drive", {}).get("direction") == "horizontal"
+    angle = channel_at(result, "angle", frames)
+    travel = radius * (angle - float(required(result, "angle")[0]))
+    cord = _cord(travel, radius)
+    still = np.zeros_like(time)
+    parts: list[Part] = [
+        _line(cord, travel, radius, horizontal),
+        Body("pulley", wheel(radius, hub=0.0), still, still, angle),
+        *_shaft(result, radius, still),
+        *_loads(cord, radius, still),
+        *_forces(result, frames, cord, radius, horizontal),
+    ]
+    state = state_at(result, frames)
+    readouts = (
+        *readouts_of(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
+        Readout("travel of the load", "m", travel),
+        *readouts_of(
+            result, {"drive_force": "drive force", "friction_torque": "friction torque"}, frames
+        ),
     )
-    shaft = Body("shaft", (Disc(0.0, 0.0, SHAFT_SEEN * radius, "fixed"),), still, still, still)
-    state = state_at(result, "mode", times) if "mode" in result.channels else None
-    reach = 1.2 * radius
-    return Motion(times, (wheel, shaft), (-reach, reach, -reach, reach), state)
+    return Motion(time, tuple(parts), _bounds(parts, radius), state, readouts)
+
+
+def _cord(travel: "Array", radius: float) -> _Cord:
+    """Return where load and pulled end are; beyond `TRAVEL` radii of travel the load is cut."""
+    low, high = min(float(travel.min()), 0.0), max(float(travel.max()), 0.0)
+    way = min(high - low, TRAVEL * radius)
+    # What is cut off is shared between its rise and its fall, so that it starts in the picture.
+    start = -HIGHEST * radius - way * (high / (high - low) if high > low else 0.0)
+    lowest, highest = -HIGHEST * radius - way, -HIGHEST * radius
+    height = start + travel
+    cut = (height > highest + 1e-9 * radius) | (height < lowest - 1e-9 * radius)
+    shown = np.clip(height, lowest, highest)
+    return _Cord(shown, cut, HIGHEST * radius + shown - lowest)
+
+
+def _line(cord: _Cord, travel: "Array", radius: float, horizontal: bool) -> Band:
+    """Return the cord from the load over the wheel to its pulled end."""
+    over = arc(radius, 0.0, 0.5 * pi if horizontal else pi)
+    x, y = (np.tile(values, (len(travel), 1)) for values in over.T)
+    end = (-cord.pulled, radius) if horizontal else (-radius, -cord.pulled)
+    ends = [np.broadcast_to(np.asarray(value)[..., None], (len(travel), 1)) for value in end]
+    first = np.full((len(travel), 1), radius), cord.height[:, None]
+    # The marks run from the load to the pulled end, relative to the load: they are laid from it.
+    return Band(
+        "cord",
+        np.concatenate([first[0], x, ends[0]], axis=1),
+        np.concatenate([first[1], y, ends[1]], axis=1),
+        closed=False,
+        travel=travel - (cord.height - cord.height[0]),
+        spacing=CORD_MARK * radius,
+    )
+
+
+def _shaft(result: "Record", radius: float, still: "Array") -> list[Part]:
+    friction = scenario_of(result).get("effects", {}).get("shaft_friction")
+    if friction is None:
+        return [Body("shaft", (Disc(0.0, 0.0, SHAFT_SEEN * radius, "fixed"),), still, still, still)]
+    shaft = float(scenario_value(result, "effects", "shaft_friction", "shaft_radius"))
+    found: list[Part] = [Body("shaft", (Disc(0.0, 0.0, shaft, "fixed"),), still, still, still)]
+    for name, key in (("static friction circle", "mu_s"), ("kinetic friction circle", "mu_k")):
+        mu = float(scenario_value(result, "effects", "shaft_friction", key))
+        size = friction_radius(shaft, mu)
+        if size > CIRCLE_SEEN * radius:
+            circle = Disc(0.0, 0.0, size, "friction" if key == "mu_k" else "paper", open=True)
+            found.append(Body(name, (circle,), still, still, still))
+    return found
+
+
+def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
+    x, side = still + radius, BLOCK * radius
+    load = Body("load", (block(side, side, "load"),), x, cord.height, still, ~cord.cut)
+    if not cord.cut.any():
+        return [load]
+    outline = (block(side, side, "cut"),)
+    return [load, Body("load, beyond the picture", outline, x, cord.height, still, cord.cut)]
+
+
+def _forces(
+    result: "Record", frames: "Numbers", cord: _Cord, radius: float, horizontal: bool
+) -> list[Part]:
+    """Return drive force, weight and reaction of the shaft, as long as they are large."""
+    weight = float(scenario_value(result, "mechanism", "load"))
+    zero = np.zeros(len(frames))
+    x, y = zero + radius, cord.height - BLOCK * radius
+    if "drive_force" not in result.channels:
+        return [Arrow("weight of the load", x, y, zero, zero - 0.5 * ARROW * radius, "load")]
+    force = channel_at(result, "drive_force", frames)
+    reaction = np.hypot(force, weight) if horizontal else force + weight
+    largest = max(weight, float(np.abs(force).max()), float(np.abs(reaction).max()))
+    scale = ARROW * radius / largest if largest > 0.0 else 0.0
+    parts: list[Part] = [Arrow("weight of the load", x, y, zero, zero - scale * weight, "load")]
+    pull = -scale * force
+    if horizontal:
+        parts.append(Arrow("drive force", -cord.pulled, zero + radius, pull, zero, "force"))
+    else:
+        parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
+    if "friction_torque" in result.channels:
+        torque = channel_at(result, "friction_torque", frames)
+        parts.append(_reaction(force, weight, torque, scale, horizontal))
+    return parts
+
+
+def _reaction(
+    force: "Array", weight: float, torque: "Array", scale: float, horizontal: bool
+) -> Arrow:
+    """Return the reaction of the shaft on the pulley, on its line of action.
+
+    With the reaction (F_x, F_y) its foot (e_x, e_y), at right angles to it, has the moment
+    e_x F_y - e_y F_x = friction torque.
+    """
+    if horizontal:
+        across, up = force, np.full_like(force, weight)
+    else:
+        across, up = np.zeros_like(force), force + weight
+    square = np.maximum(across**2 + up**2, np.finfo(float).tiny)
+    x, y = torque * up / square, -torque * across / square
+    return Arrow("reaction of the shaft", x, y, scale * across, scale * up, "friction")
+
+
+def _bounds(parts: list[Part], radius: float) -> tuple[float, float, float, float]:
+    """Return the bounds of wheel, cord, load and arrows at all times, with a margin."""
+    points = [np.array([[-radius, -radius], [radius, radius]])]
+    for part in parts:
+        if isinstance(part, Arrow):
+            points.append(np.column_stack([part.x, part.y]))
+            points.append(np.column_stack([part.x + part.dx, part.y + part.dy]))
+        elif isinstance(part, Body) and part.name.startswith("load"):
+            side = BLOCK * radius
+            points.append(np.column_stack([part.x - 0.5 * side, part.y - side]))
+            points.append(np.column_stack([part.x + 0.5 * side, part.y]))
+        elif isinstance(part, Band):
+            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
+    return around(np.concatenate(points), 0.25 * radius)

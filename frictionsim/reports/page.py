@@ -11,7 +11,16 @@ from frictionsim.io.terminal import visible
 from frictionsim.reports.encoding import packed, packed_data
 
 STYLES = ("report.css", "drawing.css", "study.css")
-SCRIPTS = ("data.js", "clock.js", "drawing.js", "charts.js", "report.js")
+SCRIPTS = (
+    "data.js",
+    "clock.js",
+    "drawing_parts.js",
+    "drawing_band.js",
+    "drawing_panel.js",
+    "drawing.js",
+    "charts.js",
+    "report.js",
+)
 
 
 def text(content: object) -> str:

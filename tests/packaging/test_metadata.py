@@ -16,6 +16,8 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 OPTIONAL = {"distributed"}  # imported when it is asked for, and its absence is told
 
+DISTRIBUTIONS = {"PIL": "pillow"}  # by the names of their modules
+
 
 def imported() -> set[str]:
     """Return the libraries that a module of the package imports, at its top or in a function.
@@ -29,7 +31,8 @@ def imported() -> set[str]:
                 found |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 found.add(str(node.module).split(".")[0])
-    return found - set(sys.stdlib_module_names) - {"frictionsim", "pydantic_core"}
+    found -= set(sys.stdlib_module_names) | {"frictionsim", "pydantic_core"}
+    return {DISTRIBUTIONS.get(name, name) for name in found}
 
 
 def names(requirements: list[str]) -> set[str]:

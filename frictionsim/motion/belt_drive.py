@@ -1,0 +1,179 @@
+"""A belt drive in motion: the belt coloured by its tension, stick and slip on its pulleys.
+
+A frame is a sample, with the positions of the file, rounded to what a drawing can show. Of a fine
+belt every second, third, ... body is drawn, and of a long run fewer samples, so that a drawing has
+`MAX_VALUES` positions at most. What is lost is then what happens between them: waves that are
+shorter than a few bodies, vibrations that are faster than a few samples.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.motion.frames import (
+    MAX_FRAMES,
+    channel_at,
+    frames_of,
+    required,
+    rounded,
+)
+from frictionsim.motion.parts import Band, Body, Detail, Motion, Part, Readout
+from frictionsim.motion.shapes import around, wheel
+from frictionsim.scenario.recorded import scenario_of, scenario_value
+
+if TYPE_CHECKING:
+    from frictionsim.motion.parts import Array, Bools, Bounds, Numbers
+    from frictionsim.results import Record
+
+MAX_POINTS, MAX_VALUES = 300, 90_000  # of a belt; of all its frames together
+MIN_FRAMES = 2
+STEPS, COLOURS = 40_000.0, 250.0  # that can be told apart in a drawing, and in a scale of colours
+MARKS = 25  # points of the belt that are marked, about so many
+MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 1.5  # pulleys shown larger; radius of one that needs it; view
+MAX_SPEEDS = 6  # pulleys whose speed stands beside the drawing
+
+
+def motion(result: "Record") -> Motion:
+    """Return the motion of a result.
+
+    Without the tension the belt has one colour, without angles the pulleys have no marks, without
+    the flags of contact the arcs are not marked.
+
+    Raises
+    ------
+    InputError
+        If it lacks samples, positions or keys.
+    """
+    bodies = required(result, "x").shape[1]
+    stride = -(-bodies // MAX_POINTS)
+    drawn = np.arange(0, bodies, stride)
+    frames = frames_of(result, max(MIN_FRAMES, min(MAX_FRAMES, MAX_VALUES // len(drawn))))
+    time = channel_at(result, "time", frames)
+    x, y = (channel_at(result, axis, frames)[:, drawn] for axis in "xy")
+    wheels = _wheels(result, frames)
+    bounds = _bounds(result, x, y)
+    size = max(bounds[1] - bounds[0], bounds[3] - bounds[2])
+    tension = None
+    if "tension" in result.channels:
+        tension = channel_at(result, "tension", frames)[:, drawn]
+    touching, sticking = _contact(result, frames, drawn)
+    band = Band(
+        "belt",
+        rounded(x, size, STEPS),
+        rounded(y, size, STEPS),
+        closed=True,
+        value=None if tension is None else rounded(tension, float(np.ptp(tension)), COLOURS),
+        quantity="tension",
+        unit="N",
+        touching=touching,
+        sticking=sticking,
+        marks=np.arange(0, len(drawn), max(1, round(len(drawn) / MARKS))),
+        patch=_patch(result, bodies, drawn),
+    )
+    parts: tuple[Part, ...] = (*wheels, band)
+    details = _details(result, bounds)
+    return Motion(time, parts, bounds, None, _readouts(result, frames, tension), details)
+
+
+def _pulleys(result: "Record") -> list[tuple[str, float, float, float]]:
+    """Return name, centre and radius of each pulley; lengths in m."""
+    where = ("mechanism", "pulleys")
+    return [
+        (
+            str(scenario_value(result, *where, i, "name")),
+            float(scenario_value(result, *where, i, "center", 0)),
+            float(scenario_value(result, *where, i, "center", 1)),
+            float(scenario_value(result, *where, i, "radius")),
+        )
+        for i in range(len(scenario_value(result, *where)))
+    ]
+
+
+def _wheels(result: "Record", frames: "Numbers") -> list[Body]:
+    pulleys = _pulleys(result)
+    angles = None
+    if "pulley_angle" in result.channels:
+        angles = channel_at(result, "pulley_angle", frames)
+        if angles.shape[1] != len(pulleys):
+            raise InputError(
+                f"cannot show this result in motion: it has angles of {angles.shape[1]} pulleys,"
+                f" its scenario has {len(pulleys)}"
+            )
+    still = np.zeros(len(frames))
+    return [
+        Body(
+            name,
+            wheel(radius) if angles is not None else wheel(radius)[:1],
+            still + x,
+            still + y,
+            still if angles is None else angles[:, i],
+            label=True,
+        )
+        for i, (name, x, y, radius) in enumerate(pulleys)
+    ]
+
+
+def _contact(
+    result: "Record", frames: "Numbers", drawn: "Numbers"
+) -> tuple["Bools | None", "Bools | None"]:
+    """Return which points touch a pulley, and which of them stick; None where it is not known."""
+    if "pulley_index" not in result.channels:
+        return None, None
+    touching = channel_at(result, "pulley_index", frames)[:, drawn] >= 0
+    if "sticking" not in result.channels:
+        return touching, None
+    return touching, (channel_at(result, "sticking", frames)[:, drawn] > 0) & touching
+
+
+def _patch(result: "Record", bodies: int, drawn: "Numbers") -> "Bools | None":
+    """Return which points are in a patch with a friction of its own; None without one."""
+    if "patch" not in scenario_of(result).get("effects", {}):
+        return None
+    start, end = (float(scenario_value(result, "effects", "patch", k)) for k in ("from", "to"))
+    places = (np.arange(bodies) + 0.5) * _body_length(result)
+    return np.asarray((places >= start) & (places < end))[drawn]
+
+
+def _body_length(result: "Record") -> float:
+    """Return the unstretched length of a body, m, from the first sample."""
+    x, y = (np.asarray(required(result, axis)[0]) for axis in "xy")
+    length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
+    belt = scenario_value(result, "mechanism", "belt")
+    if "tension" in result.channels and "axial_rigidity" in belt:
+        strain = np.asarray(required(result, "tension")[0]) / float(belt["axial_rigidity"])
+        length = length / (1.0 + strain)
+    return float(length.mean())
+
+
+def _bounds(result: "Record", x: Any, y: Any) -> "Bounds":
+    """Return the bounds of belt and pulleys at all frames."""
+    points = [np.column_stack([x.ravel(), y.ravel()])]
+    for _, *centre, radius in _pulleys(result):
+        points += [np.array([centre]) - radius, np.array([centre]) + radius]
+    found = np.concatenate(points)
+    return around(found, 0.03 * float(np.ptp(found, axis=0).max()))
+
+
+def _details(result: "Record", bounds: "Bounds") -> tuple[Detail, ...]:
+    """Return a view of each pulley if they are small in the whole drawing."""
+    pulleys, width = _pulleys(result), bounds[1] - bounds[0]
+    if max(radius for *_, radius in pulleys) > SMALL * width:
+        return ()
+    return tuple(
+        Detail(name, (x - WINDOW * r, x + WINDOW * r, y - WINDOW * r, y + WINDOW * r))
+        for name, x, y, r in pulleys[:MAX_DETAILS]
+    )
+
+
+def _readouts(result: "Record", frames: "Numbers", tension: "Array | None") -> tuple[Readout, ...]:
+    """Return the speeds of the pulleys, and the extremes of the tension in the points drawn."""
+    found = []
+    if "pulley_speed" in result.channels:
+        speeds = channel_at(result, "pulley_speed", frames)
+        for i, (name, *_) in enumerate(_pulleys(result)[:MAX_SPEEDS]):
+            found.append(Readout(f"speed of {name}", "rad/s", speeds[:, i]))
+    if tension is not None:
+        found.append(Readout("largest tension", "N", tension.max(axis=1)))
+        found.append(Readout("smallest tension", "N", tension.min(axis=1)))
+    return tuple(found)

@@ -1,0 +1,85 @@
+"""Shapes of wheels, blocks and arrows that several mechanisms share."""
+
+from math import cos, pi, sin
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionsim.motion.parts import Disc, Line
+
+if TYPE_CHECKING:
+    from frictionsim.motion.parts import Array, Bounds, Role
+
+SPOKES = 5  # an odd number: a turn by half of 360 degrees is seen
+HUB, RIM = 0.16, 0.8  # of the radius
+MARK = 0.07  # of the radius: the dot at the rim by which the eye sees a wheel turn
+
+
+def wheel(radius: float, hub: float = HUB) -> tuple[Disc | Line, ...]:
+    """Return a wheel with spokes and a mark at its rim, which is at the angle 0.
+
+    Parameters
+    ----------
+    radius : float, m
+    hub : float
+        Relative to the radius.
+    """
+    shapes: list[Disc | Line] = [Disc(0.0, 0.0, radius, "moving")]
+    for i in range(1, SPOKES):
+        angle = 2.0 * pi * i / SPOKES
+        shapes.append(ray(angle, hub * radius, RIM * radius, "fixed"))
+    shapes.append(ray(0.0, hub * radius, RIM * radius, "marked"))
+    shapes.append(Disc((1.0 - 1.6 * MARK) * radius, 0.0, MARK * radius, "marked"))
+    return tuple(shapes)
+
+
+def ray(angle: float, inner: float, outer: float, role: "Role") -> Line:
+    """Return a straight line away from the origin, between two radii in m."""
+    direction = np.array([cos(angle), sin(angle)])
+    return Line(np.array([inner * direction, outer * direction]), role)
+
+
+def block(width: float, height: float, role: "Role") -> Line:
+    """Return a rectangle that hangs from the origin; lengths in m."""
+    half = 0.5 * width
+    corners = [(-half, 0.0), (half, 0.0), (half, -height), (-half, -height)]
+    return Line(np.array(corners), role, closed=True)
+
+
+def arc(radius: float, start: float, end: float, count: int = 33) -> "Array":
+    """Return points (count, 2) of an arc about the origin; angles in rad, lengths in m."""
+    angle = np.linspace(start, end, count)
+    return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def around(points: "Array", margin: float) -> "Bounds":
+    """Return the bounds of points (n, 2), m, with a margin."""
+    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
+
+
+def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:
+    """Return the outline of a gear, with a tooth at the angle `phase`.
+
+    The teeth are trapezoids of the usual height: 1 module above the pitch circle, 1.25 below it.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the pitch circle.
+    teeth : int
+    phase : float, rad
+    """
+    module, pitch = 2.0 * radius / teeth, 2.0 * pi / teeth
+    corners = [
+        (radius - 1.25 * module, -0.34),
+        (radius + module, -0.14),
+        (radius + module, 0.14),
+        (radius - 1.25 * module, 0.34),
+    ]
+    points = [
+        (r * cos(phase + (i + part) * pitch), r * sin(phase + (i + part) * pitch))
+        for i in range(teeth)
+        for r, part in corners
+    ]
+    return Line(np.array(points), "moving", closed=True)

@@ -1,0 +1,220 @@
+"""The parts of a motion as artists of matplotlib, which are moved from frame to frame."""
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Affine2D
+
+from frictionsim.motion.parts import Arrow, Band, Body, Disc, Part, Trail
+from frictionsim.motion.poses import Moment, behind, is_visible, line_of, place_of
+from frictionsim.plots.style import BLACK, BLUE, GREY, ORANGE, PURPLE, VERMILION
+
+if TYPE_CHECKING:
+    from frictionsim.motion.parts import Line
+
+COLOURS = {
+    "fixed": GREY,
+    "still": "#D0D0D0",
+    "moving": "#CFE8F8",
+    "marked": BLUE,
+    "load": ORANGE,
+    "path": PURPLE,
+    "force": BLUE,
+    "friction": VERMILION,
+    "paper": "white",
+    "cut": GREY,
+}
+EDGE = "#2B2B2B"
+FAINT = "#BBBBBB"
+CMAP = "cividis"
+UNEDGED = ("fixed", "marked")
+# Points.
+BELT, BELT_EDGE, STRIP, HALO, TICK, PATCH, CORD = 4.6, 1.6, 1.8, 0.9, 4.4, 10.0, 2.2
+HEAD = 9.0  # of an arrow
+HALO_OF_ARROW = [withStroke(linewidth=3.6, foreground="white")]
+
+
+class Moving(Protocol):
+    """What draws a part in one of the axes."""
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the part at a time."""
+
+
+class MovingBody:
+    """A rigid body, whose shapes have one transform."""
+
+    def __init__(self, ax: Any, body: Body, thick: float) -> None:
+        self._body, self._data, self._transform = body, ax.transData, Affine2D()
+        self._artists = [_shape(ax, shape, thick) for shape in body.shapes]
+        for artist in self._artists:
+            artist.set_transform(self._transform + self._data)
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the body at a time."""
+        x, y, angle = place_of(self._body, moment)
+        self._transform.clear().rotate(angle).translate(x, y)
+        for artist in self._artists:
+            artist.set_visible(is_visible(self._body, moment))
+
+
+def _shape(ax: Any, shape: "Disc | Line", thick: float) -> Any:
+    colour = COLOURS[shape.role]
+    if isinstance(shape, Disc):
+        face, edge = ("none", colour) if shape.open else (colour, EDGE)
+        width = 1.2 if shape.open else (0.0 if shape.role in UNEDGED else 0.8)
+        return ax.add_patch(
+            Circle((shape.x, shape.y), shape.radius, fc=face, ec=edge, lw=thick * width)
+        )
+    if not shape.closed:
+        width = thick * (2.2 if shape.role == "marked" else 1.2)
+        return ax.add_line(Line2D(*shape.points.T, color=colour, lw=width, solid_capstyle="round"))
+    if shape.role == "cut":
+        return ax.add_patch(Polygon(shape.points, fc="none", ec=colour, lw=1.0, ls=(0, (4, 3))))
+    return ax.add_patch(Polygon(shape.points, fc=colour, ec=EDGE, lw=0.8, joinstyle="round"))
+
+
+class MovingTrail:
+    """The path of a point: strong behind it, faint ahead."""
+
+    def __init__(self, ax: Any, trail: Trail, thick: float) -> None:
+        self._trail = trail
+        ax.plot(trail.x, trail.y, color=FAINT, lw=0.7)
+        (self._line,) = ax.plot([], [], color=COLOURS["path"], lw=1.5 * thick)
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the path up to a time."""
+        self._line.set_data(*behind(self._trail, time).T)
+
+
+class MovingArrow:
+    """A force. Its head is as large as the arrow is long enough for."""
+
+    def __init__(self, ax: Any, arrow: Arrow, thick: float, per_point: float) -> None:
+        self._arrow, self._head = arrow, thick * HEAD * per_point
+        colour, width = COLOURS[arrow.role], 2.2 * thick
+        halo = {"path_effects": HALO_OF_ARROW}
+        (self._line,) = ax.plot([], [], color=colour, lw=width, solid_capstyle="butt", **halo)
+        self._tip = ax.add_patch(Polygon(np.zeros((3, 2)), fc=colour, ec="none"))
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the force at a time."""
+        arrow = self._arrow
+        foot, way = (
+            np.array([float(moment.of(values)) for values in pair])
+            for pair in ((arrow.x, arrow.y), (arrow.dx, arrow.dy))
+        )
+        length = float(np.hypot(*way))
+        for artist in (self._line, self._tip):
+            artist.set_visible(length > 0.05 * self._head)
+        along = way / max(length, np.finfo(float).tiny)
+        head = min(self._head, 0.6 * length)
+        base, across = foot + way - head * along, 0.38 * head * np.array([-along[1], along[0]])
+        self._line.set_data(*np.stack([foot, base + 0.2 * head * along], axis=1))
+        self._tip.set_xy(np.stack([foot + way, base + across, base - across]))
+
+
+class MovingCord:
+    """A cord with marks that run along it."""
+
+    def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
+        self._band, self._reach = band, thick * TICK * per_point
+        (self._line,) = ax.plot([], [], color=EDGE, lw=CORD * thick, solid_joinstyle="round")
+        self._marks = ax.add_collection(LineCollection([], colors=EDGE, linewidths=1.4 * thick))
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the cord at a time."""
+        points, band = line_of(self._band, moment), self._band
+        self._line.set_data(*points.T)
+        if band.travel is None or band.spacing <= 0.0:
+            return
+        legs = np.diff(points, axis=0)
+        place = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
+        marks = np.arange(float(moment.of(band.travel)) % band.spacing, place[-1], band.spacing)
+        leg = np.clip(np.searchsorted(place, marks, side="right") - 1, 0, len(legs) - 1)
+        where = np.column_stack([np.interp(marks, place, points[:, k]) for k in (0, 1)])
+        self._marks.set_segments(_ticks(where, legs[leg], self._reach))
+
+
+class MovingBelt:
+    """A belt coloured by its tension, with strips where it sticks and slips, and marks."""
+
+    def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
+        self._band, self._reach = band, thick * 1.3 * TICK * per_point
+
+        def lines(colour: str | None, width: float, **style: Any) -> Any:
+            found = LineCollection([], colors=colour, linewidths=thick * width, **style)
+            return ax.add_collection(found)
+
+        if band.patch is not None:
+            self._patch = lines(COLOURS["friction"], PATCH)
+        self._marks = lines(EDGE, 1.1)
+        self._edge = lines(EDGE, BELT + BELT_EDGE, capstyle="round")
+        # Colours that are given would hide those of the values.
+        colour = COLOURS["moving"] if band.value is None else None
+        self._belt = lines(colour, BELT, capstyle="round")
+        if band.value is not None:
+            self._belt.set_cmap(CMAP)
+            self._belt.set_clim(float(band.value.min()), float(band.value.max()))
+        self._strips = [
+            (stuck, [lines(around, STRIP + HALO), lines(core, STRIP)])
+            for stuck, core, around in ((True, BLACK, "white"), (False, "white", BLACK))
+        ]
+
+    def move(self, moment: Moment, time: float) -> None:
+        """Show the belt at a time."""
+        points, band = line_of(self._band, moment), self._band
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        pieces = np.stack([before, points], axis=1)
+        for collection in (self._edge, self._belt):
+            collection.set_segments(pieces)
+        if band.value is not None:
+            self._belt.set_array(moment.of(band.value))
+        halves = np.stack([0.5 * (before + points), points, 0.5 * (after + points)], axis=1)
+        if band.patch is not None:
+            self._patch.set_segments(halves[band.patch])
+        if band.marks is not None:
+            some = band.marks
+            ticks = _ticks(points[some], (after - before)[some], self._reach)
+            self._marks.set_segments(ticks)
+        if band.touching is None:
+            return
+        touching = band.touching[moment.frame]
+        sticking = np.zeros_like(touching) if band.sticking is None else band.sticking[moment.frame]
+        for stuck, strips in self._strips:
+            for strip in strips:
+                strip.set_segments(halves[touching & (sticking == stuck)])
+
+
+def _ticks(points: Any, directions: Any, reach: float) -> Any:
+    """Return lines (n, 2, 2) across directions at points, which reach so far to both sides."""
+    lengths = np.maximum(np.hypot(*directions.T), np.finfo(float).tiny)[:, None]
+    across = reach * np.column_stack([-directions[:, 1], directions[:, 0]]) / lengths
+    return np.stack([points - across, points + across], axis=1)
+
+
+def moving(ax: Any, part: Part, thick: float, per_point: float) -> Moving:
+    """Return what draws a part.
+
+    Parameters
+    ----------
+    ax : Axes
+    part : Part
+    thick : float
+        Factor of line widths, above 1 where the drawing is larger.
+    per_point : float, m
+        Length of a point on the paper.
+    """
+    if isinstance(part, Body):
+        return MovingBody(ax, part, thick)
+    if isinstance(part, Trail):
+        return MovingTrail(ax, part, thick)
+    if isinstance(part, Arrow):
+        return MovingArrow(ax, part, thick, per_point)
+    if part.value is None and part.touching is None:
+        return MovingCord(ax, part, thick, per_point)
+    return MovingBelt(ax, part, thick, per_point)

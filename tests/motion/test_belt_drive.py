@@ -1,0 +1,113 @@
+"""Belts in motion: the points of a drawing are those of the file."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError
+from frictionsim.motion import belt_drive
+from frictionsim.motion.parts import Band, Body, Disc, Motion
+from frictionsim.reports.encoding import packed_data
+from frictionsim.results import Record
+from tests.support.motions import motion
+
+pytestmark = pytest.mark.quick
+
+Belts = dict[str, tuple[Path, Record]]
+
+
+def band_of(found: Motion) -> Band:
+    return next(part for part in found.parts if isinstance(part, Band))
+
+
+def without(record: Record, *names: str) -> Record:
+    return record._replace(channels={k: v for k, v in record.channels.items() if k not in names})
+
+
+@pytest.mark.parametrize("name", ["two", "four"])
+def test_a_belt_is_where_its_file_says(belts: Belts, name: str) -> None:
+    path, record = belts[name]
+    found = motion(record)
+    band = band_of(found)
+    assert band.value is not None
+    assert band.touching is not None
+    assert band.sticking is not None
+    left, right, bottom, top = found.bounds
+    step = max(right - left, top - bottom) / belt_drive.STEPS
+    with h5py.File(path) as file:
+        time = file["time"][()]
+        for frame in (0, len(found.time) // 2, len(found.time) - 1):
+            sample = int(np.flatnonzero(time == found.time[frame])[0])
+            assert np.abs(band.x[frame] - file["x"][sample]).max() <= step
+            assert np.abs(band.y[frame] - file["y"][sample]).max() <= step
+            tension = file["tension"][()]
+            assert np.abs(band.value[frame] - tension[sample]).max() <= np.ptp(tension) / 250.0
+            on = file["pulley_index"][sample] >= 0
+            assert np.array_equal(band.touching[frame], on)
+            assert np.array_equal(band.sticking[frame], on & (file["sticking"][sample] > 0))
+            for i, wheel in enumerate(p for p in found.parts if isinstance(p, Body)):
+                assert wheel.angle[frame] == file["pulley_angle"][sample, i]
+                assert isinstance(wheel.shapes[0], Disc)
+        assert left < file["x"][()].min()
+        assert right > file["x"][()].max()
+        assert bottom < file["y"][()].min()
+        assert top > file["y"][()].max()
+
+
+def test_a_fine_belt_and_a_long_run_are_thinned(
+    belts: Belts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, record = belts["two"]
+    monkeypatch.setattr(belt_drive, "MAX_POINTS", 40)
+    monkeypatch.setattr(belt_drive, "MAX_VALUES", 400)
+    band = band_of(motion(record))
+    bodies = record.channels["x"].shape[1]
+    stride = -(-bodies // 40)
+    assert band.x.shape[1] == -(-bodies // stride)
+    assert band.x.size <= 400
+    first = np.asarray(record.channels["x"][0])[::stride]
+    assert band.x[0] == pytest.approx(first, abs=1e-4)
+
+
+def test_what_is_not_recorded_is_left_out(belts: Belts) -> None:
+    _, record = belts["two"]
+    names = ("tension", "pulley_index", "sticking", "pulley_angle", "pulley_speed")
+    found = motion(without(record, *names))
+    band = band_of(found)
+    assert (band.value, band.touching, band.sticking) == (None, None, None)
+    assert found.readouts == ()
+    wheel = next(part for part in found.parts if isinstance(part, Body))
+    assert len(wheel.shapes) == 1, "a wheel whose angle is not known has no mark"
+    for name in ("x", "y"):
+        with pytest.raises(InputError, match=f"it has no channel {name} "):
+            motion(without(record, name))
+
+
+def test_small_pulleys_are_shown_larger_as_well(belts: Belts) -> None:
+    details = motion(belts["two"][1]).details
+    assert [detail.name for detail in details] == ["driver", "driven"]
+    left, right, bottom, top = details[1].bounds
+    assert 0.5 * (left + right) == pytest.approx(0.515)
+    side = 2.0 * belt_drive.WINDOW * 0.027
+    assert [right - left, top - bottom] == pytest.approx([side, side])
+
+
+def test_the_data_of_a_belt_is_small(belts: Belts) -> None:
+    _, record = belts["two"]
+    found = motion(record)
+    assert len(packed_data(found)) < 8 * band_of(found).x.size + 40_000
+
+
+def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names(belts: Belts) -> None:
+    _, record = belts["two"]
+    scenario = record.attributes["scenario"]
+    text = f"{scenario}\n[effects.patch]\nfrom = 0.3\nto = 0.6\nmu_s = 0.3\nmu_k = 0.25\n"
+    band = band_of(motion(record._replace(attributes=record.attributes | {"scenario": text})))
+    assert band.patch is not None
+    points = np.column_stack([band.x[0], band.y[0]])[band.patch]
+    legs = np.hypot(*np.diff(points, axis=0).T)
+    length, pitch = float(legs.sum()), float(legs.mean())
+    assert length == pytest.approx(0.3 - pitch, abs=1.2 * pitch)
+    assert np.flatnonzero(band.patch)[0] == pytest.approx(0.3 / pitch, abs=1.0)

@@ -1,0 +1,87 @@
+"""Which samples are the frames of a motion, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.errors import InputError
+from frictionsim.motion import frames, motion_of
+from frictionsim.motion.frames import channel_at, frames_of, rounded
+from frictionsim.results import Record
+from tests.support.motions import record_of
+
+pytestmark = pytest.mark.quick
+
+
+def with_times(times: Any, events: Any = ()) -> Record:
+    return record_of("pulley", {"time": np.asarray(times, dtype=float)}, events=events)
+
+
+def test_all_samples_of_a_short_run_are_frames() -> None:
+    assert frames_of(with_times(np.arange(7.0))).tolist() == list(range(7))
+
+
+def test_samples_of_a_long_run_are_spread_and_those_at_events_kept() -> None:
+    times = np.linspace(0.0, 10.0, 5001)
+    found = frames_of(with_times(times, [times[1234], times[4321]]), 11)
+    assert {1234, 4321} <= set(found.tolist())
+    assert len(found) == 13
+    assert np.diff(times[found]).max() < 1.01
+
+
+def test_of_two_samples_at_one_time_the_later_is_the_frame() -> None:
+    assert frames_of(with_times([0.0, 1.0, 1.0, 2.0])).tolist() == [0, 2, 3]
+
+
+def test_one_sample_is_a_motion_and_none_is_refused() -> None:
+    assert frames_of(with_times([0.5])).tolist() == [0]
+    with pytest.raises(InputError, match="it has no samples"):
+        frames_of(with_times([]))
+
+
+@pytest.mark.parametrize("times", [[0.0, 2.0, 1.0], [0.0, np.nan], [0.0, 1e300]])
+def test_times_that_do_not_increase_are_refused(times: list[float]) -> None:
+    with pytest.raises(InputError, match="its times do not increase"):
+        frames_of(with_times(times))
+
+
+def test_a_missing_channel_is_named() -> None:
+    with pytest.raises(InputError, match=r"it has no channel angle \(see output.channels\)"):
+        motion_of(with_times([0.0, 1.0]))
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e200])
+def test_numbers_that_cannot_be_drawn_are_refused(wrong: float) -> None:
+    result = record_of("pulley", {"time": np.arange(3.0), "angle": np.array([0.0, wrong, 1.0])})
+    with pytest.raises(InputError, match="'angle' has numbers that are not finite or above 1e"):
+        motion_of(result)
+
+
+class InItsFile:
+    """A channel that is left in a file and counts the samples that are read."""
+
+    def __init__(self, values: Any) -> None:
+        self.values, self.shape, self.nbytes, self.read = values, values.shape, values.nbytes, 0
+
+    def __getitem__(self, key: Any) -> Any:
+        found = self.values[key]
+        self.read += 1 if isinstance(key, int) else len(found)
+        return found
+
+
+def test_of_a_large_channel_only_the_frames_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(frames, "BYTES_AT_ONCE", 1000)
+    times, channel = np.arange(2000.0), InItsFile(np.random.default_rng(1).random((2000, 3)))
+    result = record_of("belt_drive", {"time": times, "x": channel})
+    chosen = frames_of(result, 20)
+    assert np.array_equal(channel_at(result, "x", chosen), channel.values[chosen])
+    assert channel.read == len(chosen) == 20
+
+
+def test_rounding_is_as_fine_as_a_drawing_needs() -> None:
+    values = np.random.default_rng(2).uniform(-0.5, 0.5, 1000)
+    found = rounded(values, 1.0, 40_000.0)
+    assert 0.0 < np.abs(found - values).max() <= 0.5 / 40_000.0
+    assert found.dtype == np.float32
+    assert np.array_equal(rounded(np.full(3, 7.0), 0.0, 250.0), np.full(3, 7.0))

@@ -1,0 +1,272 @@
+"""Pulley, marble machine and epicyclic gear in motion, against formulas of their own."""
+
+from cmath import exp
+from math import atan, cos, pi, radians, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.errors import InputError
+from frictionsim.motion.marble_machine import teeth_of
+from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
+from frictionsim.motion.poses import behind, is_visible, line_of, moment_of, place_of
+from tests.support.motions import body, motion, point_of, record_of, scenario
+
+pytestmark = pytest.mark.quick
+
+DRAWN = range(6)
+TIMES = np.linspace(0.0, 2.0, 41)
+
+
+def drawn_angles(rng: Any) -> Any:
+    """Return angles that swing, run on or run back."""
+    start, speed, swing = rng.uniform(-3.0, 3.0), rng.uniform(-9.0, 9.0), rng.uniform(0.0, 4.0)
+    return start + speed * TIMES + swing * np.sin(3.0 * TIMES)
+
+
+def arrow(found: Motion, name: str) -> Arrow:
+    return next(part for part in found.parts if isinstance(part, Arrow) and part.name == name)
+
+
+def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    rng = np.random.default_rng(number)
+    angle, force = drawn_angles(rng), rng.uniform(100.0, 900.0) + 200.0 * np.sin(TIMES)
+    radius = rng.uniform(0.02, 2.0)
+    data = scenario(
+        "pulley",
+        mechanism__cord_radius=radius,
+        mechanism__load=rng.uniform(10.0, 900.0),
+        drive__direction=("vertical", "horizontal")[number % 2],
+        effects__shaft_friction__shaft_radius=0.4 * radius,
+    )
+    torque = rng.uniform(-1.0, 1.0) * radius * force
+    return data, {"time": TIMES, "angle": angle, "drive_force": force, "friction_torque": torque}
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_a_pulley_turns_and_lifts(number: int) -> None:
+    data, channels = drawn_pulley(number)
+    found, radius = motion(record_of("pulley", channels, data)), data["mechanism"]["cord_radius"]
+    angle = channels["angle"]
+    for i in (0, 7, 40):
+        rim = point_of(found, "pulley", TIMES[i], radius, 0.0)
+        assert rim == pytest.approx(radius * exp(1j * angle[i]))
+    between = 0.5 * (TIMES[3] + TIMES[4])
+    assert point_of(found, "pulley", between, radius, 0.0) == pytest.approx(
+        radius * exp(0.5j * (angle[3] + angle[4]))
+    )
+    travel = next(r.value for r in found.readouts if r.name == "travel of the load")
+    assert travel == pytest.approx(radius * (angle - angle[0]))
+    load = body(found, "load")
+    seen = np.ones(len(TIMES), bool) if load.visible is None else load.visible
+    assert seen[0]
+    assert load.y[seen] - load.y[0] == pytest.approx(travel[seen], abs=1e-9 * radius)
+    cord = next(part for part in found.parts if isinstance(part, Band))
+    for i in (0, 20, 40):
+        line = line_of(cord, moment_of(found.time, TIMES[i]))
+        assert line[0] == pytest.approx([load.x[i], load.y[i]])
+        assert np.hypot(*line[1:-1].T) == pytest.approx(radius)
+        # Tangential: the straight parts are at right angles to the radius where they meet it.
+        assert np.dot(line[1], line[0] - line[1]) == pytest.approx(0.0, abs=1e-9)
+        assert np.dot(line[-2], line[-1] - line[-2]) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_forces_of_a_pulley_are_on_one_scale_and_the_reaction_on_its_line(number: int) -> None:
+    data, channels = drawn_pulley(number)
+    found = motion(record_of("pulley", channels, data))
+    force, weight = channels["drive_force"], data["mechanism"]["load"]
+    drive, load, reaction = (
+        arrow(found, name)
+        for name in ("drive force", "weight of the load", "reaction of the shaft")
+    )
+    scale = -load.dy[0] / weight
+    assert scale > 0.0
+    along = drive.dx if data["drive"]["direction"] == "horizontal" else drive.dy
+    assert -along / force == pytest.approx(np.full(len(TIMES), scale))
+    # The three forces balance, and the reaction has the moment of the friction.
+    assert drive.dx + load.dx + reaction.dx == pytest.approx(np.zeros(len(TIMES)), abs=1e-9)
+    assert drive.dy + load.dy + reaction.dy == pytest.approx(np.zeros(len(TIMES)), abs=1e-9)
+    moment = (reaction.x * reaction.dy - reaction.y * reaction.dx) / scale
+    assert moment == pytest.approx(channels["friction_torque"])
+
+
+def test_friction_circles_are_true_to_scale() -> None:
+    found = motion(record_of("pulley", {"time": TIMES, "angle": TIMES}))
+    for name, mu in (("static friction circle", 0.2), ("kinetic friction circle", 0.1)):
+        circle = body(found, name).shapes[0]
+        assert isinstance(circle, Disc)
+        assert circle.radius == pytest.approx(0.0254 * sin(atan(mu)))
+    shaft = body(found, "shaft").shapes[0]
+    assert isinstance(shaft, Disc)
+    assert shaft.radius == 0.0254
+
+
+def test_a_long_travel_is_cut_and_said() -> None:
+    found = motion(record_of("pulley", {"time": TIMES, "angle": 50.0 * TIMES}))
+    load, cut = body(found, "load"), body(found, "load, beyond the picture")
+    assert load.visible is not None
+    assert cut.visible is not None
+    assert np.array_equal(load.visible, ~cut.visible)
+    assert load.visible[0]
+    assert not load.visible[-1]
+    cord = next(part for part in found.parts if isinstance(part, Band))
+    assert cord.travel is not None
+    # The marks stand still on a cord that carries the load with it, and run once it is cut.
+    moved = cord.travel + load.y - load.y[0]
+    assert moved == pytest.approx(0.0508 * 50.0 * TIMES)
+
+
+def test_the_state_changes_at_the_event() -> None:
+    result = fs.solve(scenario("pulley_return", solver__rtol=1e-6))
+    found = motion(result.record)
+    assert found.state is not None
+    assert len(result.record.transitions) == 2
+    for event in result.record.transitions:
+        at = moment_of(found.time, event.time)
+        before = moment_of(found.time, np.nextafter(event.time, -1.0))
+        assert int(found.state[at.frame]) == event.mode_to
+        assert int(found.state[before.frame]) == event.mode_from
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
+    rng = np.random.default_rng(number)
+    slots, radius = int(2 * rng.integers(2, 12)), rng.uniform(0.02, 0.5)
+    data = scenario(
+        "marble_machine",
+        mechanism__slots=slots,
+        mechanism__marble_circle_radius=radius,
+        mechanism__gear_ratio=float(rng.uniform(2.0, 6.0)),
+        mechanism__mesh_azimuth_deg=float(rng.uniform(-180.0, 180.0)),
+    )
+    angle = drawn_angles(rng)
+    found = motion(record_of("marble_machine", {"time": TIMES, "angle": angle}, data))
+    first = next(i for i, p in enumerate(found.parts) if p.name == "marbles")
+    marbles = [
+        part for part in found.parts[first:] if isinstance(part, Body) and part.carrier is not None
+    ]
+    pitch = 2.0 * pi / slots
+    for i, time in enumerate(TIMES):
+        moment = moment_of(found.time, time)
+        seen = [place_of(part, moment)[:2] for part in marbles if is_visible(part, moment)]
+        delta = angle[i] % pitch
+        wanted = [
+            (radius * sin(delta + j * pitch), -radius * cos(delta + j * pitch))
+            for j in range(slots // 2)
+        ]
+        assert np.array(sorted(seen)) == pytest.approx(np.array(sorted(wanted)))
+    # The pinion turns the other way, so that both rims have one speed where they touch.
+    ratio = data["mechanism"]["gear_ratio"]
+    azimuth = radians(data["mechanism"]["mesh_azimuth_deg"])
+    distance = (ratio + 1.0) * data["mechanism"]["pinion_radius"]
+    pinion = point_of(found, "pinion", TIMES[9], 0.0, 0.0)
+    assert pinion == pytest.approx(distance * exp(1j * azimuth))
+    assert np.diff(body(found, "pinion").angle) == pytest.approx(-ratio * np.diff(angle))
+
+
+def test_marbles_of_a_run_are_those_of_its_channel() -> None:
+    record = fs.solve(scenario("marble_machine", solver__rtol=1e-6)).record
+    found = motion(record)
+    shown = {r.name: r.value for r in found.readouts}
+    carried = [p for p in found.parts if isinstance(p, Body) and p.carrier is not None]
+    for time, count in zip(
+        record.channels["time"], record.channels["carried_marbles"], strict=True
+    ):
+        moment = moment_of(found.time, time)
+        assert sum(is_visible(part, moment) for part in carried) == count
+    assert shown["marbles delivered"][-1] == record.quantities["marbles_delivered"].value
+    # One more is delivered at each transfer, not a frame later.
+    transfers = [e.time for e in record.transitions if record.contacts and e.mode_from == e.mode_to]
+    for number, time in enumerate(transfers):
+        assert shown["marbles delivered"][moment_of(found.time, time).frame] == number + 1
+
+
+def test_teeth_fit_the_ratio() -> None:
+    assert teeth_of(4.0) == (56, 14)
+    assert teeth_of(32.0 / 9.0) == (64, 18)
+    assert teeth_of(pi) is None
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_the_tracer_point_is_on_its_path(number: int) -> None:
+    rng = np.random.default_rng(number)
+    sun, planet = rng.uniform(0.01, 0.5, 2)
+    radius, degrees = rng.uniform(0.0, 2.0) * planet, rng.uniform(-180.0, 180.0)
+    data = scenario(
+        "epicyclic",
+        mechanism__sun_radius=sun,
+        mechanism__planet_radius=planet,
+        effects__tracer_point__radius=radius,
+        effects__tracer_point__angle_deg=degrees,
+    )
+    angle = drawn_angles(rng)
+    found = motion(record_of("epicyclic", {"time": TIMES, "angle": angle}, data))
+    trail = next(part for part in found.parts if isinstance(part, Trail))
+    dot = body(found, "tracer point").shapes[0]
+    assert isinstance(dot, Disc)
+    length = sun + planet
+    for time in rng.uniform(0.0, 2.0, 20):
+        phi = np.interp(time, TIMES, angle)
+        wanted = length * exp(1j * phi) + radius * exp(
+            1j * (radians(degrees) + length / planet * phi)
+        )
+        seen = point_of(found, "tracer point", time, dot.x, dot.y)
+        assert seen == pytest.approx(wanted, abs=1e-9)
+        tip = behind(trail, time)[-1]
+        assert complex(*tip) == pytest.approx(wanted, abs=0.001 * length)
+        # It rolls: the point of the planet at the mesh stands still.
+        assert point_of(found, "planet", time, 0.0, 0.0) == pytest.approx(length * exp(1j * phi))
+    left, right, bottom, top = found.bounds
+    reach = max(length + radius, length + planet)
+    assert min(-left, right, -bottom, top) >= reach
+
+
+def test_a_fast_crank_has_a_fine_path() -> None:
+    times = np.linspace(0.0, 1.0, 5)
+    found = motion(record_of("epicyclic", {"time": times, "angle": 12.0 * times}))
+    trail = next(part for part in found.parts if isinstance(part, Trail))
+    legs = np.hypot(np.diff(trail.x), np.diff(trail.y))
+    # |dz/dphi| <= L + lambda rho
+    assert 0.0 < legs.max() <= 0.0201 * (0.18 + 3.0 * 0.06)
+    assert np.all(np.diff(trail.time) > 0.0)
+
+
+def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
+    x, y = 0.1 * np.cos(TIMES), 0.1 * np.sin(TIMES)
+    record = record_of("epicyclic", {"time": TIMES, "tracer_x": x, "tracer_y": y})
+    names = {part.name for part in motion(record).parts}
+    assert names == {"sun", "path of the tracer point", "tracer point"}
+    with pytest.raises(InputError, match="neither the channel angle nor tracer_x and tracer_y"):
+        motion(record_of("epicyclic", {"time": TIMES}))
+
+
+@pytest.mark.parametrize("kind", ["pulley", "pulley_horizontal", "marble_machine", "epicyclic"])
+def test_bounds_hold_everything_at_all_times(kind: str) -> None:
+    data = scenario(kind)
+    channels = {"time": TIMES, "angle": 5.0 * np.sin(2.0 * TIMES), "drive_force": 3e3 - 900 * TIMES}
+    found = motion(record_of(data["kind"], channels, data))
+    left, right, bottom, top = found.bounds
+    for time in np.linspace(0.0, 2.0, 33):
+        moment = moment_of(found.time, time)
+        for part in found.parts:
+            points: list[tuple[float, float]] = []
+            if isinstance(part, Body):
+                for shape in part.shapes if is_visible(part, moment) else ():
+                    corners = (
+                        shape.radius * np.exp(1j * np.arange(8)) + complex(shape.x, shape.y)
+                        if isinstance(shape, Disc)
+                        else shape.points @ np.array([1.0, 1j])
+                    )
+                    x, y, angle = place_of(part, moment)
+                    points += [(z.real, z.imag) for z in corners * exp(1j * angle) + complex(x, y)]
+            elif isinstance(part, Arrow):
+                foot = moment.of(part.x), moment.of(part.y)
+                points = [foot, (foot[0] + moment.of(part.dx), foot[1] + moment.of(part.dy))]
+            elif isinstance(part, Band):
+                points = [tuple(point) for point in line_of(part, moment)]
+            for x, y in points:
+                assert left <= x <= right, (part.name, x)
+                assert bottom <= y <= top, (part.name, y)

@@ -1,0 +1,58 @@
+"""Results with chosen channels, for motions."""
+
+import tomllib
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from frictionsim.motion import motion_of
+from frictionsim.motion.parts import Body, Motion
+from frictionsim.motion.poses import moment_of, place_of
+from frictionsim.results import Record
+from tests.support.scenarios import SCENARIOS, changed
+
+
+def scenario(kind: str, **changes: Any) -> dict[str, Any]:
+    """Return the shipped scenario of a kind with keys changed, as of `changed`."""
+    return changed(tomllib.loads((SCENARIOS / f"{kind}.toml").read_text()), **changes)
+
+
+def record_of(
+    kind: str,
+    channels: dict[str, Any],
+    data: dict[str, Any] | None = None,
+    events: Any = (),
+) -> Record:
+    """Return a result with given channels, of the shipped scenario of its kind."""
+    text = tomli_w.dumps(scenario(kind) if data is None else data)
+    units = dict.fromkeys(channels, "1") | {"angle": "rad", "drive_force": "N"}
+    return Record(
+        attributes={"kind": kind, "scenario": text, "title": "", "status": "done", "reason": ""},
+        channels=channels,
+        units=units,
+        long_names=dict.fromkeys(channels, ""),
+        axes=dict.fromkeys(channels, ""),
+        members={},
+        events={"time": np.asarray(events, dtype=float)},
+        contacts=[],
+    )
+
+
+def motion(record: Record) -> Motion:
+    """Return the motion of a result, which has one."""
+    found = motion_of(record)
+    assert found is not None
+    return found
+
+
+def body(found: Motion, name: str) -> Body:
+    """Return the first body with a name."""
+    return next(part for part in found.parts if isinstance(part, Body) and part.name == name)
+
+
+def point_of(found: Motion, name: str, time: float, x: float, y: float) -> complex:
+    """Return where a point of a body is at a time, as a complex number."""
+    moment = moment_of(found.time, time)
+    at_x, at_y, angle = place_of(body(found, name), moment)
+    return complex(at_x, at_y) + complex(x, y) * np.exp(1j * angle)
