@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
@@ -49,7 +49,8 @@ def report(
         If the file cannot be written, or would replace one that is no report.
     """
     target = as_path("report", path)
-    found = _opened([source] if isinstance(source, Source) else list(source))
+    single = isinstance(source, results.Result | str | PathLike)
+    found = _opened(cast(list[Source], [source] if single else list(cast(Any, source))))
     if no_clobber:
         check_no_clobber(target)
     check_target(target, REPORT)

@@ -11,7 +11,19 @@ from frictionsim.io.terminal import visible
 from frictionsim.reports.encoding import packed, packed_data
 
 STYLES = ("report.css", "drawing.css")
-SCRIPTS = ("data.js", "clock.js", "drawing.js", "charts.js", "report.js")
+SCRIPTS = (
+    "data.js",
+    "elements.js",
+    "theme.js",
+    "colours.js",
+    "clock.js",
+    "controls.js",
+    "drawing.js",
+    "key.js",
+    "charts.js",
+    "belt_chart.js",
+    "report.js",
+)
 
 
 def text(content: object) -> str:
