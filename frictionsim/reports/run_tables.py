@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 STATUSES = {
     "done": ("\N{CHECK MARK}", "done"),
     "failed": ("\N{MULTIPLICATION X}", "failed"),
-    "interrupted": ("\N{DOUBLE VERTICAL BAR}", "interrupted"),
+    "interrupted": ("\N{DOUBLE VERTICAL LINE}", "interrupted"),
 }
 UNSOUND = ("\N{WARNING SIGN}", "done, but its audit failed")
 VERSION_1 = (

@@ -14,13 +14,13 @@ frictionsim.Controls = class {
     this.speed = element("select", { id: "speed", onchange: () => clock.setSpeed(Number(this.speed.value)) });
     for (const speed of clock.speeds) this.speed.append(element("option", { value: speed }, `${speed}\u00d7`));
     const buttons = element("div", { class: "buttons", role: "group", "aria-label": "Clock" },
-      button("\u23ee", "To the start", () => this.jump(clock.start)),
-      ...this.ofEvents("\u21e4", "To the event before", -1),
+      button("|\u2039", "To the start", () => this.jump(clock.start)),
+      ...this.ofEvents("\u00ab", "To the event before", -1),
       button("\u2039", "One sample back", () => clock.step(-1)),
       this.playButton,
       button("\u203a", "One sample forward", () => clock.step(1)),
-      ...this.ofEvents("\u21e5", "To the next event", 1),
-      button("\u23ed", "To the end", () => this.jump(clock.end)),
+      ...this.ofEvents("\u00bb", "To the next event", 1),
+      button("\u203a|", "To the end", () => this.jump(clock.end)),
       element("label", {}, "Speed ", this.speed),
       button("?", "Keys", () => this.help.showModal()));
     this.help = frictionsim.keyHelp();
