@@ -1,5 +1,7 @@
 """Fewer samples of long channels: peaks, ends and gaps stay."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -31,7 +33,7 @@ def test_ends_extremes_and_gaps_of_any_channel_are_kept(values: np.ndarray, limi
         assert np.nanmin(values[kept]) == np.nanmin(values)
         assert np.nanmax(values[kept]) == np.nanmax(values)
     finite = kept[np.isfinite(values[kept])]
-    for a, b in zip(finite[:-1], finite[1:], strict=True):
+    for a, b in pairwise(finite):
         crosses_a_gap = np.isnan(values[a:b]).any()
         assert crosses_a_gap == np.isnan(values[kept[(kept > a) & (kept < b)]]).any()
 

@@ -52,7 +52,13 @@ frictionsim.Chart = class {
   }
 
   draw() {
-    if (this.drawn || !this.details.open) return;
+    if (!this.details.open) return;
+    if (this.drawn) {
+      // The window may have another width since it was closed.
+      Plotly.Plots.resize(this.plot);
+      this.showTime(this.all.clock.time);
+      return;
+    }
     this.drawn = true;
     Plotly.newPlot(this.plot, this.traces(), this.layout(), frictionsim.PLOTLY);
     this.plot.on("plotly_relayout", (change) => this.relayouted(change));
