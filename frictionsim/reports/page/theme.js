@@ -5,9 +5,6 @@ frictionsim.Theme = class {
   constructor() {
     this.followers = [];
     const system = matchMedia("(prefers-color-scheme: dark)");
-    // The rules for dark pages, of all styles: the button switches them on and off.
-    this.rules = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules])
-      .filter((rule) => rule.media?.mediaText.includes("prefers-color-scheme: dark"));
     this.dark = system.matches;
     system.addEventListener("change", (event) => this.set(event.matches));
     // Paper is light; charts are drawn in colours of the page.
@@ -22,8 +19,7 @@ frictionsim.Theme = class {
 
   set(dark) {
     this.dark = dark;
-    for (const rule of this.rules) rule.media.mediaText = dark ? "all" : "not all";
-    document.documentElement.style.colorScheme = dark ? "dark" : "light";
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
     for (const follower of this.followers) follower(dark);
   }
 
