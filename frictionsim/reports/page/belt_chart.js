@@ -3,7 +3,7 @@
 
 frictionsim.BeltChart = class {
   constructor(container, motion, label, clock, theme) {
-    [this.motion, this.band, this.last] = [motion, frictionsim.BeltChart.bandOf(motion), -1];
+    [this.motion, this.band, this.last, this.seen] = [motion, frictionsim.BeltChart.bandOf(motion), -1, false];
     const { element } = frictionsim;
     const { quantity, name, unit } = this.band;
     this.words = quantity || name;
@@ -13,6 +13,9 @@ frictionsim.BeltChart = class {
     this.details = element("details", { class: "chart along-belt", open: true, ontoggle: () => this.show(true) }, element("summary", {}, heading),
       element("p", { class: "note" }, "Bars at the bottom: the belt touches a pulley (thin), and sticks to it (thick)."), this.plot);
     container.append(this.details);
+    // Outside of the window it is not drawn.
+    new IntersectionObserver(([{ isIntersecting }]) => { this.seen = isIntersecting; this.show(true); }).observe(this.plot);
+    addEventListener("beforeprint", () => { this.seen = true; this.show(true); });
     theme.follow((dark) => { this.dark = dark; this.draw(); });
     clock.follow((time) => { this.time = time; this.show(false); });
     clock.followState(() => this.show(true));
@@ -41,9 +44,9 @@ frictionsim.BeltChart = class {
     this.show(true);
   }
 
-  // At most ten times a second while the clock runs: a chart takes longer than a drawing.
+  // A few times a second while the clock runs: a chart takes longer than a drawing.
   show(now) {
-    if (this.time === undefined || !this.details.open) return;
+    if (this.time === undefined || !this.seen || !this.details.open) return;
     const at = performance.now();
     clearTimeout(this.later);
     if (!now && at - this.last < frictionsim.BeltChart.MILLISECONDS) {
@@ -77,7 +80,7 @@ frictionsim.BeltChart = class {
     return found;
   }
 };
-frictionsim.BeltChart.MILLISECONDS = 100;
+frictionsim.BeltChart.MILLISECONDS = 150;
 
 frictionsim.extent = (values) => {
   let [low, high] = [Infinity, -Infinity];
