@@ -12,7 +12,7 @@ frictionsim.BeltChart = class {
     const heading = `${this.words} along the belt${label ? `, ${label}` : ""}${this.unit}, at the time of the clock`;
     this.details = element("details", { class: "chart along-belt", open: true, ontoggle: () => this.show(true) }, element("summary", {}, heading),
       element("p", { class: "note" }, "Bars at the bottom: the belt touches a pulley (thin), and sticks to it (thick)."), this.plot);
-    container.append(this.details);
+    container.insertBefore(this.details, container.querySelector(".chart:not([open])"));
     // Outside of the window it is not drawn.
     new IntersectionObserver(([{ isIntersecting }]) => { this.seen = isIntersecting; this.show(true); }).observe(this.plot);
     addEventListener("beforeprint", () => { this.seen = true; this.show(true); });
@@ -34,7 +34,7 @@ frictionsim.BeltChart = class {
       height: 200, margin: { l: 72, r: 12, t: 8, b: 38 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: "system-ui, sans-serif", size: 12, color: colours.text }, showlegend: false, hovermode: "closest",
       hoverlabel: { bgcolor: colours.hover, bordercolor: colours.axis, font: { color: colours.text } },
-      xaxis: { ...axis, title: { text: "distance along the belt from where it begins, m", standoff: 4 } },
+      xaxis: { ...axis, title: { text: "distance along the belt from where body 0 is at first, m", standoff: 4 } },
       yaxis: { ...axis, title: { text: frictionsim.plain(this.words + this.unit), standoff: 6 }, range: [low - 2 * room, high + room], automargin: true },
     };
     const [line, touch, stick] = [0, 5, 1].map((number) => frictionsim.PALETTES[this.dark ? "dark" : "light"][number]);

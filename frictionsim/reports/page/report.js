@@ -10,7 +10,7 @@ frictionsim.start = async () => {
     const events = frictionsim.increasing(data.results.map((result) => result.events.time));
     const clock = frictionsim.clock = new frictionsim.Clock(steps[0], steps.at(-1), steps, events);
     const container = document.getElementById("charts");
-    frictionsim.addDrawings(data, clock, theme);
+    frictionsim.addDrawings(data, clock);
     frictionsim.charts = new frictionsim.Charts(container, data, clock, theme);
     for (const { motion, label } of data.results) {
       if (frictionsim.BeltChart.bandOf(motion)) {
@@ -28,7 +28,7 @@ frictionsim.increasing = (arrays) =>
   Float64Array.from(new Set(arrays.flatMap((values) => [...values]))).sort();
 
 // The drawing of each result, side by side on one clock; or why there is none.
-frictionsim.addDrawings = (data, clock, theme) => {
+frictionsim.addDrawings = (data, clock) => {
   const { element } = frictionsim;
   const container = document.getElementById("drawings");
   frictionsim.drawings = data.results.map(({ motion, no_motion: reason, label }) => {
@@ -40,25 +40,10 @@ frictionsim.addDrawings = (data, clock, theme) => {
     }
     const canvas = element("canvas", { role: "img", "aria-label": `The mechanism in motion${several ? `: ${label}` : ""}` });
     container.append(element("figure", {}, caption, canvas));
-    return frictionsim.addDrawing(canvas, motion, clock, theme);
+    const drawing = new frictionsim.Drawing(canvas, motion);
+    clock.follow((time) => drawing.draw(time));
+    return drawing;
   });
-};
-
-frictionsim.addDrawing = (canvas, motion, clock, theme) => {
-  const drawing = new frictionsim.Drawing(canvas, motion);
-  const fit = () => {
-    if (drawing.resize) drawing.resize();
-    else {
-      const [left, right, bottom, top] = motion.bounds;
-      canvas.width = canvas.clientWidth * devicePixelRatio;
-      canvas.height = canvas.width * Math.min((top - bottom) / (right - left), 1);
-    }
-    drawing.draw(clock.time);
-  };
-  new ResizeObserver(fit).observe(canvas.parentElement);
-  clock.follow((time) => drawing.draw(time));
-  theme.follow(fit);
-  return drawing;
 };
 
 frictionsim.start().catch((error) => {
