@@ -7,12 +7,13 @@ import numpy as np
 
 from frictionsim.reports.thinning import thinned
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.jumps import with_jumps
+from frictionsim.simulation.jumps import insert_jumps
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
 
@@ -146,16 +147,31 @@ def _lines(runs: "Sequence[ReportedRun]", number: int, source: _Source) -> Itera
     record, column = runs[number].record, 0
     for name in source.channels:
         axis = record.axes[name]
+        steps = np.dtype(record.channels[name].dtype).kind in "iu"
         if axis:
-            members = zip(record.members[axis], record.channels[name][:].T, strict=True)
-            found = [(label, record.channels["time"], values) for label, values in members]
+            time, columns = record.channels["time"], record.channels[name][:].T
+            for label, values in zip(record.members[axis], columns, strict=True):
+                yield line(name, label, (number, column), (time, values), steps)
+                column += 1
         else:
             words = name.removeprefix(ENERGY) if len(source.channels) > 1 else ""
-            found = [(words, *with_jumps(record, name))]
-        for label, time, values in found:
-            steps = np.dtype(record.channels[name].dtype).kind in "iu"
-            yield line(name, label, (number, column), (time, values), steps)
+            yield _line_with_jumps(record, name, words, (number, column), steps)
             column += 1
+
+
+def _line_with_jumps(
+    record: "Record", name: str, label: str, place: tuple[int, int], steps: bool
+) -> Line:
+    """Return the line of a channel without columns, with both sides of its jumps.
+
+    It is thinned before they are inserted, which takes several times the memory of the samples.
+    """
+    values = np.asarray(record.channels[name], dtype=float)
+    kept = thinned(values, MAX_SAMPLES)
+    whole = len(kept) == len(values)
+    samples = insert_jumps(record, name, record.channels["time"][kept], values[kept])
+    found = line(name, label, place, samples, steps)
+    return found._replace(whole=whole and found.whole)
 
 
 def line(

@@ -22,8 +22,21 @@ def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
     time, values : (n,)
         With both sides of each jump, and NaN between them.
     """
-    # As floats: the gaps below are NaN, which a count cannot be.
-    time, values = result.channels["time"], np.asarray(result.channels[name], dtype=float)
+    values = np.asarray(result.channels[name], dtype=float)
+    return insert_jumps(result, name, result.channels["time"], values)
+
+
+def insert_jumps(result: "Record", name: str, time: Any, values: Any) -> tuple[Any, Any]:
+    """Return samples of a channel with both sides of its jumps, as `with_jumps`.
+
+    Parameters
+    ----------
+    result : Record
+    name : str
+        The channel.
+    time, values : (n,) of float
+        Its samples, or some of them in their order.
+    """
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
     if sides[0] is None or sides[1] is None:
         return time, values
