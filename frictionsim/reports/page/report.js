@@ -20,6 +20,7 @@ frictionsim.start = async () => {
     new frictionsim.Controls(document.getElementById("clock"), clock);
     frictionsim.followEvents(clock);
   } else document.querySelectorAll("#events button").forEach((button) => { button.disabled = true; });
+  performance.mark("ready");
   frictionsim.ready = true;
 };
 
