@@ -12,6 +12,7 @@ from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
 from frictionsim.reports.run_tables import summary
 from frictionsim.results import Quantity, Record
+from tests.support.belt_results import belt_run
 from tests.support.scenarios import SCENARIOS
 
 FAST = {"solver.rtol": 1e-6}
@@ -166,3 +167,17 @@ def test_results_are_named_by_their_files() -> None:
     assert labels_of([Path("x/a.h5"), Path("b.h5")]) == ["a", "b"]
     assert labels_of([Path("x/a.h5"), Path("y/a.h5")]) == ["x/a.h5", "y/a.h5"]
     assert labels_of([None, Path("a.h5")]) == ["result 1", "a"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", sorted(SCENARIOS.glob("*.toml")), ids=lambda path: path.stem)
+def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> None:
+    report = fs.report(fs.solve(path), tmp_path / "report.html")
+    assert report.stat().st_size < 6_000_000
+
+
+def test_a_report_is_small(tmp_path: Path) -> None:
+    # A belt with as many bodies and samples as the largest of the shipped ones.
+    run = belt_run(bodies=300, samples=1001)
+    report = fs.report(fs.Result.of_run(run), tmp_path / "report.html")
+    assert report.stat().st_size < 6_000_000
