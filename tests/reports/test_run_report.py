@@ -239,7 +239,7 @@ def test_a_comparison_overlays_its_results(browser: Any, files: Path) -> None:
         (a, dash_a), (b, dash_b) = page.evaluate(styles)
         assert (a != b, dash_a != dash_b) == (True, True)
         assert page.evaluate("[frictionsim.clock.start, frictionsim.clock.end]") == [0, 12]
-        assert page.locator("#drawings canvas").count() == 2
+        assert page.locator("#drawings > figure").count() == 2
         page.evaluate("frictionsim.clock.set(6)")
         page.evaluate(SETTLED)
         values = page.locator(".chart[data-name=drive_force] .key output").all_inner_texts()

@@ -17,6 +17,7 @@ frictionsim.start = async () => {
         new frictionsim.BeltChart(container, motion, data.results.length > 1 ? label : "", clock, theme);
       }
     }
+    container.append(...container.querySelectorAll("#undrawn"));
     new frictionsim.Controls(document.getElementById("clock"), clock);
     frictionsim.followEvents(clock);
   } else document.querySelectorAll("#events button").forEach((button) => { button.disabled = true; });
