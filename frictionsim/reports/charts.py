@@ -96,6 +96,8 @@ def charts_of(runs: "Sequence[ReportedRun]", more: Sequence[Chart] = ()) -> list
     """
     sources: dict[tuple[str, str], list[tuple[int, _Source]]] = {}
     for number, run in enumerate(runs):
+        if not len(run.record.channels["time"]):
+            continue
         for source in _sources(run):
             key = source.name, run.record.units[source.channels[0]]
             sources.setdefault(key, []).append((number, source))

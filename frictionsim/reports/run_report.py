@@ -69,15 +69,12 @@ def _without_charts(runs: "Sequence[ReportedRun]") -> str:
 def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
     """Return the data of a report, for the scripts of its page."""
     times = TimePool()
-    sampled = [run for run in runs if len(run.record.channels["time"])]
-    charts = []
-    if len(sampled) == len(runs):
-        more = []
-        if runs[0].attribute("kind") == BELT:
-            from frictionsim.reports.belt_charts import span_charts
+    more = []
+    if runs[0].attribute("kind") == BELT:
+        from frictionsim.reports.belt_charts import span_charts
 
-            more = span_charts(runs)
-        charts = chart_data(charts_of(runs, more), times)
+        more = span_charts(runs)
+    charts = chart_data(charts_of(runs, more), times)
     results = [_of_one(run, times) for run in runs]
     return {"results": results, "charts": charts, "times": times.arrays}
 

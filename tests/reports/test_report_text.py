@@ -142,6 +142,12 @@ def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
     )
 
 
+def test_a_result_without_samples_leaves_the_charts_of_others(pulley: fs.Result) -> None:
+    runs = [ReportedRun(without_samples(pulley.record), label="a"), ReportedRun(pulley.record)]
+    charts = data_of(runs)["charts"]
+    assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
+
+
 def test_a_file_of_version_1_says_what_is_missing(pulley: fs.Result) -> None:
     old = pulley.record._replace(quantities={}, checks={}, statistics=None)
     assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
