@@ -31,7 +31,7 @@ frictionsim.BeltChart = class {
     const [low, high] = frictionsim.extent(this.band.value);
     const room = 0.08 * (high - low || Math.abs(high) || 1);
     const layout = {
-      height: 200, margin: { l: 72, r: 12, t: 8, b: 38 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      height: 200, separators: ".", margin: { l: 72, r: 12, t: 8, b: 38 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: "system-ui, sans-serif", size: 12, color: colours.text }, showlegend: false, hovermode: "closest",
       hoverlabel: { bgcolor: colours.hover, bordercolor: colours.axis, font: { color: colours.text } },
       xaxis: { ...axis, title: { text: "distance along the belt from where body 0 is at first, m", standoff: 4 } },

@@ -92,6 +92,7 @@ frictionsim.Chart = class {
     const unit = this.chart.unit === "1" ? "" : `, ${frictionsim.unit(this.chart.unit)}`;
     return {
       height: 200,
+      separators: ".", // none between thousands
       margin: { l: 72, r: 12, t: 8, b: 38 },
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
