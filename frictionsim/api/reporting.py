@@ -1,11 +1,13 @@
 """Reports: HTML files that show results in a browser."""
 
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
 
@@ -13,10 +15,15 @@ if TYPE_CHECKING:
     import xarray
 
     from frictionsim.api.studies import Study
+    from frictionsim.reports.reported_run import ReportedRun
+
+MAX_RESULTS = 8  # there are no more colours to tell them apart
+
+Source = results.Result | str | PathLike[str]
 
 
 def report(
-    source: "results.Result | Study | xarray.Dataset | str | PathLike[str]",
+    source: "Source | Study | xarray.Dataset | Sequence[Source]",
     path: str | PathLike[str],
     *,
     no_clobber: bool = False,
@@ -25,8 +32,9 @@ def report(
 
     Parameters
     ----------
-    source : Result, Study, xarray.Dataset or path
-        The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep.
+    source : Result, Study, xarray.Dataset or path, or sequence of results and paths
+        The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep; several
+        results of one kind are compared.
     path : path
         Of the HTML file.
     no_clobber : bool
@@ -40,33 +48,113 @@ def report(
     Raises
     ------
     InputError
-        If there is nothing to show.
+        If a file is no result, or the results are of unlike kinds or the same.
     OutputError
         If the file cannot be written, or would replace one that is no report.
     """
     target = as_path("report", path)
+    html = _html(source)
     if no_clobber:
         check_no_clobber(target)
     check_target(target, REPORT)
-    write_atomically(_html_of(source).encode(), target, REPORT.word)
+    # A text that a foreign program wrote may hold what UTF-8 cannot.
+    write_atomically(html.encode("utf-8", "backslashreplace"), target, REPORT.word)
     return target
 
 
-def _html_of(source: Any) -> str:
+def _html(source: Any) -> str:
+    """Return the report of what is given: here it is decided which one that is."""
     from frictionsim.api.study_reports import study_html
 
-    html = study_html(source)
-    if html is not None:
-        return html
-    if not isinstance(source, results.Result):
-        source = results.open(as_path("result", source))
-    return _html(source)
+    several = isinstance(source, Sequence) and not isinstance(source, str)
+    sources = list(source) if several else [source]
+    if len(sources) == 1:
+        html = study_html(sources[0])
+        if html is not None:
+            return html
+    return _html_of_runs(_opened(sources))
 
 
-def _html(result: results.Result) -> str:
-    from frictionsim.api.tables import as_html, summary
-    from frictionsim.reports.page import page
-    from frictionsim.reports.run_report import data_of
+def _check_count(sources: Sequence[Source]) -> None:
+    if not sources:
+        raise ArgumentError("result", "expected a result or several, got none")
+    if len(sources) > MAX_RESULTS:
+        raise InputError(
+            f"a report compares at most {MAX_RESULTS} results, got {len(sources)}; give fewer,"
+            " or run them as a sweep"
+        )
 
-    title = result.title or result.kind
-    return page(title, as_html(summary(result)), data_of([result.record]))
+
+def _opened(sources: Sequence[Source]) -> list[results.Result]:
+    """Return what is given; files are read.
+
+    Raises
+    ------
+    InputError
+        If a file is no result, or given twice.
+    """
+    _check_count(sources)
+    _check_apart(sources)
+    return [_result_of(source) for source in sources]
+
+
+def _result_of(source: Source) -> results.Result:
+    if isinstance(source, results.Result):
+        return source
+    return results.open(as_path("result", source))
+
+
+def _check_apart(sources: Sequence[Source]) -> None:
+    """Check that no result is given twice."""
+    found = set()
+    for source in sources:
+        key = id(source) if isinstance(source, results.Result) else _place(source)
+        if key in found:
+            raise InputError(f"{source}: this result is given twice; compare it with another one")
+        found.add(key)
+
+
+def _place(source: str | PathLike[str]) -> Path:
+    try:
+        return as_path("result", source).resolve()
+    except (OSError, RuntimeError):  # a link that leads to itself
+        return as_path("result", source)
+
+
+def _html_of_runs(found: Sequence[results.Result]) -> str:
+    """Return the report of results, with a comparison of several.
+
+    Raises
+    ------
+    InputError
+        If the results do not go together.
+    """
+    from frictionsim.reports.reported_run import labels_of
+    from frictionsim.reports.run_report import run_report
+
+    kinds = list(dict.fromkeys(result.kind for result in found))
+    if len(kinds) > 1:
+        a = next(result for result in found if result.kind == kinds[0])
+        b = next(result for result in found if result.kind == kinds[1])
+        raise InputError(
+            f"cannot compare results of unlike kinds: {_name(a)} is of kind {a.kind},"
+            f" {_name(b)} of kind {b.kind}; give results of one kind"
+        )
+    labels = labels_of([result.path for result in found])
+    return run_report([_reported(*pair) for pair in zip(found, labels, strict=True)])
+
+
+def _name(result: results.Result) -> str:
+    return str(result.path or result.title or "a result")
+
+
+def _reported(result: results.Result, label: str) -> "ReportedRun":
+    from frictionsim.reports.reported_run import ReportedRun
+
+    try:
+        effects = result.effects
+    except InputError:  # of an old file whose scenario is not valid any more
+        effects = ()
+    return ReportedRun(
+        result.record, result.path, label, effects, result.errors, result.error_estimate
+    )

@@ -6,22 +6,32 @@ from typing import Annotated
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import NoClobber, ResultFile, app
+from frictionsim.cli.app import NoClobber, app
 from frictionsim.cli.messages import print_beside_files
 
 
 @app.command()
 def report(
-    result: ResultFile,
+    result: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULT...",
+            help="Result files in HDF5; several of one kind are compared.",
+            show_default=False,
+        ),
+    ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Report in HTML. [RESULT.html]"),
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Report in HTML. [RESULT.html, of the first]"
+        ),
     ] = None,
     no_clobber: NoClobber = False,
 ) -> None:
     """Write a report in one HTML file, which any browser shows without a network.
 
-    Of the result of a run, of a sweep, or of a table of `cost` in HDF5 or CSV.
+    Of the result of a run, several of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
     """
-    target = output or result.with_suffix(".html")
-    print_beside_files(str(fs.report(result, target, no_clobber=no_clobber)))
+    # What has no name, as a folder that is given as '/', is refused when it is read.
+    target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
+    print_beside_files(str(fs.report(list(result), target, no_clobber=no_clobber)))

@@ -101,7 +101,7 @@ def identity(path: str) -> Identity:
 
 
 def record(path: str) -> Record:
-    """Return the content of a result file; channels with columns stay there.
+    """Return the content of a result file; long channels and those with columns stay there.
 
     Raises
     ------
@@ -241,8 +241,11 @@ class _Reader:
         return found
 
     def _channels(self, datasets: dict[str, Any]) -> dict[str, Any]:
-        """Return the channels; chunks of those with columns stay where they are."""
-        arrays = {name: array_of(item, self._budget) for name, item in datasets.items()}
+        """Return the channels; long ones and those with columns stay where they are."""
+        arrays = {
+            name: None if name == "time" else array_of(item, self._budget)
+            for name, item in datasets.items()
+        }
         stored = {name: array for name, array in arrays.items() if array is not None}
         source = FileSource(self._path, self._stamp, stored)
         return {

@@ -3,7 +3,8 @@
 A file may come from anyone, and its checksum is no proof: whoever changes a file can make it anew.
 One changed byte is enough to have HDF5 crash or never return. Therefore HDF5 reads in a child
 process with limits on time and memory (`child_process`, `hdf5_content`), and this process never
-calls it to read. Channels with columns are read here, without HDF5 (`stored_array`).
+calls it to read. Long channels, and those with columns, are read here, without HDF5
+(`stored_array`).
 """
 
 import os

@@ -20,6 +20,7 @@ MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
 LONG_TEXTS = ("scenario", "study")
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
+MIN_STORED = 4 * 2**20  # bytes of a channel without columns that is read when it is needed
 FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is
 FILTERS = {h5py.h5z.FILTER_DEFLATE: "gzip", h5py.h5z.FILTER_SHUFFLE: "shuffle"}
 NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
@@ -55,8 +56,7 @@ class Budget:
 def data_limit(file_bytes: int) -> int:
     """Return how many bytes of data a result of this size may have in memory.
 
-    What is not compressed fills the file; channels with columns of a long run are compressed, and
-    stay in the file.
+    What is not compressed fills the file; channels of a long run stay in the file.
     """
     return min(MAX_GZIP_RATIO * file_bytes, FREE_BYTES + 2 * file_bytes)
 
@@ -197,13 +197,15 @@ def type_of(dataset: Any) -> Any:
 
 
 def array_of(dataset: Any, budget: Budget) -> StoredArray | None:
-    """Return where the chunks of a dataset are; None if it has none that are whole rows.
+    """Return where the values of a dataset are; None if it is small or has no whole rows.
 
     Raises
     ------
     ValueError
         If they are not all there and within the file.
     """
+    if dataset.ndim == 1 and dataset.chunks is None:
+        return _in_one_piece(dataset, budget)
     storage = dataset.id.get_create_plist()
     filters = [FILTERS[number] for number in _filters(storage)]
     if (
@@ -230,4 +232,15 @@ def array_of(dataset: Any, budget: Budget) -> StoredArray | None:
     )
     array.check(budget.file_bytes)
     budget.take(places.nbytes, dataset.name)
+    return array
+
+
+def _in_one_piece(dataset: Any, budget: Budget) -> StoredArray | None:
+    """Return where a long dataset without columns is; None if it is small or not in one piece."""
+    offset = dataset.id.get_offset()
+    if dataset.nbytes < MIN_STORED or offset is None:
+        return None
+    place = np.array([[offset, dataset.nbytes]], dtype=np.int64)
+    array = StoredArray(dataset.dtype.str, dataset.shape, len(dataset), place)
+    array.check(budget.file_bytes)
     return array

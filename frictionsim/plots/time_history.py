@@ -1,6 +1,6 @@
 """Channels over time in stacked panels, with sticking shaded and events marked."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +25,15 @@ from frictionsim.plots.style import (
     set_up,
     shrink,
 )
-from frictionsim.results import OPEN, SLACK, TAUT
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.simulation.jumps import with_jumps
+from frictionsim.simulation.phases import (
+    BREAKAWAY,
+    REST,
+    REVERSAL,
+    event_names,
+    sticking_phases,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -38,14 +45,11 @@ MAX_MARKS = 60  # events; marks of more would hide the channels
 # For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
 MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
 
-BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 EVENT_LINES: dict[str, Style] = {
     BREAKAWAY: {"color": VERMILION, "linestyle": (0, (5, 2)), "linewidth": 1.0},
     REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
     REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
 }
-# Of a pulley that no body touches, and of a span with and without tension.
-ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
@@ -129,35 +133,6 @@ def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     ]
 
 
-def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
-    """Return the samples of a channel for a line with gaps at its jumps.
-
-    Parameters
-    ----------
-    result : Record
-    name : str
-        The channel.
-
-    Returns
-    -------
-    time, values : (n,)
-        With both sides of each jump, and NaN between them.
-    """
-    # As floats: the gaps below are NaN, which a count cannot be.
-    time, values = result.channels["time"], np.asarray(result.channels[name], dtype=float)
-    sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
-    if sides[0] is None or sides[1] is None:
-        return time, values
-    jumps = sides[0] != sides[1]
-    at = result.events["time"][jumps]
-    others = ~np.isin(time, at)  # replace the sample at a jump, which is one of its sides
-    time, values = time[others], values[others]
-    places = np.repeat(np.searchsorted(time, at), 3)
-    gap = np.full(at.shape, np.nan)
-    jump = np.stack((sides[0][jumps], gap, sides[1][jumps]), axis=1).ravel()
-    return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
-
-
 def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     """Shade sticking phases and mark events in all Axes; return the legend handles.
 
@@ -171,7 +146,7 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     -------
     list of matplotlib artists
     """
-    sticks = list(_sticks(result))
+    sticks = list(sticking_phases(result))
     handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
@@ -184,28 +159,12 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
 
-def _sticks(result: "Record") -> Iterator[tuple[float, float]]:
-    """Yield start and end of each sticking phase."""
-    if result.axes.get("mode") != "":  # no mode, or several contacts
-        return
-    time, events = result.channels["time"], result.events
-    resting_since = time[0] if result.channels["mode"][0] == 0 else None
-    for at, mode in zip(events["time"], events["mode_to"], strict=True):
-        if mode == 0:
-            resting_since = at
-        elif resting_since is not None:
-            yield resting_since, at
-            resting_since = None
-    if resting_since is not None:
-        yield resting_since, time[-1]
-
-
 def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     """Mark the events, and write their times above the first Axes from `row` upwards."""
     times = result.events["time"]
     if len(times) > MAX_MARKS:
         return []
-    names = _event_names(result)
+    names = event_names(result)
     handles = {}
     for at, name in zip(times, names, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
@@ -238,25 +197,6 @@ def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
         if all(b - a > min_gap for a, b in zip(positions, positions[rows:], strict=False)):
             return [i % rows for i in range(len(positions))]
     return []
-
-
-def _event_names(result: "Record") -> list[str]:
-    """Return the label of each event: by its change of mode, or with the name of its contact."""
-    columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
-    return [
-        _event_name(result.contacts[int(contact)], before, after)
-        for contact, before, after in zip(*columns, strict=True)
-    ]
-
-
-def _event_name(contact: str, before: float, after: float) -> str:
-    if before == after:
-        return contact
-    if {before, after} & ENGAGEMENT.keys():
-        return f"{contact}: {ENGAGEMENT.get(after, 'closed')}"
-    if after == 0:
-        return REST
-    return BREAKAWAY if before == 0 else REVERSAL
 
 
 def annotate_above(ax: Any, at: float, text: str, row: int) -> None:

@@ -13,12 +13,18 @@ from frictionsim.reports.encoding import packed, packed_data
 STYLES = ("report.css", "drawing.css", "study.css")
 SCRIPTS = (
     "data.js",
+    "elements.js",
+    "theme.js",
+    "colours.js",
     "clock.js",
+    "controls.js",
     "drawing_parts.js",
     "drawing_band.js",
     "drawing_panel.js",
     "drawing.js",
+    "key.js",
     "charts.js",
+    "belt_chart.js",
     "report.js",
 )
 

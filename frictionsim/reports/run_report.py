@@ -1,23 +1,122 @@
-"""The data of a report of runs: channels, events and the mechanism in motion."""
+"""A report of one run, or of several ones of a kind side by side: its HTML and its data."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
+from frictionsim.motion.parts import Band, Motion
+from frictionsim.reports.charts import TimePool, chart_data, charts_of, undrawn
+from frictionsim.reports.event_table import events
+from frictionsim.reports.page import page, text
+from frictionsim.reports.run_tables import overview, summary, warnings
+from frictionsim.reports.scenario_tables import differences, origins, scenarios
+from frictionsim.reports.thinning import thinned
+from frictionsim.simulation.phases import event_names, sticking_phases
 
 if TYPE_CHECKING:
-    from frictionsim.results import Record
+    from frictionsim.reports.reported_run import ReportedRun
+
+BELT = "belt_drive"
+MAX_MARKS = 60  # events; marks of more would hide the lines
+MAX_STEPS = 4000  # of the clock
 
 
-def data_of(records: "Sequence[Record]") -> dict[str, Any]:
-    """Return the data of a report of results of one kind, for the scripts of its page."""
-    return {"results": [_of_one(record) for record in records]}
+def run_report(runs: "Sequence[ReportedRun]") -> str:
+    """Return the HTML of a report of runs of one kind."""
+    title = runs[0].title
+    if len(runs) > 1:
+        title = f"Comparison: {', '.join(dict.fromkeys(run.title for run in runs))}"
+    return page(title, _body(title, runs), data_of(runs))
 
 
-def _of_one(record: "Record") -> dict[str, Any]:
+def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
+    head = f'<header>\n<h1>{text(title)}</h1>\n{overview(runs)}<div id="tools"></div></header>\n'
+    viewer = (
+        '<div id="viewer">\n<div id="stage">\n<div id="drawings"></div>\n<div id="clock"></div>\n'
+        f"{events(runs)}</div>\n"
+        '<section id="charts" aria-labelledby="charts-heading">\n'
+        '<h2 id="charts-heading">Channels over time</h2>\n'
+        '<p id="message" role="status"></p>\n'
+        f"{_without_charts(runs)}</section>\n</div>\n"
+    )
+    tables = f'<div id="tables">\n{summary(runs)}{differences(runs)}</div>\n'
+    foot = "<footer><p>Made by frictionsim; this file asks for nothing from elsewhere.</p></footer>"
+    return (
+        f"{head}<main>\n{warnings(runs)}{viewer}{tables}{scenarios(runs)}{origins(runs)}</main>\n"
+        + foot
+    )
+
+
+def _without_charts(runs: "Sequence[ReportedRun]") -> str:
+    """Return which channels no chart shows, and what a browser without scripts shows."""
+    found = (
+        "<noscript><p>Charts and drawing need scripts, which this browser does not run;"
+        " the tables do not.</p></noscript>\n"
+    )
+    names = list(dict.fromkeys(name for run in runs for name in undrawn(run)))
+    if names:
+        words = (
+            f"{', '.join(names)}: of each body or joint, so not charted over time;"
+            " 'frictionsim show --csv' prints them."
+        )
+        found += f'<p class="note" id="undrawn">{text(words)}</p>\n'
+    return found
+
+
+def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
+    """Return the data of a report, for the scripts of its page."""
+    times = TimePool()
+    more = []
+    if runs[0].attribute("kind") == BELT:
+        from frictionsim.reports.belt_charts import span_charts
+
+        more = span_charts(runs)
+    charts = chart_data(charts_of(runs, more), times)
+    results = [_of_one(run, times) for run in runs]
+    return {"results": results, "charts": charts, "times": times.arrays}
+
+
+def _of_one(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
+    record = run.record
+    time = np.asarray(record.channels["time"], dtype=float)
+    motion, reason = _motion(run)
+    names = event_names(record)
+    return {
+        "label": run.label,
+        "kind": run.attribute("kind"),
+        "motion": motion,
+        "no_motion": reason,
+        # A clock that goes from sample to sample needs no more of them than a line.
+        "steps": times.number(time[thinned(time, MAX_STEPS)]),
+        "sticking": [list(phase) for phase in sticking_phases(record)] if time.size else [],
+        "events": {
+            "time": np.asarray(record.events["time"], dtype=float),
+            "names": names if len(names) <= MAX_MARKS else [],
+        },
+    }
+
+
+def _motion(run: "ReportedRun") -> tuple[Motion | None, str]:
+    """Return the motion of a run, or why there is none."""
     try:
-        motion = motion_of(record)
-    except InputError:
-        motion = None
-    return {"kind": record.attributes["kind"], "motion": motion}
+        motion = motion_of(run.record)
+    except InputError as error:
+        return None, str(error)
+    if motion is None:
+        return None, f"There is no drawing of the kind {run.attribute('kind')}."
+    return motion._replace(parts=tuple(map(_as_drawn, motion.parts))), ""
+
+
+def _as_drawn(part: Any) -> Any:
+    """Return a part as a screen shows it: a belt has so many points that doubles are too large."""
+    if not isinstance(part, Band):
+        return part
+    values = {name: getattr(part, name) for name in ("x", "y", "value")}
+    small: dict[str, Any] = {
+        name: None if array is None else np.asarray(array, dtype=np.float32)
+        for name, array in values.items()
+    }
+    return part._replace(**small)

@@ -16,6 +16,7 @@ from frictionsim.plots import plot
 from frictionsim.simulation import sample_store, stored_channel
 from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.belt_results import belt_run
+from tests.support.scenarios import SCENARIOS
 
 SAMPLES, BODIES = 201, 40
 
@@ -137,3 +138,20 @@ def test_a_file_that_has_changed_is_not_mixed_with_what_was_read(
     path.unlink()
     with pytest.raises(InputError, match="it could be opened before, and cannot be now"):
         pair[1].record.channels["x"][0]
+
+
+def test_a_long_channel_without_columns_stays_in_its_file(tmp_path: Path) -> None:
+    count, names = 600_000, ("time", "angle", "mode")
+    record = fs.solve(SCENARIOS / "pulley.toml", {"solver.rtol": 1e-6}).record
+    time = np.linspace(0.0, 3.0, count)
+    channels = {"time": time, "angle": np.sin(time), "mode": np.ones(count, np.int8)}
+    events = {name: record.events[name] for name in ("time", "contact", "mode_from", "mode_to")}
+    units, axes = ({name: of[name] for name in names} for of in (record.units, record.axes))
+    short = record._replace(channels=channels, events=events, units=units, axes=axes)
+    hdf5_writer.write_record(short, tmp_path / "long.h5", None)
+    found = fs.open(tmp_path / "long.h5").record.channels
+    assert isinstance(found["angle"], StoredChannel)
+    assert isinstance(found["time"], np.ndarray)
+    assert isinstance(found["mode"], np.ndarray)  # its bytes are few
+    np.testing.assert_array_equal(found["angle"], channels["angle"])
+    np.testing.assert_array_equal(found["angle"][70_000:300_000:7], np.sin(time[70_000:300_000:7]))

@@ -24,6 +24,7 @@ from frictionsim.plots.picture_file import png
 from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.scenario.loading import validate
+from frictionsim.simulation.jumps import with_jumps
 from frictionsim.work_precision.study import Study
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import SCENARIOS, pulley, simulate
@@ -276,7 +277,7 @@ def test_jumps_of_a_count_are_gaps(results: dict[str, Record]) -> None:
     events = {name: values[:1] for name, values in result.events.items()}
     events |= {"time": np.array([1.0]), "n_before": np.array([3]), "n_after": np.array([4])}
     found = result._replace(channels=result.channels | {"n": counts}, events=events)
-    _, values = over_time.with_jumps(found, "n")
+    _, values = with_jumps(found, "n")
     assert np.flatnonzero(np.isnan(values)).size == 1
     assert set(values[~np.isnan(values)]) == {3.0, 4.0}
 

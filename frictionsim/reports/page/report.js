@@ -1,21 +1,53 @@
 "use strict";
-// Puts the page together.
+// Puts the page of runs together.
 
 frictionsim.start = async () => {
-  frictionsim.data = await frictionsim.load();
-  const [start, end] = [Math.min, Math.max].map((of) =>
-    of(...frictionsim.data.results.flatMap(({ motion }) => (motion ? [motion.time[0], motion.time.at(-1)] : []))));
-  frictionsim.clock = new frictionsim.Clock(start, end);
-  for (const { motion } of frictionsim.data.results) {
-    if (!motion) continue;
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [500, 500];
-    document.body.append(canvas);
-    const drawing = new frictionsim.Drawing(canvas, motion);
-    frictionsim.clock.follow((time) => drawing.draw(time));
-  }
+  const data = frictionsim.data = await frictionsim.load();
+  const theme = frictionsim.theme = new frictionsim.Theme();
+  document.getElementById("tools").append(theme.button());
+  const steps = frictionsim.increasing(data.results.map((result) => data.times[result.steps]));
+  if (steps.length) {
+    const events = frictionsim.increasing(data.results.map((result) => result.events.time));
+    const clock = frictionsim.clock = new frictionsim.Clock(steps[0], steps.at(-1), steps, events);
+    const container = document.getElementById("charts");
+    frictionsim.addDrawings(data, clock);
+    frictionsim.charts = new frictionsim.Charts(container, data, clock, theme);
+    for (const { motion, label } of data.results) {
+      if (frictionsim.BeltChart.bandOf(motion)) {
+        new frictionsim.BeltChart(container, motion, data.results.length > 1 ? label : "", clock, theme);
+      }
+    }
+    container.append(...container.querySelectorAll("#undrawn"));
+    new frictionsim.Controls(document.getElementById("clock"), clock);
+    frictionsim.followEvents(clock);
+  } else document.querySelectorAll("#events button").forEach((button) => { button.disabled = true; });
+  performance.mark("ready");
   frictionsim.ready = true;
 };
+
+// All values of several arrays, each once.
+frictionsim.increasing = (arrays) =>
+  Float64Array.from(new Set(arrays.flatMap((values) => [...values]))).sort();
+
+// The drawing of each result, side by side on one clock; or why there is none.
+frictionsim.addDrawings = (data, clock) => {
+  const { element } = frictionsim;
+  const container = document.getElementById("drawings");
+  frictionsim.drawings = data.results.map(({ motion, no_motion: reason, label }) => {
+    const several = data.results.length > 1;
+    const caption = element("figcaption", {}, several ? label : "");
+    if (!motion) {
+      container.append(element("figure", { class: "no-drawing" }, element("p", { class: "note" }, reason), caption));
+      return null;
+    }
+    const canvas = element("canvas", { role: "img", "aria-label": `The mechanism in motion${several ? `: ${label}` : ""}` });
+    container.append(element("figure", {}, caption, canvas));
+    const drawing = new frictionsim.Drawing(canvas, motion);
+    clock.follow((time) => drawing.draw(time));
+    return drawing;
+  });
+};
+
 frictionsim.start().catch((error) => {
   document.getElementById("message").textContent = `The charts cannot be shown: ${error.message}`;
   throw error;

@@ -1,0 +1,89 @@
+"""The scenarios of runs as text, in which keys they differ, and how the results were made."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.errors import InputError
+from frictionsim.reports.page import text
+from frictionsim.reports.tables import paragraph, section, table
+from frictionsim.scenario.recorded import scenario_of
+
+if TYPE_CHECKING:
+    from frictionsim.reports.reported_run import ReportedRun
+
+ABSENT = "\N{EM DASH}"
+MAX_VALUE = 120  # characters of a value in a table
+
+
+def scenarios(runs: "Sequence[ReportedRun]") -> str:
+    """Return the scenarios of runs as TOML."""
+    parts = []
+    for run in runs:
+        toml = "\n".join(text(line) for line in run.attribute("scenario").split("\n")).strip()
+        words = f"Scenario of {run.label}" if len(runs) > 1 else "After overrides, as it was solved"
+        parts.append(
+            f"<details open><summary>{text(words)}</summary>\n"
+            f'<pre tabindex="0"><code>{toml}</code></pre></details>\n'
+        )
+    return section("scenario", "Scenario", "".join(parts))
+
+
+def differences(runs: "Sequence[ReportedRun]") -> str:
+    """Return the keys in which the scenarios of several runs differ, with their values."""
+    if len(runs) < 2:
+        return ""
+    try:
+        found = [dict(_leaves(scenario_of(run.record))) for run in runs]
+    except InputError as error:
+        return section("differences", "Differing keys", paragraph(str(error)))
+    names = dict.fromkeys(name for values in found for name in values)
+    rows = []
+    for name in names:
+        cells = [_value(values[name]) if name in values else ABSENT for values in found]
+        if any(cell != cells[0] for cell in cells):
+            rows.append((name, *(_cut(cell) for cell in cells)))
+    if not rows:
+        return section("differences", "Differing keys", paragraph("The scenarios are the same."))
+    headings = ["key", *(run.label for run in runs)]
+    caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
+    return section("differences", "Differing keys", table(caption, headings, rows))
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield each key of a scenario with its value; tables in a list by their number."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _leaves(inner, f"{path}.{key}" if path else key)
+    elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+        for place, inner in enumerate(value):
+            yield from _leaves(inner, f"{path}[{place}]")
+    else:
+        yield path, value
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _cut(value: str) -> str:
+    return value if len(value) <= MAX_VALUE else f"{value[: MAX_VALUE - 3]}..."
+
+
+def origins(runs: "Sequence[ReportedRun]") -> str:
+    """Return how the results were made: version, file, command, overrides."""
+    names = [run.label if len(runs) > 1 else "value" for run in runs]
+    asked = {
+        "version of frictionsim": "frictionsim_version",
+        "format version": "format_version",
+        "scenario file": "source",
+        "overrides": "overrides",
+        "command": "command",
+    }
+    rows = [("result file", *("" if run.path is None else str(run.path) for run in runs))]
+    for words, attribute in asked.items():
+        values = [" ".join(run.attribute(attribute).split("\n")) for run in runs]
+        if any(values):
+            rows.append((words, *values))
+    return section("origin", "How it was made", table("Origin", ["", *names], rows))

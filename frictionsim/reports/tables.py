@@ -1,0 +1,98 @@
+"""Tables of reports in HTML, with captions and headings that screen readers announce."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from frictionsim.reports.page import text
+
+DIGITS = 10
+
+
+class Html(NamedTuple):
+    """HTML in which all texts have passed `text`."""
+
+    content: str
+
+
+Cell = str | Html
+"""What is in a cell: a text as it is, or HTML."""
+
+
+def table(caption: str, headings: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
+    """Return a table whose rows begin with their headings.
+
+    Parameters
+    ----------
+    caption : str
+    headings : sequence of str
+        Of the columns; one with a leading '>' is that of numbers.
+    rows : iterable of sequences of Cell
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    numeric = [heading.startswith(">") for heading in headings]
+    head = "".join(
+        f'<th scope="col"{_class(right)}>{text(heading.lstrip(">"))}</th>'
+        for heading, right in zip(headings, numeric, strict=True)
+    )
+    body = "".join(f"<tr>{_cells(row, numeric)}</tr>\n" for row in rows)
+    return (
+        f"<table><caption>{text(caption)}</caption>\n"
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
+    )
+
+
+def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
+    first, *others = row
+    cells = [f'<th scope="row"{_class(numeric[0])}>{_html(first)}</th>']
+    cells += [
+        f"<td{_class(right)}>{_html(cell)}</td>"
+        for cell, right in zip(others, numeric[1:], strict=True)
+    ]
+    return "".join(cells)
+
+
+def _class(numeric: bool) -> str:
+    return ' class="number"' if numeric else ""
+
+
+def _html(cell: Cell) -> str:
+    return cell.content if isinstance(cell, Html) else text(cell)
+
+
+def section(name: str, heading: str, content: str) -> str:
+    """Return a section with a heading; empty without content.
+
+    Parameters
+    ----------
+    name : str
+        Its id in the page.
+    heading : str
+        A text as it is.
+    content : str
+        HTML.
+    """
+    if not content:
+        return ""
+    return (
+        f'<section id="{name}" aria-labelledby="{name}-heading">\n'
+        f'<h2 id="{name}-heading">{text(heading)}</h2>\n{content}\n</section>\n'
+    )
+
+
+def paragraph(content: str) -> str:
+    """Return a paragraph of a text."""
+    return f"<p>{text(content)}</p>\n"
+
+
+def number(value: float | None) -> str:
+    """Return a number as the summary shows it; 'none' where it is not defined."""
+    return "none" if value is None else f"{value:.{DIGITS}g}"
+
+
+def short(value: float | None) -> str:
+    """Return a number with few digits, of which only the size matters; empty if there is none."""
+    return "" if value is None else f"{value:.3g}"

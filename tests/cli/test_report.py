@@ -1,0 +1,41 @@
+"""`frictionsim report`: which file it writes, and what it refuses."""
+
+from pathlib import Path
+
+import pytest
+
+import frictionsim as fs
+from tests.cli.conftest import Run
+from tests.support.scenarios import ROOT, SCENARIOS
+
+FAST = {"solver.rtol": 1e-6, "solver.duration": 0.1}
+
+
+def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> None:
+    paths = [here / name for name in ("a.h5", "b.h5")]
+    for path in paths:
+        fs.solve(SCENARIOS / "pulley.toml", FAST, output=path)
+    out, _ = told("report", *paths)
+    assert out == f"{here / 'a.html'}\n"
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text("utf-8")
+    out, _ = told("report", paths[1], "-o", here / "other.html")
+    assert out == f"{here / 'other.html'}\n"
+    _, err = told("report", paths[1], "-o", here / "a.html", "--no-clobber", code=4)
+    assert "--no-clobber forbids to replace it" in err
+
+
+@pytest.mark.parametrize("name", [".", "/", ".."])
+def test_a_folder_is_refused(name: str, told: Run, here: Path) -> None:
+    _, err = told("report", name, code=2)
+    assert err == (
+        f"frictionsim: {name}: cannot read this result: this is a folder; give the name of a"
+        " result file\n"
+    )
+    assert list(here.iterdir()) == []
+
+
+def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:
+    told("report", ROOT / "tests" / "io" / "format_1.h5", "-o", here / "old.html")
+    html = (here / "old.html").read_text("utf-8")
+    assert "a file of format version 1, which holds no quantities, audit and counts" in html
+    assert 'data-status="done"' in html

@@ -1,0 +1,189 @@
+"""What a report says without scripts: headings, tables and sentences."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.reports.event_table import MAX_EVENTS, events
+from frictionsim.reports.reported_run import ReportedRun, labels_of
+from frictionsim.reports.run_report import data_of, run_report
+from frictionsim.reports.run_tables import summary
+from frictionsim.results import Quantity, Record
+from tests.support.belt_results import belt_run
+from tests.support.scenarios import SCENARIOS
+
+FAST = {"solver.rtol": 1e-6}
+
+
+@pytest.fixture(scope="module")
+def pulley() -> fs.Result:
+    return fs.solve(SCENARIOS / "pulley.toml", FAST)
+
+
+@pytest.fixture(scope="module")
+def heavy() -> fs.Result:
+    return fs.solve(SCENARIOS / "pulley.toml", {**FAST, "mechanism.load": 2300.0})
+
+
+def html_of(*results: fs.Result, **attributes: str) -> str:
+    runs = [
+        ReportedRun(
+            result.record._replace(attributes=result.record.attributes | attributes),
+            result.path,
+            f"r{number}",
+            result.effects,
+        )
+        for number, result in enumerate(results)
+    ]
+    return run_report(runs)
+
+
+def plain(html: str) -> str:
+    """Return the text of the body before its data."""
+    body = html[html.index("<body>") : html.index('id="packed-data"')]
+    return " ".join(re.sub(r"<[^>]*>", " ", body).split())
+
+
+def row(html: str, name: str) -> list[str]:
+    """Return the texts of the row of a table that begins with a name."""
+    found = next(
+        line for line in html.splitlines() if re.match(rf'<tr><th scope="row"[^>]*>{name}<', line)
+    )
+    return re.sub(r"<[^>]*>", "|", found).replace("||", "|").strip("|").split("|")
+
+
+def test_a_report_has_title_status_summary_audit_scenario_and_origin(pulley: fs.Result) -> None:
+    html, text = html_of(pulley), plain(html_of(pulley))
+    assert "<title>Pulley on a dry shaft</title>" in html
+    assert "kind pulley effects shaft_friction, viscous_damping" in text
+    assert "friction law set-valued backend events" in text
+    assert "✓ done" in text
+    quantity = pulley.quantities["force_to_lift"]
+    assert row(html, "force_to_lift") == ["force_to_lift", f"{quantity.value:.10g}", "N"]
+    assert row(html, "energy_balance")[-1] == "ok"
+    assert "mu_s = 0.2" in text
+    assert row(html, "version of frictionsim")[1] == fs.__version__
+    assert html.count("<caption>") == html.count("<table>")
+    assert "breakaway shaft stick sliding forward" in text
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "words"),
+    [
+        ("failed", "non_finite at t = 1 s", "✕ failed : non_finite at t = 1 s"),
+        ("interrupted", "SIGINT", "‖ interrupted : SIGINT"),
+        ("done", "self-audit failed: x", "⚠ done, but its audit failed : self-audit failed: x"),
+    ],
+)
+def test_the_status_is_in_words_with_a_sign(
+    pulley: fs.Result, status: str, reason: str, words: str
+) -> None:
+    text = plain(html_of(pulley, status=status, reason=reason))
+    assert words in text
+    note = "The run did not come to its end: what follows is what there is up to 3 s."
+    assert (note in text) == (status != "done")
+
+
+def test_warnings_stand_before_the_charts(pulley: fs.Result) -> None:
+    html = html_of(pulley, warnings="first warning\nsecond warning")
+    assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
+
+
+def test_estimated_errors_have_a_column(pulley: fs.Result) -> None:
+    run = ReportedRun(
+        pulley.record, errors={"force_to_lift": 2.5e-4}, error_estimate="by another tolerance"
+    )
+    html = summary([run])
+    assert row(html, "force_to_lift")[2:] == ["2.5e-04", "N"]
+    assert "<p>by another tolerance</p>" in html
+
+
+def test_several_results_are_side_by_side_with_the_difference_of_two(
+    pulley: fs.Result, heavy: fs.Result
+) -> None:
+    html = html_of(pulley, heavy)
+    lift = [result.quantities["force_to_lift"].value or 0.0 for result in (pulley, heavy)]
+    expected = [*(f"{value:.10g}" for value in lift), f"{lift[1] - lift[0]:.3g}"]
+    assert row(html, "force_to_lift")[1:4] == expected
+    assert row(html, "mechanism.load")[1:] == ["2224.1", "2300.0"]
+    assert "r1 less r0" in html
+    assert "less" not in plain(html_of(pulley, heavy, pulley))
+
+
+def test_equal_scenarios_are_said_to_be_the_same(pulley: fs.Result) -> None:
+    assert "The scenarios are the same." in plain(html_of(pulley, pulley))
+
+
+def test_a_quantity_that_one_result_lacks_has_no_difference(pulley: fs.Result) -> None:
+    other = pulley.record._replace(quantities={"force_to_lift": Quantity(None, "N")})
+    html = summary([ReportedRun(pulley.record, label="a"), ReportedRun(other, label="b")])
+    assert row(html, "force_to_lift")[2:] == ["none", "", "N"] or "none||N" in html
+    assert row(html, "final_angle")[0] == "final_angle"
+
+
+def without_samples(record: Record) -> Record:
+    channels = {name: values[:0] for name, values in record.channels.items()}
+    empty = {name: values[:0] for name, values in record.events.items()}
+    return record._replace(channels=channels, events=empty, quantities={}, checks={})
+
+
+def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
+    run = ReportedRun(without_samples(pulley.record))
+    assert "This result has no samples: there is nothing to draw, only tables." in plain(
+        run_report([run])
+    )
+    data = data_of([run])
+    assert data["charts"] == []
+    assert data["results"][0]["no_motion"] == (
+        "cannot show this result in motion: it has no samples"
+    )
+
+
+def test_a_result_without_samples_leaves_the_charts_of_others(pulley: fs.Result) -> None:
+    runs = [ReportedRun(without_samples(pulley.record), label="a"), ReportedRun(pulley.record)]
+    charts = data_of(runs)["charts"]
+    assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
+
+
+def test_a_file_of_version_1_says_what_is_missing(pulley: fs.Result) -> None:
+    old = pulley.record._replace(quantities={}, checks={}, statistics=None)
+    assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
+
+
+def test_many_events_are_cut_and_counted(pulley: fs.Result) -> None:
+    count = MAX_EVENTS + 7
+    many = {name: np.resize(values, count) for name, values in pulley.record.events.items()}
+    html = events([ReportedRun(pulley.record._replace(events=many))])
+    assert html.count("data-time=") == MAX_EVENTS
+    assert f"The first {MAX_EVENTS} of {count} events." in html
+
+
+def test_charts_of_a_kind_begin_with_its_panels(pulley: fs.Result) -> None:
+    charts = data_of([ReportedRun(pulley.record)])["charts"]
+    first = [chart["name"] for chart in charts if chart["first"]]
+    assert first == ["drive_force", "friction_torque", "angular_velocity", "angle"]
+    energy = next(chart for chart in charts if chart["name"] == "energy")
+    assert [line["label"] for line in energy["lines"]][:2] == ["input", "damping"]
+
+
+def test_results_are_named_by_their_files() -> None:
+    assert labels_of([Path("x/a.h5"), Path("b.h5")]) == ["a", "b"]
+    assert labels_of([Path("x/a.h5"), Path("y/a.h5")]) == ["x/a.h5", "y/a.h5"]
+    assert labels_of([None, Path("a.h5")]) == ["result 1", "a"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", sorted(SCENARIOS.glob("*.toml")), ids=lambda path: path.stem)
+def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> None:
+    report = fs.report(fs.solve(path), tmp_path / "report.html")
+    assert report.stat().st_size < 6_000_000
+
+
+def test_a_report_is_small(tmp_path: Path) -> None:
+    # A belt with as many bodies and samples as the largest of the shipped ones.
+    run = belt_run(bodies=300, samples=1001)
+    report = fs.report(fs.Result.of_run(run), tmp_path / "report.html")
+    assert report.stat().st_size < 6_000_000
