@@ -20,7 +20,8 @@ MAX_LINES = 400
 MAX_PARAMETERS = 8
 # Typer makes an option of each parameter of a command.
 COMMANDS = {
-    PACKAGE / "cli" / name for name in ("commands.py", "fit_command.py", "sweep_command.py")
+    PACKAGE / "cli" / name
+    for name in ("commands.py", "fit_command.py", "plot_command.py", "sweep_command.py")
 }
 LIKE_A_COMMAND = "api/solving.py: solve"  # its keywords are the options of one
 
