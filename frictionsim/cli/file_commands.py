@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import AsJson, NoClobber, ResultFile, app
+from frictionsim.cli.app import AsJson, ResultFile, app
 from frictionsim.cli.completion import kinds, kinds_and_scenarios
 from frictionsim.cli.messages import (
     print_beside_files,
