@@ -18,9 +18,12 @@ import numpy as np
 import frictionsim.plots.parameters  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
+from frictionsim.plots.appearance import USUAL, Appearance
+from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.picture_file import check_format, save
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.time_history import response
+from frictionsim.plots.window import WHOLE, Extent, check_channels, until, within
 from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
@@ -30,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
-ALL, BODY = "all", "body"
+ALL, BODY, PATH = "all", "body", "path"
 MAX_DRAWN = 1e100
 
 Views = Mapping[str, Callable[..., None]]
@@ -47,6 +50,48 @@ VIEWS: Mapping[str, Views] = {
         BODY: belt_time_history.body,
     },
 }
+
+
+# To what a part of a result applies; views of other packages are drawn whole.
+OF_AN_INSTANT = {("belt_drive", "drive"), ("belt_drive", "tension"), ("epicyclic", PATH)}
+OF_A_WINDOW = {
+    *(("epicyclic", "torque"), ("marble_machine", "torque")),
+    *(("belt_drive", "speeds"), ("belt_drive", BODY)),
+}
+OF_CHANNELS = {("belt_drive", "speeds")}
+
+
+def applies(kind: str, view: str) -> tuple[bool, bool, bool]:
+    """Return whether a view takes a time, a window of time, and channels."""
+    of, over_time = (kind, view), _is_response(kind, view)
+    return of in OF_AN_INSTANT, over_time or of in OF_A_WINDOW, over_time or of in OF_CHANNELS
+
+
+def _is_response(kind: str, view: str) -> bool:
+    """Return whether a view is the one over time that any kind has, or the pulley's."""
+    return views_of(kind)[view] in (response, pulley.response)
+
+
+def check_applies(kind: str, view: str, shown: Extent) -> None:
+    """Check that a view can show a part of a result.
+
+    Raises
+    ------
+    InputError
+        If it cannot; with the views of the kind that can.
+    """
+    given = shown.time is not None, shown.has_window, bool(shown.channels)
+    words = (
+        "shows no single instant; a time (--time)",
+        "does not go over time; a window of time (--from, --to)",
+        "draws channels of its own; a choice of channels (--channels)",
+    )
+    for place, (wanted, text) in enumerate(zip(given, words, strict=True)):
+        if not wanted or applies(kind, view)[place]:
+            continue
+        fit = [name for name in views_of(kind) if applies(kind, name)[place]]
+        others = f"is for the view {' or '.join(map(repr, fit))}" if fit else "is for other kinds"
+        raise InputError(f"the view '{view}' {text} {others}")
 
 
 def views_of(kind: str) -> Views:
@@ -73,6 +118,8 @@ def draw(
     body: int | None = None,
     figure: "Figure | SubFigure | None" = None,
     ax: Any = None,
+    look: Appearance = USUAL,
+    shown: Extent = WHOLE,
 ) -> "Figure":
     """Draw a view of a result as a matplotlib figure.
 
@@ -92,6 +139,10 @@ def draw(
         An empty one to draw into; a Figure gets the height of the view. The default is a new one.
     ax : Axes, optional
         Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
+    look : Appearance
+        Size and style of a new figure.
+    shown : Extent
+        The time, window or channels that are drawn.
 
     Returns
     -------
@@ -103,6 +154,7 @@ def draw(
     InputError
         If the view or body does not exist, the result lacks samples or channels of the view, the
         figure is not empty, or the axes cannot be replaced. Figure and axes are then as before.
+        If what is to be shown does not apply to the view.
     """
     kind = result.attributes["kind"]
     views = views_of(kind)
@@ -113,9 +165,24 @@ def draw(
         raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
+    check_applies(kind, view, shown)
     _check_numbers(result)
-    options = {} if body is None else {BODY: body}
-    return drawn_in(lambda target: views[view](result, target, **options), figure, ax)
+    options: dict[str, Any] = {} if body is None else {BODY: body}
+    if view == BODY and body is None and shown.has_window and "pulley_index" in result.channels:
+        # That of the run's start, whatever its window.
+        options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
+    part = result
+    if shown.time is not None:
+        part = until(result, shown.time)
+        if view == PATH:
+            options, part = {"instant": part}, result
+    elif shown.has_window:
+        part = within(result, shown.start, shown.stop)
+    if shown.channels:
+        check_channels(result, shown.channels)
+        options["channels"] = shown.channels
+    arranged = look._replace(fitted=True) if shown.channels else look
+    return drawn_in(lambda target: views[view](part, target, **options), figure, ax, look=arranged)
 
 
 def _check_numbers(result: "Record") -> None:
@@ -129,7 +196,12 @@ def _check_numbers(result: "Record") -> None:
                 )
 
 
-def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:
+def plot(
+    result: "Record",
+    path: Path,
+    view: str | None = None,
+    body: int | None = None,
+) -> None:
     """Write the picture of a view of a result.
 
     Parameters

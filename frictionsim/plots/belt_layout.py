@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
@@ -18,7 +19,6 @@ from frictionsim.plots.style import (
     BLUE,
     GREY,
     VERMILION,
-    WIDTH,
     Style,
     add_legend,
     escape_mathtext,
@@ -26,10 +26,11 @@ from frictionsim.plots.style import (
     require_channels,
     set_up,
     shrink,
+    width_of,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import SubFigure
 
     from frictionsim.results import Record
 
@@ -107,10 +108,10 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     relative = relative_width(figure)
     columns = min(len(shown), MAX_IN_A_ROW if relative > NARROW else MAX_IN_A_ROW // 2)
     rows = -(-len(shown) // columns)
-    side = min(relative * WIDTH / columns, MAX_SIDE)
-    height = _height_of_whole(belt, relative * WIDTH)
+    side = min(width_of(figure) / columns, MAX_SIDE)
+    height = _height_of_whole(belt, width_of(figure))
     heights = [MARGIN + height, *[side + TITLE] * rows]
-    set_up(figure, result, sum(heights), *_notes(result, pulleys))
+    set_up(figure, result, sum(heights), *_notes(result, pulleys), scaled=False)
     parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
     whole = figure.add_subplot(parts[0, :])
     _draw_whole(whole, pulleys, belt, touches)
@@ -125,7 +126,8 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
         ax.set_axis_off()
         pitch_points = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
         caption = ax.set_title(_caption(result, i, pulley), fontsize="small")
-        shrink(caption, relative * MAX_IN_A_ROW / columns)
+        if not isinstance(figure, Figure):
+            shrink(caption, relative * MAX_IN_A_ROW / columns)
         _draw_detail(ax, pulleys, i, belt)
         _draw_forces(ax, pulley, touches[i], force, pitch_points)
     add_legend(figure, _handles(shows_friction), columns=3)

@@ -30,7 +30,13 @@ from frictionsim.plots.style import (
     require_channels,
     set_up,
 )
-from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stacked_axes
+from frictionsim.plots.time_history import (
+    MIN_GAP,
+    annotate_above,
+    label_rows,
+    response,
+    stacked_axes,
+)
 from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
@@ -44,8 +50,11 @@ TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, 
 NAME_GAP = 0.14  # of the width of a picture, for the name of a pulley
 
 
-def speeds(result: "Record", figure: "Figure | SubFigure") -> None:
-    """Draw the speeds of the pulleys and the torques on them over time."""
+def speeds(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
+    """Draw the speeds of the pulleys and the torques on them over time, or other channels."""
+    if channels:
+        response(result, figure, channels)
+        return
     names = ("pulley_speed", "pulley_torque")
     require_channels(result, "speeds", names)
     axes = stacked_axes(result, figure, names)

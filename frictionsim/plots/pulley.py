@@ -1,6 +1,6 @@
 """The picture of a pulley: its response to the force, with the limits of static friction."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,12 +27,12 @@ LIMIT_FORCES = {"force_to_lift": ("to lift", "bottom"), "force_to_hold": ("to ho
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
-def response(result: "Record", figure: "Figure | SubFigure") -> None:
+def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
     """Draw force, friction torque, angular velocity and angle over time.
 
     Lines show the forces of impending motion and the static limit of the friction torque.
     """
-    axes, handles = time_history.draw_channels(result, figure)
+    axes, handles = time_history.draw_channels(result, figure, channels)
     if "friction_torque" in result.channels:
         limits = _limits(result)
         if "drive_force" in axes:
