@@ -5,15 +5,22 @@ from typing import Annotated
 
 import typer
 
-from frictionsim.cli.app import AsJson, NoClobber, ResultFile, app
-from frictionsim.cli.completion import views
-from frictionsim.cli.messages import print_beside_files, print_error
+from frictionsim.cli.app import AsJson, NoClobber, app
+from frictionsim.cli.completion import styles, views
+from frictionsim.cli.messages import print_beside_files, print_error, warn
 from frictionsim.errors import InputError
 
 
 @app.command()
 def plot(
-    result: ResultFile,
+    result: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULT",
+            help="Result or sweep in HDF5; several results are drawn over each other.",
+            show_default=False,
+        ),
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -21,7 +28,7 @@ def plot(
         ),
     ] = None,
     view: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--view",
             metavar="NAME",
@@ -39,28 +46,72 @@ def plot(
             "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
         ),
     ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option("--time", metavar="SECONDS", help="Instant of a view of one. [the last]"),
+    ] = None,
+    start: Annotated[
+        float | None,
+        typer.Option("--from", metavar="SECONDS", help="Start of a view over time."),
+    ] = None,
+    stop: Annotated[
+        float | None, typer.Option("--to", metavar="SECONDS", help="End of a view over time.")
+    ] = None,
+    channels: Annotated[
+        str | None,
+        typer.Option(metavar="NAME,NAME", help="Channels of a view over time. [those of the kind]"),
+    ] = None,
+    width: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Width of the picture in mm, cm, in or pt: 84mm."),
+    ] = None,
+    height: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Height of the picture. [that of the view]"),
+    ] = None,
+    dpi: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="Dots per inch of a PNG. [100]")
+    ] = None,
+    style: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="paper, talk, or user for your matplotlibrc.",
+            autocompletion=styles,
+        ),
+    ] = None,
+    no_title: Annotated[bool, typer.Option("--no-title", help="Leave out the title.")] = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
-    """Draw a view of a result, or a sweep; --view all draws each into FILE-<view>.png."""
-    from frictionsim.api.pictures import save_pictures
+    """Draw views of a result, or a sweep; each that is named is drawn into FILE-<view>.png."""
+    from frictionsim.api.picture_files import Choice, save_pictures
 
-    pictures, reasons = save_pictures(
+    done = save_pictures(
         result,
         output,
-        view,
-        body,
-        at=_values_by_key(at or []),
+        Choice(view or [], body, _values_by_key(at or [])),
+        {
+            "width": width,
+            "height": height,
+            "dpi": dpi,
+            "style": style,
+            "title": not no_title,
+            "time": time,
+            "window": (start, stop),
+            "channels": channels,
+        },
         no_clobber=no_clobber,
     )
+    pictures = list(map(str, done.pictures))
     if as_json:
-        print_beside_files(
-            {"result": str(result), "pictures": list(map(str, pictures)), "skipped": reasons}
-        )
-        return
-    print_beside_files("\n".join(map(str, pictures)))
-    for reason in reasons:
-        print_error(f"view skipped: {reason}")
+        named = str(result[0]) if len(result) == 1 else list(map(str, result))
+        print_beside_files({"result": named, "pictures": pictures, "skipped": done.skipped})
+    else:
+        print_beside_files("\n".join(pictures))
+        for reason in done.skipped:
+            print_error(f"view skipped: {reason}")
+    warn(done.warnings)
 
 
 def _values_by_key(given: list[str]) -> dict[str, str]:

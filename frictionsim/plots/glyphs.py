@@ -1,16 +1,15 @@
 """Which characters of a picture the fonts lack."""
 
 import unicodedata
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from matplotlib import ft2font, rcParams
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from matplotlib.figure import Figure
 
 MAX_NAMED = 8
@@ -40,13 +39,8 @@ def faults_of(figure: "Figure") -> list[str]:
     title = figure.get_suptitle()
     lacking: dict[str, None] = {}
     reversed_order: dict[str, None] = {}
-    for text in figure.findobj(Text):
-        if not isinstance(text, Text) or not text.get_visible():
-            continue
-        unusual = [letter for letter in text.get_text() if ord(letter) > 0x7E]
-        if not unusual:
-            continue
-        families = tuple(text.get_fontproperties().get_family())
+    for text, families in _texts(figure):
+        unusual = [letter for letter in text if ord(letter) > 0x7E]
         lacking |= dict.fromkeys(x for x in unusual if not _has(families, x))
         if not ORDERS_LETTERS:
             of_right = (x for x in unusual if unicodedata.bidirectional(x) in RIGHT_TO_LEFT)
@@ -64,11 +58,28 @@ def faults_of(figure: "Figure") -> list[str]:
     return found
 
 
-def _or_no_title(title: str, letters: "Iterable[str]") -> str:
+def _texts(figure: "Figure") -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield each text that is not a number of an axis, and the families of its font."""
+    found = list(figure.texts)
+    for legend in figure.legends:
+        found += legend.get_texts()
+    for ax in figure.axes:
+        found += [ax.title, ax.xaxis.label, ax.yaxis.label, *ax.texts]
+        for axis in (ax.xaxis, ax.yaxis):
+            # Not the ticks themselves: to ask for them lays out the axis.
+            formatter = axis.get_major_formatter()
+            if isinstance(formatter, FixedFormatter):
+                yield "".join(map(str, formatter.seq)), tuple(axis.label.get_fontfamily())
+    for text in found:
+        if text.get_visible():
+            yield text.get_text(), tuple(text.get_fontfamily())
+
+
+def _or_no_title(title: str, letters: Iterable[str]) -> str:
     return ", or leave out the title (--no-title)" if set(letters) & set(title) else ""
 
 
-def _named(letters: "Iterable[str]") -> str:
+def _named(letters: Iterable[str]) -> str:
     """Return characters for a message, with their numbers: a terminal may lack them too."""
     names = [
         f"{letter if letter.isprintable() else ''} (U+{ord(letter):04X})" for letter in letters

@@ -10,6 +10,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.arrangement import arrange
+from frictionsim.plots.glyphs import faults_of
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import FONTS, png, rendering
 from frictionsim.plots.style import WIDTH
@@ -28,9 +29,12 @@ class Picture(Figure):
     ----------
     parameters : dict or None
         The parameters of matplotlib that it was drawn with, if they are not the defaults.
+    faults : tuple of str
+        Sentences on characters that are not drawn as they should be.
     """
 
     parameters: dict[str, Any] | None = None
+    faults: tuple[str, ...] = ()
 
     def _repr_png_(self) -> bytes:
         return png(self)
@@ -100,12 +104,13 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
             figure.parameters = values
         if look == USUAL:
             view(figure)
-            return figure
-        with rendering(values):  # whose checks are those of drawing
-            view(figure)
-            arrange(figure, look)
-        if look.dpi is not None:
-            figure.set_dpi(look.dpi)
+        else:
+            with rendering(values):  # which says what the user's settings lack
+                view(figure)
+                arrange(figure, look)
+            if look.dpi is not None:
+                figure.set_dpi(look.dpi)
+        figure.faults = tuple(faults_of(figure))
     return figure
 
 

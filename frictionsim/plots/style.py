@@ -90,7 +90,14 @@ def set_up(
     float
         The height that there is relative to `height`, at most 1: small texts fit a low subfigure.
     """
-    figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
+    return set_title(figure, _title(result, notes), height, scaled)
+
+
+def set_title(
+    figure: "Figure | SubFigure", title: str, height: float, scaled: bool = True
+) -> float:
+    """Give an empty figure a title and a height, as `set_up`."""
+    figure.suptitle(title, fontsize="medium", wrap=True)
     if isinstance(figure, Figure):
         figure.set_figheight(height * (height_scale(figure) if scaled else 1.0))
         return 1.0

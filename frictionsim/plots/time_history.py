@@ -130,7 +130,7 @@ def stacked_axes(
     dict of Axes
         By channel.
     """
-    scale = set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
+    scale = set_up(figure, result, panel_heights(len(names)), *notes)
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(label(result, name))
@@ -139,6 +139,11 @@ def stacked_axes(
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
     return dict(zip(names, axes, strict=True))
+
+
+def panel_heights(count: int) -> float:
+    """Return the height of a picture of stacked panels, inches."""
+    return 0.8 + PANEL_HEIGHT * count
 
 
 def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
@@ -201,7 +206,7 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     -------
     list of matplotlib artists
     """
-    sticks = list(_sticks(result))
+    sticks = list(sticking_phases(result))
     handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
@@ -214,7 +219,7 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
 
 
-def _sticks(result: "Record") -> Iterator[tuple[float, float]]:
+def sticking_phases(result: "Record") -> Iterator[tuple[float, float]]:
     """Yield start and end of each sticking phase."""
     if result.axes.get("mode") != "":  # no mode, or several contacts
         return
