@@ -5,6 +5,7 @@ wider or higher than what they belong to; such are broken into lines, and the pi
 for them.
 """
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
@@ -13,6 +14,7 @@ from matplotlib import rcParams
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
 from frictionsim.errors import InputError
 from frictionsim.plots.appearance import LINE, Appearance
@@ -48,7 +50,7 @@ def arrange(figure: "Figure", look: Appearance) -> None:
     if further and look.height is None:
         figure.set_figheight(figure.get_figheight() + further / POINTS)
     _lay_out(figure, look)
-    if _hold_ticks(figure):
+    if _hold_ticks(figure) | _thin_ticks(figure):
         _lay_out(figure, look)
     _hide_overlapping(figure)
 
@@ -65,6 +67,23 @@ def _hold_ticks(figure: "Figure") -> bool:
         if box is not None and (box.x1 > figure.bbox.x1 + 1.0 or box.x0 < figure.bbox.x0 - 1.0):
             low, high = sorted(ax.get_xlim())
             ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
+            found = True
+    return found
+
+
+def _thin_ticks(figure: "Figure") -> bool:
+    """Take away every second tick where their labels overlap; return whether there are such."""
+    found = False
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        while True:
+            low, high = sorted(axis.get_view_interval())
+            ticks = [tick for tick in axis.get_majorticklocs() if low <= tick <= high]
+            shown = [label for label in axis.get_ticklabels() if label.get_text()]
+            boxes = [label.get_window_extent() for label in shown if label.get_visible()]
+            if len(ticks) < 2 or not any(a.overlaps(b) for a, b in pairwise(boxes)):
+                break
+            axis.set_ticks(ticks[::2])
+            axis.set_minor_locator(NullLocator())
             found = True
     return found
 

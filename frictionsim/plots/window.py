@@ -122,7 +122,9 @@ def check_channels(result: "Record", names: Sequence[str]) -> None:
         if name == "time":
             raise ArgumentError("channels", "'time' is what the channels are drawn over")
         if name not in known:
-            raise ArgumentError("channels", unknown("channel", name, known))
+            said = unknown("channel", name, known)
+            there = "" if "known:" in said else f"; known: {', '.join(known)}"
+            raise ArgumentError("channels", f"{said}{there}")
 
 
 def until(result: "Record", time: float) -> "Record":
