@@ -169,7 +169,12 @@ def _lay_out(figure: "Figure", look: Appearance) -> None:
     with catch_warnings(record=True) as said:
         simplefilter("always")
         figure.draw_without_rendering()
-    panels = [ax for ax in figure.axes if ax.get_label() != COLOUR_BAR]
+    # One with equal scales is as low as what it shows.
+    panels = [
+        ax
+        for ax in figure.axes
+        if ax.get_label() != COLOUR_BAR and (ax.get_aspect() == "auto" or not ax.axison)
+    ]
     sides = [float(side) for ax in panels for side in ax.get_window_extent().size]
     collapsed = any(COLLAPSED in str(warning.message) for warning in said)
     if not collapsed and min(sides, default=MIN_SIDE) >= MIN_SIDE * figure.dpi:
