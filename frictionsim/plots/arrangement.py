@@ -24,6 +24,7 @@ from frictionsim.plots.text_size import LINE_SPACING, points_of, wrapped
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+TITLE_ROOM = 0.9  # of the width of a panel: there may be another one beside it
 MIN_SIDE = 0.25  # inches, of a panel that shows anything
 MARGIN = 0.08  # inches, beside the title
 TITLE_SIZE = "medium"
@@ -152,7 +153,7 @@ def _break_labels(figure: "Figure") -> float:
         width, height = (POINTS * float(side) / figure.dpi for side in (box.width, box.height))
         for text, room in (
             (ax.xaxis.label, width),
-            (ax.title, width),
+            (ax.title, TITLE_ROOM * width),
             (ax.yaxis.label, height),
         ):
             size = float(text.get_fontsize())
@@ -177,7 +178,7 @@ def _lay_out(figure: "Figure", look: Appearance) -> None:
     ]
     sides = [float(side) for ax in panels for side in ax.get_window_extent().size]
     collapsed = any(COLLAPSED in str(warning.message) for warning in said)
-    if not collapsed and min(sides, default=MIN_SIDE) >= MIN_SIDE * figure.dpi:
+    if not collapsed and all(side >= MIN_SIDE * figure.dpi for side in sides):
         return
     width, height = (INCHES_TO_MM * float(side) for side in figure.get_size_inches())
     which = "wider" if look.height is None else "higher or wider"
