@@ -252,13 +252,13 @@ def _drawing(draw: Any, *arguments: Any) -> "Callable[[], Figure]":
 def _save(drawings: "Drawings", look: "Appearance") -> Saved:
     from frictionsim.plots.picture_file import save
 
-    figures = []
+    drawn = []
     for path, draw in drawings.items():
-        figures.append(draw())
-        save(figures[-1], path, look.dots_per_inch)
-    return Saved(list(drawings), [], _faults(figures))
+        drawn.append(draw())
+        save(drawn[-1], path, look.dots_per_inch)
+    return Saved(list(drawings), [], _faults(drawn))
 
 
-def _faults(figures: Any) -> list[str]:
+def _faults(drawn: Any) -> list[str]:
     """Return what there is to say of the characters of pictures, each sentence once."""
-    return list(dict.fromkeys(fault for figure in figures for fault in figure.faults))
+    return list(dict.fromkeys(fault for figure in drawn for fault in figure.faults))
