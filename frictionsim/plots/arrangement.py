@@ -1,4 +1,4 @@
-"""The parts of a picture in a size and style of the user: texts in lines that fit, lines, room.
+"""The parts of a picture in a size and style of the user: texts in lines that fit, lines, available.
 
 Views are arranged for a picture of WIDTH with the usual text. In another one their texts may be
 wider or higher than what they belong to; such are broken into lines, and the picture becomes higher
@@ -137,8 +137,8 @@ def _set_title(figure: "Figure", shown: bool) -> None:
         figure.suptitle("").set_in_layout(False)
         figure.set_figheight(figure.get_figheight() - line * (title.count("\n") + 1))
         return
-    room = POINTS * (figure.get_figwidth() - 2.0 * MARGIN)
-    text = wrapped(title, room, TITLE_SIZE)
+    available = POINTS * (figure.get_figwidth() - 2.0 * MARGIN)
+    text = wrapped(title, available, TITLE_SIZE)
     further = text.count("\n") - title.count("\n")
     if further:
         figure.suptitle(text, fontsize=TITLE_SIZE)
@@ -151,13 +151,13 @@ def _break_labels(figure: "Figure") -> float:
     for ax in figure.axes:
         box = ax.get_window_extent()
         width, height = (POINTS * float(side) / figure.dpi for side in (box.width, box.height))
-        for text, room in (
+        for text, available in (
             (ax.xaxis.label, width),
             (ax.title, TITLE_ROOM * width),
             (ax.yaxis.label, height),
         ):
             size = float(text.get_fontsize())
-            broken = wrapped(text.get_text(), room, size)
+            broken = wrapped(text.get_text(), available, size)
             lines = broken.count("\n") - text.get_text().count("\n")
             if lines:
                 text.set_text(broken)

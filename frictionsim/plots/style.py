@@ -230,14 +230,14 @@ def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: in
 def _columns_that_fit(figure: Figure, handles: Sequence[Any], columns: int) -> int:
     """Return how many columns a legend can have; break its labels if not even one fits."""
     size = points_of(LEGEND_SIZE)
-    room = POINTS * width_of(figure) - 2.0 * MARGIN
+    available = POINTS * width_of(figure) - 2.0 * MARGIN
     beside = (HANDLE + rcParams["legend.handletextpad"]) * size
     gap = rcParams["legend.columnspacing"] * size
     widths = [text_width(str(handle.get_label()), LEGEND_SIZE) + beside for handle in handles]
     for count in range(columns, 0, -1):
         parts = np.array_split(widths, count)  # one column after the other, as matplotlib does
-        if sum(map(max, parts)) + gap * (count - 1) <= room:
+        if sum(map(max, parts)) + gap * (count - 1) <= available:
             return count
     for handle in handles:
-        handle.set_label(wrapped(str(handle.get_label()), room - beside, LEGEND_SIZE))
+        handle.set_label(wrapped(str(handle.get_label()), available - beside, LEGEND_SIZE))
     return 1
