@@ -1,4 +1,4 @@
-"""The parts of a picture in a size and style of the user: texts in lines that fit, lines, available.
+"""The parts of a picture in a size and style of the user: texts in lines that fit, lines, room.
 
 Views are arranged for a picture of WIDTH with the usual text. In another one their texts may be
 wider or higher than what they belong to; such are broken into lines, and the picture becomes higher
