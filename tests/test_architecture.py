@@ -21,7 +21,7 @@ MAX_PARAMETERS = 8
 # Typer makes an option of each parameter of a command.
 COMMANDS = {
     PACKAGE / "cli" / f"{name}.py"
-    for name in ("commands", "file_commands", "fit_command", "sweep_command")
+    for name in ("commands", "fit_command", "plot_command", "sweep_command")
 }
 LIKE_A_COMMAND = "api/solving.py: solve"  # its keywords are the options of one
 

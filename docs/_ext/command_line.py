@@ -13,6 +13,7 @@ def commands() -> str:
     from frictionsim.cli import (  # noqa: F401  register their commands
         file_commands,
         fit_command,
+        plot_command,
         warm_up,
     )
 

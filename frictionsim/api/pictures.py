@@ -1,15 +1,13 @@
 """Pictures of results and sweeps from Python."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
-from frictionsim.api.opening import result_or_sweep
-from frictionsim.errors import InputError
-from frictionsim.io.atomic_write import check_no_clobber
+from frictionsim.api.opening import SweepFile, result_or_sweep
+from frictionsim.errors import ArgumentError, InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -17,22 +15,45 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.io.sweep_table import SweepTable
+    from frictionsim.plots.appearance import Appearance
+    from frictionsim.plots.overlay import Overlaid
+    from frictionsim.plots.window import Extent
+
+    Source = results.Result | xarray.Dataset | str | PathLike[str]
+
+
+class PictureOptions(TypedDict, total=False):
+    """The options of `plot` by name."""
+
+    width: str | None
+    height: str | None
+    dpi: float | None
+    style: str | None
+    title: bool
+    time: float | None
+    window: tuple[float | None, float | None] | None
+    channels: str | Sequence[str] | None
+
+
+OF_LOOK, OF_EXTENT = ("width", "height", "dpi", "style", "title"), ("time", "window", "channels")
 
 
 def plot(
-    result: "results.Result | xarray.Dataset | str | PathLike[str]",
+    result: "Source | Sequence[Source]",
     view: str | None = None,
     *,
     body: int | None = None,
     at: Mapping[str, Any] | None = None,
     ax: "Axes | None" = None,
+    **options: Unpack[PictureOptions],
 ) -> "Figure":
     """Draw a view of a result or a picture of a sweep, as `frictionsim plot` does.
 
     Parameters
     ----------
-    result : results.Result, xarray.Dataset or path
-        A dataset is that of a sweep, as `sweep` and `open_sweep` return it.
+    result : results.Result, xarray.Dataset or path; or a list of results
+        A dataset is that of a sweep, as `sweep` and `open_sweep` return it. Several results of
+        one kind are drawn over each other, with a key, in a view over time.
     view : str, optional
         Of a result one of the views of its kind; of a sweep a quantity, or several with commas
         between them. An unknown one is refused with those that there are.
@@ -42,6 +63,13 @@ def plot(
         By varied key of a grid, the one value of it that is drawn.
     ax : Axes, optional
         Draw in the place of these axes, which are removed: a view may have several panels.
+    **options
+        `width`, `height` : of the picture, as ``"84mm"``; the text keeps its size in points.
+        `dpi` : dots per inch. `style` : "paper", "talk", or "user" for the user's settings of
+        matplotlib. `title` : False leaves it out.
+        `time` : the instant that a view of one shows, s. `window` : start and end of what a view
+        over time shows, s; None is the start or end of the run. `channels` : what a view over
+        time draws instead of its own.
 
     Returns
     -------
@@ -51,27 +79,99 @@ def plot(
     Raises
     ------
     InputError
-        If there is no such view, or the result lacks channels of it.
-    """
-    found: results.Result | SweepTable
-    if isinstance(result, results.Result):
-        found = result
-    elif hasattr(result, "data_vars"):
-        from frictionsim.api.sweep_dataset import table_of
+        If there is no such view, or the result lacks channels of it; if an option is not valid
+        or does not apply to the view.
 
-        found = table_of(result)
-    else:
-        opened = result_or_sweep(as_path("result", result))
-        found = opened if isinstance(opened, results.Result) else opened.table
-    if isinstance(found, results.Result):
-        _check_no_choice(at)
+    Warns
+    -----
+    GlyphWarning
+        If the fonts lack a character.
+    """
+    from warnings import warn
+
+    from frictionsim.plots.glyphs import GlyphWarning, faults_of
+
+    look, shown = options_of(options)
+    found = _found(result)
+    if isinstance(found, list):
+        check_no_choice(at)
+        check_no_body(body, "these are several")
+        from frictionsim.plots import draw_overlay
+
+        figure = draw_overlay(found, view, ax, look, shown)
+    elif isinstance(found, results.Result):
+        check_no_choice(at)
         from frictionsim.plots import draw
 
-        return draw(found.record, view, body, ax=ax)
-    _check_no_body(body)
-    from frictionsim.plots.sweep import draw_sweep
+        figure = draw(found.record, view, body, ax=ax, look=look, shown=shown)
+    else:
+        check_of_sweep(body, shown)
+        from frictionsim.plots.sweep import draw_sweep
 
-    return draw_sweep(found, quantities_of(view), at, ax=ax)
+        figure = draw_sweep(found, quantities_of(view), at, ax=ax, look=look)
+    for fault in getattr(figure, "faults", None) or (faults_of(figure) if ax is not None else ()):
+        warn(fault, GlyphWarning, stacklevel=2)
+    return figure
+
+
+def options_of(options: Mapping[str, Any]) -> "tuple[Appearance, Extent]":
+    from frictionsim.errors import unknown
+    from frictionsim.plots.appearance import appearance
+    from frictionsim.plots.window import extent
+
+    for name in options:
+        if name not in (*OF_LOOK, *OF_EXTENT):
+            raise InputError(unknown("option", name, [*OF_LOOK, *OF_EXTENT]))
+    return (
+        appearance(**{name: options[name] for name in OF_LOOK if name in options}),
+        extent(**{name: options[name] for name in OF_EXTENT if name in options}),
+    )
+
+
+def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
+    """Return what is drawn: a result, a sweep, or several results with their names."""
+    if isinstance(source, list | tuple):
+        if not source:
+            raise ArgumentError("result", "expected a result or several, got an empty list")
+        if len(source) > 1:
+            return overlaid([(_name(one, i), _one(one)) for i, one in enumerate(source, 1)])
+        (source,) = source
+    return _one(source)
+
+
+def _one(source: Any) -> "results.Result | SweepTable":
+    if isinstance(source, results.Result):
+        return source
+    if hasattr(source, "data_vars"):
+        from frictionsim.api.sweep_dataset import table_of
+
+        return table_of(source)
+    opened = result_or_sweep(as_path("result", source))
+    return opened if isinstance(opened, results.Result) else opened.table
+
+
+def _name(source: Any, number: int) -> str:
+    path = getattr(source, "path", source if isinstance(source, str | PathLike) else None)
+    return str(path) if path is not None else f"result {number}"
+
+
+def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | SweepFile]]") -> Any:
+    """Return several results as they are drawn over each other.
+
+    Raises
+    ------
+    InputError
+        If there is a sweep among them.
+    """
+    from frictionsim.plots.overlay import Overlaid
+
+    for name, one in found:
+        if not isinstance(one, results.Result):
+            raise InputError(
+                f"{name}: this is a sweep; only results of runs are drawn over each other, draw it"
+                " alone"
+            )
+    return [Overlaid(name, one.record) for name, one in found if isinstance(one, results.Result)]
 
 
 def quantities_of(view: str | None) -> list[str]:
@@ -79,163 +179,20 @@ def quantities_of(view: str | None) -> list[str]:
     return [] if view is None else [name.strip() for name in view.split(",")]
 
 
-def _check_no_choice(at: Mapping[str, Any] | None) -> None:
+def check_no_choice(at: Mapping[str, Any] | None) -> None:
     if at:
         raise InputError(f"--at {next(iter(at))}: this is the result of a run; it is for sweeps")
 
 
-def _check_no_body(body: int | None) -> None:
+def check_no_body(body: int | None, what: str) -> None:
     if body is not None:
-        raise InputError("'body' is for a view of the result of a run, this is a sweep")
+        raise InputError(f"'body' is for a view of the result of a run, {what}")
 
 
-def save_pictures(
-    file: Path,
-    path: Path | None,
-    view: str | None,
-    body: int | None,
-    *,
-    at: Mapping[str, Any],
-    no_clobber: bool = False,
-) -> tuple[list[Path], list[str]]:
-    """Draw what a file holds, the result of a run or a sweep, into files.
-
-    Parameters
-    ----------
-    file : Path
-    path : Path or None
-        By default FILE.png.
-    view, body, at, no_clobber
-        As of `save_views` and `save_pictures_of_sweep`.
-
-    Returns
-    -------
-    list of Path
-        The pictures that were written.
-    list of str
-        The reasons why other views were skipped.
-
-    Raises
-    ------
-    InputError
-        If nothing can be drawn.
-    OutputError
-        If a picture cannot be written.
-    """
-    found = result_or_sweep(file)
-    path = path or file.with_suffix(".png")
-    if isinstance(found, results.Result):
-        _check_no_choice(at)
-        return save_views(found, path, view, body, no_clobber=no_clobber)
-    _check_no_body(body)
-    return save_pictures_of_sweep(found.table, path, view, at, no_clobber=no_clobber)
-
-
-def save_views(
-    result: results.Result,
-    path: Path,
-    view: str | None,
-    body: int | None,
-    *,
-    no_clobber: bool = False,
-) -> tuple[list[Path], list[str]]:
-    """Draw a view, or all of them, into files; each of all views into FILE-<view>.png.
-
-    Parameters
-    ----------
-    result : Result
-    path : Path
-        Ends in .png, .pdf or .svg.
-    view : str or None
-        None is the first view of the kind, "all" all of them.
-    body : int or None
-        As of `plot`.
-    no_clobber : bool
-        Do not replace existing files.
-
-    Returns
-    -------
-    list of Path
-        The pictures that were written.
-    list of str
-        The reasons why other views were skipped.
-
-    Raises
-    ------
-    InputError
-        If no view can be drawn.
-    OutputError
-        If a picture cannot be written.
-    """
-    from frictionsim import plots
-    from frictionsim.plots.picture_file import check_format, check_picture
-
-    check_format(path)
-    views = plots.views_of(result.kind)
-    names = [plots.path_of(path, name) for name in views] if view == plots.ALL else [path]
-    for name in names:
-        if no_clobber:
-            check_no_clobber(name)
-        check_picture(name)
-    if view == plots.ALL:
-        return plots.plot_all(result.record, path, body)
-    plots.plot(result.record, path, view, body)
-    return [path], []
-
-
-def save_pictures_of_sweep(
-    table: "SweepTable",
-    path: Path,
-    view: str | None,
-    at: Mapping[str, Any],
-    *,
-    no_clobber: bool = False,
-) -> tuple[list[Path], list[str]]:
-    """Draw a sweep into a file; with the view "all" each quantity into FILE-<quantity>.png.
-
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path
-        Ends in .png, .pdf or .svg.
-    view : str or None
-        Quantities with commas between them, or "all"; None is the first ones that vary.
-    at : mapping
-        As of `plot`.
-    no_clobber : bool
-        Do not replace existing files.
-
-    Returns
-    -------
-    list of Path
-        The pictures that were written.
-    list of str
-        The reasons why quantities were skipped.
-
-    Raises
-    ------
-    InputError
-        If there is no such quantity or value.
-    OutputError
-        If a picture cannot be written.
-    """
-    from frictionsim import plots
-    from frictionsim.parameter_study.statistics import is_defined
-    from frictionsim.plots.picture_file import check_format, check_picture, save
-    from frictionsim.plots.sweep import draw_sweep
-
-    check_format(path)
-    wanted, reasons = {path: quantities_of(view)}, []
-    if view == plots.ALL:
-        names = [name for name in table.values if is_defined(table, name)]
-        wanted = {plots.path_of(path, name): [name] for name in names}
-        reasons = [
-            f"{name} is not defined in any run" for name in table.values if name not in names
-        ]
-    for name in wanted:
-        if no_clobber:
-            check_no_clobber(name)
-        check_picture(name)
-    for name, quantities in wanted.items():
-        save(draw_sweep(table, quantities, at), name)
-    return list(wanted), reasons
+def check_of_sweep(body: int | None, shown: "Extent") -> None:
+    check_no_body(body, "this is a sweep")
+    given = {"time": shown.time is not None, "window": shown.has_window}
+    given |= {"channels": bool(shown.channels)}
+    for name, is_given in given.items():
+        if is_given:
+            raise InputError(f"'{name}' is for a view of the result of a run, this is a sweep")

@@ -9,7 +9,7 @@ from frictionsim.errors import InputError
 
 
 def animate(
-    result: Path,
+    results: list[Path],
     animation: Path,
     fps: float | None,
     speed: float | None,
@@ -17,7 +17,19 @@ def animate(
     no_clobber: bool,
     as_json: bool,
 ) -> None:
-    """Write an animation, with its progress on a terminal."""
+    """Write an animation, with its progress on a terminal.
+
+    Raises
+    ------
+    InputError
+        If there are several results, or it is not valid.
+    """
+    if len(results) > 1:
+        raise InputError(
+            f"--animate shows one result, got {len(results)}; 'frictionsim report' shows several"
+            " moving side by side"
+        )
+    result = results[0]
     with StatusLine() as line:
         fs.animate(
             result,

@@ -54,6 +54,7 @@ def register_all() -> None:
     from frictionsim.cli import (  # noqa: F401  register theirs
         file_commands,
         fit_command,
+        plot_command,
         report_command,
         sweep_command,
         warm_up,

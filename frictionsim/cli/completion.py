@@ -30,6 +30,11 @@ def views(incomplete: str) -> list[str]:
     )
 
 
+def styles(incomplete: str) -> list[str]:
+    """Return the styles of pictures that begin with a text."""
+    return _beginning(incomplete, ("paper", "talk", "user"))
+
+
 def backends(incomplete: str) -> list[str]:
     """Return the backends of all kinds that begin with a text."""
     from frictionsim.scenario.methods import METHODS

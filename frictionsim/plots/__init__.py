@@ -9,18 +9,22 @@ cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw a
 figures at once; `save` and `plot` write the same bytes as in one thread.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import frictionsim.plots.parameters  # noqa: F401  says what matplotlib lacks
-from frictionsim.errors import InputError
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
+from frictionsim.plots.appearance import USUAL, Appearance
+from frictionsim.plots.belt_geometry import middle_of_first_span
+from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.time_history import response
+from frictionsim.plots.window import WHOLE, Extent, check_channels, until, within
 from frictionsim.scenario.kinds import mechanism_module
 
 if TYPE_CHECKING:
@@ -30,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
-ALL, BODY = "all", "body"
+ALL, BODY, PATH = "all", "body", "path"
 MAX_DRAWN = 1e100
 
 Views = Mapping[str, Callable[..., None]]
@@ -51,6 +55,63 @@ VIEWS: Mapping[str, Views] = {
         BODY: belt_time_history.body,
     },
 }
+
+
+# To what a part of a result applies; views of other packages are drawn whole.
+OF_AN_INSTANT = {("belt_drive", "drive"), ("belt_drive", "tension"), ("epicyclic", PATH)}
+OF_A_WINDOW = {
+    *(("epicyclic", "torque"), ("marble_machine", "torque")),
+    *(("belt_drive", "speeds"), ("belt_drive", BODY)),
+}
+OF_CHANNELS = {("belt_drive", "speeds")}
+# Channels of the views, beside `response`, that several results are drawn over each other in.
+OVERLAID = {("belt_drive", "speeds"): ("pulley_speed", "pulley_torque")}
+
+
+def applies(kind: str, view: str) -> tuple[bool, bool, bool]:
+    """Return whether a view takes a time, a window of time, and channels."""
+    of, over_time = (kind, view), _is_response(kind, view)
+    return of in OF_AN_INSTANT, over_time or of in OF_A_WINDOW, over_time or of in OF_CHANNELS
+
+
+def _is_response(kind: str, view: str) -> bool:
+    """Return whether a view is the one over time that any kind has, or the pulley's."""
+    return views_of(kind)[view] in (response, pulley.response)
+
+
+def check_view(kind: str, view: str) -> None:
+    """Check that a kind has a view.
+
+    Raises
+    ------
+    InputError
+        With those that it has.
+    """
+    views = views_of(kind)
+    if view not in views:
+        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {', '.join(views)}")
+
+
+def check_applies(kind: str, view: str, shown: Extent) -> None:
+    """Check that a view can show a part of a result.
+
+    Raises
+    ------
+    InputError
+        If it cannot; with the views of the kind that can.
+    """
+    given = shown.time is not None, shown.has_window, bool(shown.channels)
+    words = (
+        "shows no single instant; a time (--time)",
+        "does not go over time; a window of time (--from, --to)",
+        "draws channels of its own; a choice of channels (--channels)",
+    )
+    for place, (wanted, text) in enumerate(zip(given, words, strict=True)):
+        if not wanted or applies(kind, view)[place]:
+            continue
+        fit = [name for name in views_of(kind) if applies(kind, name)[place]]
+        others = f"is for the view {' or '.join(map(repr, fit))}" if fit else "is for other kinds"
+        raise InputError(f"the view '{view}' {text} {others}")
 
 
 def views_of(kind: str) -> Views:
@@ -77,6 +138,8 @@ def draw(
     body: int | None = None,
     figure: "Figure | SubFigure | None" = None,
     ax: Any = None,
+    look: Appearance = USUAL,
+    shown: Extent = WHOLE,
 ) -> "Figure":
     """Draw a view of a result as a matplotlib figure.
 
@@ -96,6 +159,10 @@ def draw(
         An empty one to draw into; a Figure gets the height of the view. The default is a new one.
     ax : Axes, optional
         Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
+    look : Appearance
+        Size and style of a new figure.
+    shown : Extent
+        The time, window or channels that are drawn.
 
     Returns
     -------
@@ -107,19 +174,117 @@ def draw(
     InputError
         If the view or body does not exist, the result lacks samples or channels of the view, the
         figure is not empty, or the axes cannot be replaced. Figure and axes are then as before.
+        If what is to be shown does not apply to the view.
     """
     kind = result.attributes["kind"]
     views = views_of(kind)
     view = view or next(iter(views))
-    if view not in views:
-        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {', '.join(views)}")
+    check_view(kind, view)
     if body is not None and view != BODY:
         raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
+    check_applies(kind, view, shown)
     _check_numbers(result)
-    options = {} if body is None else {BODY: body}
-    return drawn_in(lambda target: views[view](result, target, **options), figure, ax)
+    part, options = _part(result, view, shown)
+    if body is not None:
+        options[BODY] = body
+    if shown.channels:
+        check_channels(result, shown.channels)
+        options["channels"] = shown.channels
+    return drawn_in(
+        lambda target: views[view](part, target, **options), figure, ax, look=_fitted(look, shown)
+    )
+
+
+def _part(result: "Record", view: str, shown: Extent) -> tuple["Record", dict[str, Any]]:
+    """Return the part of a result that a view shows, and options of the view for it."""
+    if shown.time is not None:
+        part = until(result, shown.time)
+        return (result, {"instant": part}) if view == PATH else (part, {})
+    if not shown.has_window:
+        return result, {}
+    options: dict[str, Any] = {}
+    if view == BODY and "pulley_index" in result.channels:
+        # The body in the middle of a span at the start of the run, whatever the window.
+        options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
+    return within(result, shown.start, shown.stop), options
+
+
+def _fitted(look: Appearance, shown: Extent) -> Appearance:
+    """Return the look in which labels of any channels fit."""
+    return look._replace(fitted=True) if shown.channels else look
+
+
+def draw_overlay(
+    results: "Sequence[Overlaid]",
+    view: str | None = None,
+    ax: Any = None,
+    look: Appearance = USUAL,
+    shown: Extent = WHOLE,
+) -> "Figure":
+    """Draw several results of one kind over each other, in a view over time.
+
+    Parameters
+    ----------
+    results : sequence of Overlaid
+    view, ax, look, shown
+        As of `draw`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        As `draw`; or if the results are of unlike kinds or too many, or the view is not one in
+        which results can be drawn over each other.
+    """
+    check_overlay(results)
+    kind = results[0].record.attributes["kind"]
+    views = views_of(kind)
+    view = view or next(iter(views))
+    check_view(kind, view)
+    check_overlaid(kind, view)
+    check_applies(kind, view, shown)
+    parts = []
+    for name, record in results:
+        if not record.channels["time"].size:
+            raise InputError(f"{name}: cannot draw this result: it has no samples")
+        _check_numbers(record)
+        check_channels(record, shown.channels)
+        part = within(record, shown.start, shown.stop) if shown.has_window else record
+        parts.append(Overlaid(name, part))
+    of_view = OVERLAID.get((kind, view), ())
+    return drawn_in(
+        lambda target: overlay(parts, target, of_view, shown.channels),
+        ax=ax,
+        look=look._replace(fitted=True),
+    )
+
+
+def views_of_overlay(kind: str) -> list[str]:
+    """Return the views of a kind in which several results are drawn over each other."""
+    return [v for v in views_of(kind) if _is_response(kind, v) or (kind, v) in OVERLAID]
+
+
+def check_overlaid(kind: str, view: str) -> None:
+    """Check that a view can show several results.
+
+    Raises
+    ------
+    InputError
+        If it cannot; with the views of the kind that can.
+    """
+    check_view(kind, view)
+    fit = views_of_overlay(kind)
+    if view not in fit:
+        named = " or ".join(map(repr, fit))
+        raise InputError(
+            f"the view '{view}' cannot show several results over each other"
+            + (f"; the view {named} can" if fit else "")
+        )
 
 
 def _check_numbers(result: "Record") -> None:
@@ -133,18 +298,23 @@ def _check_numbers(result: "Record") -> None:
                 )
 
 
-def plot(result: "Record", path: Path, view: str | None = None, body: int | None = None) -> None:
-    """Write the picture of a view of a result.
+def plot(
+    result: "Record",
+    path: Path,
+    view: str | None = None,
+    body: int | None = None,
+    look: Appearance = USUAL,
+    shown: Extent = WHOLE,
+) -> "Figure":
+    """Write the picture of a view of a result; return it as a figure.
 
     Parameters
     ----------
     result : Record
     path : Path
         Ends in .png, .pdf or .svg.
-    view : str, optional
-        One of `views_of` the kind; the default is the first.
-    body : int, optional
-        Number of the body of a belt that the view `body` shows.
+    view, body, look, shown
+        As of `draw`.
 
     Raises
     ------
@@ -154,15 +324,23 @@ def plot(result: "Record", path: Path, view: str | None = None, body: int | None
         If the picture cannot be written.
     """
     check_format(path)
-    save(draw(result, view, body), path)
+    figure = draw(result, view, body, look=look, shown=shown)
+    save(figure, path, look.dots_per_inch)
+    return figure
 
 
 def path_of(path: Path, view: str) -> Path:
-    """Return the picture of a view if all views are drawn: FILE-<view>.png for FILE.png."""
+    """Return the picture of a view if several are drawn: FILE-<view>.png for FILE.png."""
     return path.with_name(f"{path.stem}-{view}{path.suffix}")
 
 
-def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[list[Path], list[str]]:
+def plot_all(
+    result: "Record",
+    path: Path,
+    body: int | None = None,
+    look: Appearance = USUAL,
+    shown: Extent = WHOLE,
+) -> tuple[dict[Path, "Figure"], list[str]]:
     """Draw all views of a result, each into its own file: FILE-<view>.png for FILE.png.
 
     Parameters
@@ -170,33 +348,47 @@ def plot_all(result: "Record", path: Path, body: int | None = None) -> tuple[lis
     result : Record
     path : Path
         Ends in .png, .pdf or .svg.
-    body : int, optional
-        As in `plot`.
+    body, look, shown
+        As of `draw`; each view shows what applies to it.
 
     Returns
     -------
-    list of Path
-        The pictures that were written.
+    dict of Figure
+        By the pictures that were written.
     list of str
         The reasons why other views were skipped.
 
     Raises
     ------
     InputError
-        If no view can be drawn.
+        If no view can be drawn, or a part of the result that is to be shown applies to none.
     OutputError
         If a picture cannot be written.
     """
     check_format(path)
-    written, reasons = [], []
-    for view in views_of(result.attributes["kind"]):
+    kind = result.attributes["kind"]
+    written: dict[Path, Figure] = {}
+    reasons = []
+    views = list(views_of(kind))
+    for place, given in enumerate((shown.time is not None, shown.has_window, shown.channels)):
+        if given and not any(applies(kind, view)[place] for view in views):
+            check_applies(kind, views[0], shown)
+    for view in views:
         picture = path_of(path, view)
+        instant, window, channels = applies(kind, view)
+        part = Extent(
+            shown.time if instant else None,
+            shown.start if window else None,
+            shown.stop if window else None,
+            shown.channels if channels else (),
+        )
         try:
-            plot(result, picture, view, body if view == BODY else None)
+            of_view = body if view == BODY else None
+            written[picture] = plot(result, picture, view, of_view, look, part)
+        except ArgumentError:
+            raise
         except InputError as error:
             reasons.append(str(error))
-        else:
-            written.append(picture)
     if not written:
         raise InputError("\n".join(reasons))
     return written, reasons

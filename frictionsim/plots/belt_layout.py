@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
@@ -23,7 +24,6 @@ from frictionsim.plots.belt_shape import (
 from frictionsim.plots.style import (
     BLACK,
     GREY,
-    WIDTH,
     Style,
     add_legend,
     axis_label,
@@ -32,11 +32,12 @@ from frictionsim.plots.style import (
     require_channels,
     set_up,
     shrink,
+    width_of,
     with_unit,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import SubFigure
 
     from frictionsim.results import Record
 
@@ -75,10 +76,10 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     relative = relative_width(figure)
     columns = min(len(shown), MAX_IN_A_ROW if relative > NARROW else MAX_IN_A_ROW // 2)
     rows = -(-len(shown) // columns)
-    side = min(relative * WIDTH / columns, MAX_SIDE)
-    height = _height_of_whole(belt, relative * WIDTH)
+    side = min(width_of(figure) / columns, MAX_SIDE)
+    height = _height_of_whole(belt, width_of(figure))
     heights = [MARGIN + height, *[side + TITLE] * rows]
-    set_up(figure, result, sum(heights), *_notes(pulleys))
+    set_up(figure, result, sum(heights), *_notes(pulleys), scaled=False)
     parts = figure.add_gridspec(1 + rows, columns, height_ratios=heights)
     whole = figure.add_subplot(parts[0, :])
     patch, rims = patch_of(result, belt), speeds_of(result, pulleys)
@@ -98,7 +99,8 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
         details.append(ax)
         pitch_points = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
         caption = ax.set_title(_caption(result, i, pulley), fontsize="small")
-        shrink(caption, relative * MAX_IN_A_ROW / columns)
+        if not isinstance(figure, Figure):
+            shrink(caption, relative * MAX_IN_A_ROW / columns)
         _draw_detail(ax, pulleys, i, belt)
         draw_rotation(ax, pulley, float(rims[i]))
         draw_forces(ax, pulley, touches[i], force, pitch_points)

@@ -33,7 +33,13 @@ from frictionsim.plots.style import (
     require_channels,
     set_up,
 )
-from frictionsim.plots.time_history import MIN_GAP, annotate_above, label_rows, stacked_axes
+from frictionsim.plots.time_history import (
+    MIN_GAP,
+    annotate_above,
+    label_rows,
+    response,
+    stacked_axes,
+)
 from frictionsim.simulation.averages import last_part, time_mean
 
 if TYPE_CHECKING:
@@ -48,11 +54,14 @@ TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, 
 NAME_GAP = 0.14  # of the width of a picture, for the name of a pulley
 
 
-def speeds(result: "Record", figure: "Figure | SubFigure") -> None:
-    """Draw the speeds of the pulleys, the torques on them and the slip over time.
+def speeds(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
+    """Draw speeds, torques and the slip of the pulleys over time, or other channels.
 
     Without the radii of the pulleys, in the scenario, there is no slip.
     """
+    if channels:
+        response(result, figure, channels)
+        return
     names = ("pulley_speed", "pulley_torque")
     require_channels(result, "speeds", names)
     pulleys = _pulleys_with_radii(result)

@@ -18,11 +18,13 @@ from frictionsim.plots.style import (
     ORANGE,
     SKY,
     VERMILION,
+    WIDTH,
     add_legend,
     grid,
     line_style,
     require_channels,
     set_up,
+    width_of,
 )
 from frictionsim.scenario.recorded import scenario_value
 
@@ -37,6 +39,7 @@ TORQUES = {
     "friction_torque": "friction",
 }
 TORQUE_HEIGHT, PATH_HEIGHT = 4.0, 6.5  # inches
+PATH_SPARE = 1.6  # inches beside the plane, in a picture of WIDTH
 TURN = 2.0 * pi
 PARTS = ("sun", "planet")
 SUN_COLOUR = "#D0D0D0"
@@ -84,11 +87,18 @@ def _radians(turns: Any) -> Any:
     return turns * TURN
 
 
-def path(result: "Record", figure: "Figure | SubFigure") -> None:
+def path(result: "Record", figure: "Figure | SubFigure", instant: "Record | None" = None) -> None:
     """Draw the path of the tracer point with sun, planet and crank at the last sample.
 
     Cusps are marked, and where the point dwells longest, as the summary counts both.
     Without the channel of the crank's angle, only sun and path are drawn.
+
+    Parameters
+    ----------
+    result : Record
+    figure : Figure or SubFigure
+    instant : Record, optional
+        The result up to another instant, at which planet and crank are drawn.
     """
     if not {"tracer_x", "tracer_y"} <= result.channels.keys():
         raise InputError(
@@ -96,13 +106,14 @@ def path(result: "Record", figure: "Figure | SubFigure") -> None:
             " effects.tracer_point to the scenario (see output.channels)"
         )
     sun_radius, radius = (scenario_value(result, "mechanism", f"{part}_radius") for part in PARTS)
-    set_up(figure, result, PATH_HEIGHT)
+    notes = [] if instant is None else [f"at {instant.channels['time'][-1]:.6g} s"]
+    set_up(figure, result, _height_of_path(figure), *notes, scaled=False)
     plane = figure.subplots()
     sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
     if "angle" in result.channels:
         handles += draw_marks(plane, result, sun_radius, radius)
-        handles += _draw_planet(plane, result, sun_radius + radius, radius)
+        handles += _draw_planet(plane, instant or result, sun_radius + radius, radius)
     plane.set_aspect("equal")
     plane.margins(0.04)
     plane.grid(linewidth=0.3)
@@ -110,6 +121,11 @@ def path(result: "Record", figure: "Figure | SubFigure") -> None:
     plane.set_xlabel("x, m")
     plane.set_ylabel("y, m")
     add_legend(figure, handles, columns=3)
+
+
+def _height_of_path(figure: "Figure | SubFigure") -> float:
+    """Return the height of a picture in which the plane is as wide as there is room for, inches."""
+    return PATH_HEIGHT - max(0.0, WIDTH - width_of(figure) - PATH_SPARE)
 
 
 def _path(result: "Record", sun_radius: float, radius: float) -> tuple[Any, Any]:

@@ -1,6 +1,6 @@
 """matplotlib's parameters at their defaults, so that a picture does not depend on who draws it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from threading import RLock
 from typing import Any
@@ -50,24 +50,45 @@ def default_parameters(**further: Any) -> Iterator[None]:
     A file `matplotlibrc`, of the user or in the working folder, would else change a picture, or
     end it: `text.usetex` needs LaTeX.
 
+    Parameters
+    ----------
+    **further
+        Parameters with another value than the default, with _ for the dot of their names.
+    """
+    with parameters(defaults() | {k.replace("_", ".", 1): v for k, v in further.items()}):
+        yield
+
+
+def defaults() -> dict[str, Any]:
+    """Return the defaults of all parameters that are about how a picture looks."""
+    return _of_style(mpl.rcParamsDefault)
+
+
+def of_user() -> dict[str, Any]:
+    """Return the parameters that the user has set, in matplotlibrc or in Python."""
+    return _of_style(mpl.rcParams)
+
+
+def _of_style(values: Any) -> dict[str, Any]:  # whose names are typed one by one
+    return {name: value for name, value in values.items() if name not in NOT_OF_STYLE}
+
+
+@contextmanager
+def parameters(wanted: Mapping[str, Any]) -> Iterator[None]:
+    """Have some of matplotlib's parameters at given values, in one thread at a time.
+
     Parameters belong to the whole process: two threads that change and restore them in turn would
     leave the values of the first. Only those that differ are changed, and only those that nobody
     has changed since are restored, so that a change by the user in another thread is not lost.
 
     Parameters
     ----------
-    **further
-        Parameters with another value than the default, with _ for the dot of their names.
+    wanted : mapping
+        By name; the others stay.
     """
-    current: Any = mpl.rcParams  # whose names are typed one by one
-    defaults: Any = mpl.rcParamsDefault
-    wanted = dict(defaults) | {k.replace("_", ".", 1): v for k, v in further.items()}
+    current: Any = mpl.rcParams
     with _lock:
-        before = {
-            name: current[name]
-            for name, value in wanted.items()
-            if name not in NOT_OF_STYLE and current[name] != value
-        }
+        before = {name: current[name] for name, value in wanted.items() if current[name] != value}
         _set(current, {name: wanted[name] for name in before})
         try:
             yield

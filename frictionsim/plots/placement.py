@@ -7,9 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from frictionsim.errors import InputError
-from frictionsim.plots.parameters import default_parameters
-from frictionsim.plots.picture_file import png, rendering
+from frictionsim.errors import ArgumentError, InputError
+from frictionsim.plots.appearance import USUAL, Appearance
+from frictionsim.plots.arrangement import arrange
+from frictionsim.plots.glyphs import faults_of
+from frictionsim.plots.parameters import parameters
+from frictionsim.plots.picture_file import FONTS, png, rendering
 from frictionsim.plots.style import WIDTH
 
 if TYPE_CHECKING:
@@ -20,14 +23,34 @@ View = Callable[[Figure | SubFigure], None]
 
 
 class Picture(Figure):
-    """A figure that a notebook shows without pyplot."""
+    """A figure that a notebook shows without pyplot.
+
+    Attributes
+    ----------
+    parameters : dict or None
+        The parameters of matplotlib that it was drawn with, if they are not the defaults.
+    faults : tuple of str
+        Sentences on characters that are not drawn as they should be.
+    """
+
+    parameters: dict[str, Any] | None = None
+    faults: tuple[str, ...] = ()
 
     def _repr_png_(self) -> bytes:
         return png(self)
 
+    def savefig(self, *args: Any, **options: Any) -> None:
+        """Save the figure as matplotlib does, with text that can be searched and changed."""
+        with parameters({**(self.parameters or {}), **FONTS}):
+            super().savefig(*args, **options)
+
 
 def drawn_in(
-    view: View, figure: Figure | SubFigure | None = None, ax: Any = None, width: float = WIDTH
+    view: View,
+    figure: Figure | SubFigure | None = None,
+    ax: Any = None,
+    width: float = WIDTH,
+    look: Appearance = USUAL,
 ) -> Figure:
     """Draw a view where the caller wants it; return the whole figure.
 
@@ -41,6 +64,8 @@ def drawn_in(
         Empty Axes of a grid, in whose place the view is drawn.
     width : float, inches
         Of a new figure.
+    look : Appearance
+        Only a title can be left out where there is no new figure.
 
     Returns
     -------
@@ -50,19 +75,51 @@ def drawn_in(
     ------
     InputError
         If both are given, the figure is not empty, or the axes cannot be replaced. Then, and
-        where the view raises, figure and axes are as before.
+        where the view raises, figure and axes are as before. If a new figure has no room for the
+        view.
     """
     if figure is not None and ax is not None:
         raise InputError("expected a figure or axes to draw into, got both; leave one out")
+    if figure is None and ax is None:
+        return _new(view, width, look)
+    if look.of_new_figure:
+        raise ArgumentError(
+            look.of_new_figure,
+            "is of a new picture; leave it out where the view is drawn into a figure or axes",
+        )
+    drawn = view if look.title else _untitled(view)
     if ax is not None:
-        return _replace(view, ax)
-    if figure is None:
-        with default_parameters():
-            figure = Picture(figsize=(width, width), layout="constrained")
-            view(figure)
-        return figure
+        return _replace(drawn, ax)
+    assert figure is not None
     _check_empty(figure)
-    return _fill(view, figure)
+    return _fill(drawn, figure)
+
+
+def _new(view: View, width: float, look: Appearance) -> Figure:
+    values = look.parameters()
+    side = width if look.width is None else look.width
+    with parameters(values):
+        figure = Picture(figsize=(side, side), layout="constrained")
+        if look.style:
+            figure.parameters = values
+        if look == USUAL:
+            view(figure)
+        else:
+            with rendering(values):  # which says what the user's settings lack
+                view(figure)
+                arrange(figure, look)
+            if look.dpi is not None:
+                figure.set_dpi(look.dpi)
+        figure.faults = tuple(faults_of(figure))
+    return figure
+
+
+def _untitled(view: View) -> View:
+    def draw(figure: Figure | SubFigure) -> None:
+        view(figure)
+        figure.suptitle("").set_in_layout(False)
+
+    return draw
 
 
 def _check_empty(figure: Any) -> None:

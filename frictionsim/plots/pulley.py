@@ -28,12 +28,12 @@ PANEL_SHARE = 0.5  # at least, of what a panel has of the height of its figure
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
-def response(result: "Record", figure: "Figure | SubFigure") -> None:
+def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
     """Draw force, friction torque, angular velocity and angle over time.
 
     Lines show the forces of impending motion and the static limit of the friction torque.
     """
-    axes, handles = time_history.draw_channels(result, figure)
+    axes, handles = time_history.draw_channels(result, figure, channels)
     if "friction_torque" in result.channels:
         limits = _limits(result)
         if "drive_force" in axes:

@@ -2,12 +2,17 @@
 
 import re
 from collections.abc import Sequence
+from math import sqrt
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from matplotlib import rcParams
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError
+from frictionsim.plots.appearance import TEXT
+from frictionsim.plots.text_size import points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.scenario.recorded import scenario_of
 
@@ -34,7 +39,11 @@ WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
 LABEL_WIDTH = 18  # characters beside a panel of channels
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+LEGEND_SIZE, HANDLE = "small", 3.0  # of the text, and length of a line in sizes of the text
+POINTS = 72.0  # per inch
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
+MIN_PANEL = 0.75  # of the usual height, where a figure is narrow
+MARGIN = 8.0  # points beside a legend
 
 
 def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
@@ -60,7 +69,13 @@ def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
         )
 
 
-def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes: str) -> float:
+def set_up(
+    figure: "Figure | SubFigure",
+    result: "Record",
+    height: float,
+    *notes: str,
+    scaled: bool = True,
+) -> float:
     """Give an empty figure the title of a result, and its height unless it is part of a figure.
 
     Parameters
@@ -68,26 +83,56 @@ def set_up(figure: "Figure | SubFigure", result: "Record", height: float, *notes
     figure : Figure or SubFigure
     result : Record
     height : float, inches
+        In a figure of WIDTH with text of the usual size.
     *notes : str
         Further notes in the title.
+    scaled : bool
+        A figure that is less wide, or has smaller text, is less high.
 
     Returns
     -------
     float
         The height that there is relative to `height`, at most 1: small texts fit a low subfigure.
     """
-    figure.suptitle(_title(result, notes), fontsize="medium", wrap=True)
+    return set_title(figure, _title(result, notes), height, scaled)
+
+
+def set_title(
+    figure: "Figure | SubFigure", title: str, height: float, scaled: bool = True
+) -> float:
+    """Give an empty figure a title and a height, as `set_up`."""
+    figure.suptitle(title, fontsize="medium", wrap=True)
     if isinstance(figure, Figure):
-        figure.set_figheight(height)
+        figure.set_figheight(height * (height_scale(figure) if scaled else 1.0))
         return 1.0
     return min(1.0, float(figure.bbox.height / figure.dpi) / height)
 
 
-def relative_width(figure: "Figure | SubFigure") -> float:
-    """Return the width of a figure or subfigure relative to WIDTH."""
+def width_of(figure: "Figure | SubFigure") -> float:
+    """Return the width of a figure or subfigure, inches."""
     if isinstance(figure, Figure):
-        return figure.get_figwidth() / WIDTH
-    return float(figure.bbox.width / figure.dpi) / WIDTH
+        return float(figure.get_figwidth())
+    return float(figure.bbox.width / figure.dpi)
+
+
+def text_scale() -> float:
+    """Return the size of text relative to the usual one, in the style that is drawn with."""
+    return float(rcParams["font.size"]) / TEXT
+
+
+def relative_width(figure: "Figure | SubFigure") -> float:
+    """Return the width of a figure or subfigure relative to WIDTH, for text of the usual size.
+
+    What fits beside each other depends on it: columns of legends, labels along an axis.
+    """
+    return width_of(figure) / WIDTH / text_scale()
+
+
+def height_scale(figure: Figure) -> float:
+    """Return how high the panels of a figure are, relative to those in a figure of WIDTH."""
+    size = text_scale()
+    relative = width_of(figure) / WIDTH
+    return max(sqrt(min(relative, 1.0) * size), MIN_PANEL * size) if relative < 1.0 else sqrt(size)
 
 
 def _title(result: "Record", notes: Sequence[str]) -> str:
@@ -203,15 +248,35 @@ def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: in
     """
     if not handles:
         return
-    columns = max(1, int(columns * min(1.0, relative_width(figure))))
-    if isinstance(figure, Figure):
-        rows = -(-len(handles) // columns)
-        figure.set_figheight(figure.get_figheight() + LEGEND_ROW * rows)
+    columns = min(columns, len(handles))
+    if not isinstance(figure, Figure):
+        columns = max(1, int(columns * min(1.0, relative_width(figure))))
+    else:
+        columns = _columns_that_fit(figure, handles, columns)
+        lines = max(str(handle.get_label()).count("\n") + 1 for handle in handles)
+        rows = lines * -(-len(handles) // columns)
+        figure.set_figheight(figure.get_figheight() + LEGEND_ROW * text_scale() * rows)
     figure.legend(
         handles=handles,
         loc="outside lower center",
-        ncols=min(columns, len(handles)),
-        fontsize="small",
+        ncols=columns,
+        fontsize=LEGEND_SIZE,
         frameon=False,
-        handlelength=3.0,
+        handlelength=HANDLE,
     )
+
+
+def _columns_that_fit(figure: Figure, handles: Sequence[Any], columns: int) -> int:
+    """Return how many columns a legend can have; break its labels if not even one fits."""
+    size = points_of(LEGEND_SIZE)
+    available = POINTS * width_of(figure) - 2.0 * MARGIN
+    beside = (HANDLE + rcParams["legend.handletextpad"]) * size
+    gap = rcParams["legend.columnspacing"] * size
+    widths = [text_width(str(handle.get_label()), LEGEND_SIZE) + beside for handle in handles]
+    for count in range(columns, 0, -1):
+        parts = np.array_split(widths, count)  # one column after the other, as matplotlib does
+        if sum(map(max, parts)) + gap * (count - 1) <= available:
+            return count
+    for handle in handles:
+        handle.set_label(wrapped(str(handle.get_label()), available - beside, LEGEND_SIZE))
+    return 1

@@ -31,6 +31,7 @@ from frictionsim.parameter_study.statistics import (
     statistics_of,
     variation,
 )
+from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     MAX_LINES,
@@ -77,6 +78,7 @@ def draw_sweep(
     at: Mapping[str, Any] | None = None,
     figure: "Figure | SubFigure | None" = None,
     ax: Any = None,
+    look: Appearance = USUAL,
 ) -> Figure:
     """Draw a sweep as a matplotlib figure.
 
@@ -87,7 +89,7 @@ def draw_sweep(
         By default the first ones that vary.
     at : mapping, optional
         By key of a grid, the one value of it that is drawn.
-    figure, ax : optional
+    figure, ax, look : optional
         As in `frictionsim.plots.draw`.
 
     Returns
@@ -104,7 +106,9 @@ def draw_sweep(
     if table.attributes["design"] == SAMPLE:
         if at:
             raise InputError(f"--at {next(iter(at))}: this sweep is a sample; leave it out")
-        return drawn_in(lambda target: _draw_sample(table, quantities, target), figure, ax)
+        return drawn_in(
+            lambda target: _draw_sample(table, quantities, target), figure, ax, look=look
+        )
     face = face_of(table, at or {})
     if len(face.axes) > MAX_KEYS:
         keys = ", ".join(axis.key for axis in face.axes)
@@ -113,7 +117,9 @@ def draw_sweep(
             f" shows {MAX_KEYS} at most; choose values of the others with --at KEY=VALUE"
         )
     third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
-    return drawn_in(lambda target: _draw_face(table, face, third, quantities, target), figure, ax)
+    return drawn_in(
+        lambda target: _draw_face(table, face, third, quantities, target), figure, ax, look=look
+    )
 
 
 def _third(face: Face, quantities: Sequence[str]) -> int:

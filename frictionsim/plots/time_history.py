@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.errors import InputError
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.style import (
     BLUE,
     GREEN,
@@ -24,6 +24,7 @@ from frictionsim.plots.style import (
     relative_width,
     set_up,
     shrink,
+    text_scale,
 )
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.jumps import with_jumps
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 PANEL_HEIGHT = 1.7  # inches
+MAX_PANELS = 16
+ANNOTATION = 7.5  # points
 MAX_MARKS = 60  # events; marks of more would hide the channels
 # For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
 MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
@@ -53,33 +56,60 @@ EVENT_LINES: dict[str, Style] = {
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
-def response(result: "Record", figure: "Figure | SubFigure") -> None:
-    """Draw the channels in PANELS of the kind, or all others if the file has none of them."""
-    _, handles = draw_channels(result, figure)
+def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
+    """Draw the channels in PANELS of the kind, or all others if the file has none of them.
+
+    Parameters
+    ----------
+    result : Record
+    figure : Figure or SubFigure
+    channels : sequence of str
+        Those that are drawn instead.
+    """
+    _, handles = draw_channels(result, figure, channels)
     add_legend(figure, handles)
 
 
 def draw_channels(
-    result: "Record", figure: "Figure | SubFigure"
+    result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()
 ) -> tuple[dict[str, Any], list[Any]]:
     """Draw the channels of `response`; return the Axes by channel, and legend handles."""
     count = len(result.events["time"])
     notes = [f"{count} events, not marked"] if count > MAX_MARKS else []
-    axes = stacked_axes(result, figure, _names(result), *notes)
+    axes = stacked_axes(result, figure, channels_of(result, channels), *notes)
     handles = []
     for name, ax in axes.items():
         handles += _draw_channel(ax, result, name)
     return axes, [*handles, *mark_modes(result, list(axes.values()))]
 
 
-def _names(result: "Record") -> list[str]:
+def channels_of(result: "Record", wanted: Sequence[str] = ()) -> list[str]:
+    """Return the channels that are drawn over time: those of the kind, or what is wanted.
+
+    Raises
+    ------
+    InputError
+        If one has too many members, or there is none.
+    """
+    for name in wanted:
+        axis = result.axes[name]
+        if axis and len(result.members[axis]) > MAX_LINES:
+            raise ArgumentError(
+                "channels",
+                f"'{name}' has values for {len(result.members[axis])} members of the axis '{axis}',"
+                f" a panel shows {MAX_LINES}; choose another one",
+            )
+    if len(wanted) > MAX_PANELS:
+        raise ArgumentError("channels", f"expected at most {MAX_PANELS}, got {len(wanted)}")
+    if wanted:
+        return list(wanted)
     drawable = [
         name
         for name, axis in result.axes.items()
         if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MAX_LINES)
     ]
-    wanted = getattr(mechanism_module(result.attributes["kind"]), "PANELS", ())
-    names = [name for name in wanted if name in drawable] or drawable
+    of_kind = getattr(mechanism_module(result.attributes["kind"]), "PANELS", ())
+    names = [name for name in of_kind if name in drawable] or drawable
     if not names:
         raise InputError("cannot draw this result: it has no channel that can be drawn over time")
     return names
@@ -104,7 +134,7 @@ def stacked_axes(
     dict of Axes
         By channel.
     """
-    scale = set_up(figure, result, 0.8 + PANEL_HEIGHT * len(names), *notes)
+    scale = set_up(figure, result, panel_heights(len(names)), *notes)
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(label(result, name) if name in result.units else name)
@@ -113,6 +143,11 @@ def stacked_axes(
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
     return dict(zip(names, axes, strict=True))
+
+
+def panel_heights(count: int) -> float:
+    """Return the height of a picture of stacked panels, inches."""
+    return 0.8 + PANEL_HEIGHT * count
 
 
 def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
@@ -214,10 +249,10 @@ def annotate_above(ax: Any, at: float, text: str, row: int) -> None:
     ax.annotate(
         text,
         (at, 1.0),
-        (0.0, 2.0 + 9.0 * row),
+        (0.0, 2.0 + 9.0 * row * text_scale()),
         xycoords=ax.get_xaxis_transform(),
         textcoords="offset points",
         ha="center",
         va="bottom",
-        fontsize=7.5,
+        fontsize=ANNOTATION * text_scale(),
     )

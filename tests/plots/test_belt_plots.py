@@ -82,7 +82,7 @@ def test_pulleys_are_named(picture: Callable[..., str]) -> None:
     for view in VIEWS["belt_drive"]:
         text = picture(belt_run(FOUR, samples=41), view)
         for pulley in FOUR:
-            assert f"<!-- {pulley.name}" in text, (view, pulley.name)
+            assert f">{pulley.name}" in text, (view, pulley.name)
 
 
 def test_details_are_limited_to_the_first_pulleys(picture: Callable[..., str]) -> None:

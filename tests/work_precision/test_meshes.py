@@ -321,7 +321,7 @@ def test_the_command_writes_models_and_bodies(
     assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in told["settings"]]
     drawn = picture.read_text(encoding="utf-8")
     for label in ("moreau, corrected", "moreau, polygon", "24 bodies", "36 bodies"):
-        assert f"<!-- {label} -->" in drawn
+        assert f">{label}</text>" in drawn
 
 
 def test_without_bodies_a_study_is_over_time_alone(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,172 @@
+"""`frictionsim plot`: pictures of results and sweeps."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frictionsim.cli.app import AsJson, NoClobber, app
+from frictionsim.cli.completion import styles, views
+from frictionsim.cli.messages import print_beside_files, print_error, warn
+from frictionsim.errors import InputError
+
+
+@app.command()
+def plot(
+    result: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULT",
+            help="Result or sweep in HDF5; several results are drawn over each other.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Picture: .png, .pdf or .svg. [RESULT.png]"
+        ),
+    ] = None,
+    view: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--view",
+            metavar="NAME",
+            help="View to draw, or 'all'; of a sweep quantities. [the first]",
+            autocompletion=views,
+        ),
+    ] = None,
+    body: Annotated[
+        int | None,
+        typer.Option("--body", metavar="N", help="Number of the body for the view 'body'."),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
+        ),
+    ] = None,
+    time: Annotated[
+        float | None,
+        typer.Option("--time", metavar="SECONDS", help="Instant of a view of one. [the last]"),
+    ] = None,
+    start: Annotated[
+        float | None,
+        typer.Option("--from", metavar="SECONDS", help="Start of a view over time."),
+    ] = None,
+    stop: Annotated[
+        float | None, typer.Option("--to", metavar="SECONDS", help="End of a view over time.")
+    ] = None,
+    channels: Annotated[
+        str | None,
+        typer.Option(metavar="NAME,NAME", help="Channels of a view over time. [those of the kind]"),
+    ] = None,
+    width: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Width of the picture in mm, cm, in or pt: 84mm."),
+    ] = None,
+    height: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Height of the picture. [that of the view]"),
+    ] = None,
+    dpi: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="Dots per inch of a PNG. [100]")
+    ] = None,
+    style: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="paper, talk, or user for your matplotlibrc.",
+            autocompletion=styles,
+        ),
+    ] = None,
+    animate: Annotated[
+        Path | None,
+        typer.Option(
+            "--animate", metavar="FILE", help="The mechanism in motion instead: .gif or .mp4."
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option("--fps", metavar="N", help="Frames per second. [20 of .gif, 30 of .mp4]"),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            "--speed", metavar="X", help="Simulated seconds per second. [the run takes 8 s]"
+        ),
+    ] = None,
+    no_title: Annotated[bool, typer.Option("--no-title", help="Leave out the title.")] = False,
+    no_clobber: NoClobber = False,
+    as_json: AsJson = False,
+) -> None:
+    """Draw views of a result, or a sweep; each that is named is drawn into FILE-<view>.png."""
+    from frictionsim.cli import animation_option
+
+    of_pictures: dict[str, object] = {
+        "--output": output,
+        "--view": view,
+        "--body": body,
+        "--at": at,
+        "--time": time,
+        "--from": start,
+        "--to": stop,
+        "--channels": channels,
+        "--width": width,
+        "--height": height,
+        "--dpi": dpi,
+        "--style": style,
+        "--no-title": no_title or None,
+    }
+    animation_option.check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
+    if animate is not None:
+        animation_option.animate(
+            result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json
+        )
+        return
+    from frictionsim.api.picture_files import Choice, save_pictures
+
+    done = save_pictures(
+        result,
+        output,
+        Choice(view or [], body, _values_by_key(at or [])),
+        {
+            "width": width,
+            "height": height,
+            "dpi": dpi,
+            "style": style,
+            "title": not no_title,
+            "time": time,
+            "window": (start, stop),
+            "channels": channels,
+        },
+        no_clobber=no_clobber,
+    )
+    pictures = list(map(str, done.pictures))
+    if as_json:
+        named = str(result[0]) if len(result) == 1 else list(map(str, result))
+        print_beside_files({"result": named, "pictures": pictures, "skipped": done.skipped})
+    else:
+        print_beside_files("\n".join(pictures))
+        for reason in done.skipped:
+            print_error(f"view skipped: {reason}")
+    warn(done.warnings)
+
+
+def _values_by_key(given: list[str]) -> dict[str, str]:
+    """Return the values that --at gives.
+
+    Raises
+    ------
+    InputError
+        If one is not KEY=VALUE, or a key has two.
+    """
+    found: dict[str, str] = {}
+    for text in given:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise InputError(f"--at {text}: expected KEY=VALUE, as mechanism.load=2000")
+        if key.strip() in found:
+            raise InputError(f"--at {text}: this key has a value already; give one for each key")
+        found[key.strip()] = value.strip()
+    return found

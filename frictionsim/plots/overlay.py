@@ -1,0 +1,281 @@
+"""Several results of one kind in the same panels over time, with a key.
+
+Each panel has one channel, of one member where the channel has several, as the speed of each
+pulley: so each line is a result, which differs from the others in colour and in dashes. Sticking
+phases and events of unlike results would hide one another if they were shaded: above the panels
+each result has a row, with a bar for each sticking phase and a tick for each event.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
+
+from frictionsim.errors import ArgumentError, InputError
+from frictionsim.parameter_study.keys import description_of
+from frictionsim.plots.style import (
+    GREY,
+    MAX_LINES,
+    POINTS,
+    Style,
+    add_legend,
+    escape_mathtext,
+    grid,
+    label,
+    line_style,
+    set_title,
+    text_scale,
+    with_unit,
+)
+from frictionsim.plots.sweep_axes import short_keys
+from frictionsim.plots.time_history import (
+    MAX_MARKS,
+    MAX_PANELS,
+    channels_of,
+    panel_heights,
+)
+from frictionsim.scenario.recorded import scenario_of
+from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.simulation.jumps import with_jumps
+from frictionsim.simulation.phases import sticking_phases
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure, SubFigure
+
+    from frictionsim.results import Record
+
+MAX_KEYS = 2  # in a label; results that differ in more have their names
+NOT_OF_LABEL = ("title", "$schema")
+ROW = 5.0  # points, between the rows above the panels
+
+
+class Overlaid(NamedTuple):
+    """One of several results: the name of its file, and what it holds."""
+
+    name: str
+    record: "Record"
+
+
+class _Panel(NamedTuple):
+    """A channel, and the number of the member that is drawn; None if it has no members."""
+
+    channel: str
+    member: int | None = None
+
+
+def check_overlay(results: Sequence[Overlaid]) -> None:
+    """Check that results can be drawn into the same panels.
+
+    Raises
+    ------
+    InputError
+        If there are too many, or they are of unlike kinds.
+    """
+    if len(results) > MAX_LINES:
+        raise InputError(
+            f"cannot draw {len(results)} results over each other: {MAX_LINES} are the most that"
+            " can be told apart; give fewer"
+        )
+    first = results[0]
+    for other in results[1:]:
+        kinds = [one.record.attributes["kind"] for one in (first, other)]
+        if kinds[0] != kinds[1]:
+            raise InputError(
+                f"cannot draw results of unlike kinds over each other: {first.name} is of kind"
+                f" '{kinds[0]}', {other.name} of kind '{kinds[1]}'"
+            )
+
+
+def overlay(
+    results: Sequence[Overlaid],
+    figure: "Figure | SubFigure",
+    of_view: Sequence[str] = (),
+    channels: Sequence[str] = (),
+) -> None:
+    """Draw channels of several results over time.
+
+    Parameters
+    ----------
+    results : sequence of Overlaid
+    figure : Figure or SubFigure
+    of_view : sequence of str
+        The channels that are drawn; by default those of the kind that all results have.
+    channels : sequence of str
+        Those that are drawn instead.
+    """
+    panels = _panels([one.record for one in results], of_view, channels)
+    first = results[0].record
+    titles = {one.record.attributes["title"] or one.record.attributes["kind"] for one in results}
+    title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
+    words = f"{escape_mathtext(title)} ({len(results)} results)"
+    set_title(figure, words, panel_heights(len(panels)))
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, panel in zip(axes, panels, strict=True):
+        ax.set_ylabel(_label(first, panel))
+        grid(ax)
+        for number, one in enumerate(results):
+            _draw(ax, one.record, panel, number)
+    axes[-1].set_xlabel("time, s")
+    figure.align_ylabels(axes)
+    names = labels_of(results)
+    handles = [
+        Line2D([], [], **line_style(number), label=escape_mathtext(name))
+        for number, name in enumerate(names)
+    ]
+    add_legend(figure, [*handles, *_mark(axes[0], results)], columns=3)
+
+
+def _panels(
+    results: Sequence["Record"], of_view: Sequence[str], channels: Sequence[str]
+) -> list[_Panel]:
+    for result in results[1:]:
+        for name in channels:
+            if name not in result.channels:
+                raise ArgumentError("channels", f"not all of these results have '{name}'")
+    first = results[0]
+    names = channels_of(first, channels) if channels or not of_view else list(of_view)
+    common = [name for name in names if all(name in result.channels for result in results)]
+    if not common:
+        raise InputError(
+            f"these results have none of the channels {', '.join(names)} in common (see"
+            " output.channels)"
+        )
+    panels = []
+    for name in common:
+        axis = first.axes[name]
+        members = {result.members[axis] if axis else () for result in results}
+        if len(members) > 1:
+            raise InputError(
+                f"cannot draw '{name}' of these results over each other: their members differ"
+                f" ({'; '.join(', '.join(names) for names in sorted(members))})"
+            )
+        of_axis = first.members[axis] if axis else ()
+        panels += [_Panel(name, i) for i in range(len(of_axis))] if axis else [_Panel(name)]
+    if len(panels) > MAX_PANELS:
+        raise ArgumentError(
+            "channels",
+            f"expected at most {MAX_PANELS} panels, got {len(panels)}, one for each channel and"
+            " member; choose fewer channels",
+        )
+    return panels
+
+
+def _label(result: "Record", panel: _Panel) -> str:
+    if panel.member is None:
+        return label(result, panel.channel)
+    member = escape_mathtext(str(result.members[result.axes[panel.channel]][panel.member]))
+    return label(result, panel.channel, f"{panel.channel.replace('_', ' ')},\n{member}")
+
+
+def _draw(ax: Any, result: "Record", panel: _Panel, number: int) -> None:
+    time, values = with_jumps(result, panel.channel)
+    if panel.member is not None:
+        values = values[:, panel.member]
+    ax.plot(time, values, **line_style(number))
+
+
+def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
+    """Draw a row for each result above the first panel; return what the legend shows of them."""
+    phases, events, row = False, False, 0
+    for number, one in enumerate(results):
+        colour = line_style(number)["color"]
+        sticks = list(sticking_phases(one.record))
+        times = one.record.events["time"]
+        times = times if len(times) <= MAX_MARKS else times[:0]
+        if not sticks and not len(times):
+            continue
+        row += 1
+        up = ScaledTranslation(0.0, ROW * row * text_scale() / POINTS, ax.figure.dpi_scale_trans)
+        place: Style = {
+            "transform": ax.get_xaxis_transform() + up,
+            "clip_on": False,
+            "color": colour,
+        }
+        for phase in sticks:
+            ax.plot(phase, [1.0, 1.0], **place, linewidth=2.0, solid_capstyle="butt")
+        ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
+        phases, events = phases or bool(sticks), events or bool(len(times))
+    handles = []
+    if phases:
+        handles.append(Line2D([], [], color=GREY, linewidth=2.0, label="bars: sticking"))
+    if events:
+        mark: Style = {"color": GREY, "linestyle": "", "marker": "|", "markersize": 5.0}
+        handles.append(Line2D([], [], **mark, label="ticks: events"))
+    return handles
+
+
+def labels_of(results: Sequence[Overlaid]) -> list[str]:
+    """Return labels that tell results apart: values of the keys in which they differ, or names.
+
+    Parameters
+    ----------
+    results : sequence of Overlaid
+    """
+    by_key = _labels_by_key([one.record for one in results])
+    if by_key and len(set(by_key)) == len(results):
+        return by_key
+    stems = [Path(one.name).stem for one in results]
+    names = stems if len(set(stems)) == len(results) else [one.name for one in results]
+    if len(set(names)) == len(results):
+        return names
+    return [f"{name} ({number})" for number, name in enumerate(names, 1)]
+
+
+def _labels_by_key(results: Sequence["Record"]) -> list[str]:
+    """Return the values of the keys that differ; an empty list if these are none or too many."""
+    try:
+        found = [dict(_leaves(scenario_of(result))) for result in results]
+    except InputError:
+        return []
+    keys = list(dict.fromkeys(key for values in found for key in values))
+    differing = [key for key in keys if len({repr(values.get(key)) for values in found}) > 1]
+    if not 0 < len(differing) <= MAX_KEYS:
+        return []
+    units = _units(results[0], differing)
+    words = short_keys(differing)
+    return [
+        ", ".join(
+            f"{word} = {_value(values.get(key), units[key])}"
+            for key, word in zip(differing, words, strict=True)
+        )
+        for values in found
+    ]
+
+
+def _leaves(value: Any, key: str = "") -> Sequence[tuple[str, Any]]:
+    """Return the values of a scenario by their keys with dots."""
+    if isinstance(value, Mapping):
+        inner = [
+            (str(name), item) for name, item in value.items() if key or name not in NOT_OF_LABEL
+        ]
+    elif isinstance(value, list):
+        inner = [(str(number), item) for number, item in enumerate(value)]
+    else:
+        return [(key, value)]
+    return [
+        leaf for name, item in inner for leaf in _leaves(item, f"{key}.{name}" if key else name)
+    ]
+
+
+def _units(result: "Record", keys: Sequence[str]) -> dict[str, str]:
+    try:
+        scenario = validate(scenario_of(result), Path())
+    except ValidationFailure:
+        return dict.fromkeys(keys, "")
+    found = {}
+    for key in keys:
+        try:
+            found[key] = description_of(type(scenario), key)[0]
+        except (InputError, KeyError, AttributeError, TypeError):
+            found[key] = ""
+    return found
+
+
+def _value(value: Any, unit: str) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value).lower() if isinstance(value, bool) else str(value)
+    return with_unit(f"{value:.6g}", unit)

@@ -1,0 +1,165 @@
+"""Options of `frictionsim plot`: files of views, sizes, parts, several results, characters."""
+
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
+from frictionsim.plots.glyphs import GlyphWarning
+from tests.support.scenarios import SCENARIOS
+
+QUICK = {"output.interval": 0.1, "solver.rtol": 1e-4}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("pictures")
+    for name, load in (("a", 2224.1), ("b", 2100.0)):
+        changed = {"mechanism.load": load, **QUICK}
+        fs.solve(SCENARIOS / "pulley.toml", changed, output=path / f"{name}.h5")
+    fs.solve(SCENARIOS / "epicyclic.toml", QUICK, output=path / "gear.h5")
+    vary = {"mechanism.load": [2000.0, 2100.0]}
+    fs.sweep(SCENARIOS / "pulley.toml", vary, QUICK, output=path / "s.h5")
+    return path
+
+
+@pytest.fixture
+def told(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[str, str]]:
+    """Run the command; return what it printed on stdout and stderr."""
+    monkeypatch.chdir(folder)
+
+    def run(*arguments: str, code: int = 0) -> tuple[str, str]:
+        assert run_command_line(["plot", *arguments]) == code, capsys.readouterr().err
+        found = capsys.readouterr()
+        return found.out, found.err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("options", "files"),
+    [
+        (["gear.h5"], ["gear.png"]),
+        (["gear.h5", "--view", "torque"], ["gear-torque.png"]),
+        (["gear.h5", "--view", "torque", "-o", "t.svg"], ["t.svg"]),
+        (["gear.h5", "--view", "torque,path", "-o", "t.svg"], ["t-torque.svg", "t-path.svg"]),
+        (["gear.h5", "--view", "torque", "--view", "path"], ["gear-torque.png", "gear-path.png"]),
+        (["a.h5", "b.h5"], ["a-b.png"]),
+        (["a.h5", "b.h5", "--view", "response"], ["a-b-response.png"]),
+        (["a.h5", "b.h5", "a.h5"], ["a-and-2-more.png"]),
+        (["s.h5"], ["s.png"]),
+        (["s.h5", "--view", "final_angle"], ["s-final_angle.png"]),
+        (
+            ["s.h5", "--view", "final_angle,force_to_lift", "--view", "force_to_hold"],
+            ["s-final_angle+force_to_lift.png", "s-force_to_hold.png"],
+        ),
+    ],
+)
+def test_each_picture_has_a_file_of_its_own(
+    options: list[str], files: list[str], told: Callable[..., tuple[str, str]], folder: Path
+) -> None:
+    assert told(*options) == ("".join(f"{name}\n" for name in files), "")
+    assert all((folder / name).stat().st_size > 1000 for name in files)
+
+
+def test_size_style_and_window_are_those_that_are_given(
+    told: Callable[..., tuple[str, str]], folder: Path
+) -> None:
+    size = ["--width", "84mm", "--height", "90mm", "--dpi", "200", "--style", "paper"]
+    told("a.h5", *size, "--no-title", "--from", "0.5", "--to", "1", "-o", "size.png")
+    width, height = struct.unpack(">II", (folder / "size.png").read_bytes()[16:24])
+    assert abs(width - 84 / 25.4 * 200) <= 1.0
+    assert abs(height - 90 / 25.4 * 200) <= 1.0
+    told("a.h5", "--channels", "angle", "--no-title", "--from", "0.5", "-o", "size.svg")
+    text = (folder / "size.svg").read_text()
+    assert ">angle,</text>" in text
+    assert "backend" not in text
+    assert ">drive force" not in text
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["a.h5", "--width=-3cm"], "--width: expected 2 to 200 cm, got -3cm"),
+        (["a.h5", "--width", "84"], "--width: expected a length with its unit"),
+        (["a.h5", "--dpi", "1e6"], "--dpi: expected 10 to 10000 dots per inch, got 1e+06"),
+        (["a.h5", "--dpi", "9999"], "--dpi: a picture of 79992 x "),
+        (["a.h5", "--from", "2", "--to", "1"], "a window whose start is before its end"),
+        (["a.h5", "--to", "nan"], "--to: expected a time in s, got nan"),
+        (["a.h5", "--time", "1"], "the view 'response' shows no single instant"),
+        (["a.h5", "--body", "1", "--time", "1"], "the view 'response' shows no single"),
+        (["gear.h5", "--view", "path,all"], "expected '--view all' alone, got it beside other"),
+        (["gear.h5", "--view", "path", "--view", "path"], "would both be written to gear-path.png"),
+        (["gear.h5", "--view", "path,drive"], "unknown view 'drive' of kind 'epicyclic'"),
+        (["gear.h5", "a.h5"], "unlike kinds over each other: gear.h5 is of kind 'epicyclic', a.h5"),
+        (["a.h5", "s.h5"], "s.h5: this is a sweep; only results of runs are drawn over each other"),
+        (["a.h5", "b.h5", "--body", "1"], "'body' is for a view of the result of a run, these are"),
+        (["a.h5"] * 9, "cannot draw 9 results over each other: 8 are the most"),
+        (["s.h5", "--time", "1"], "'time' is for a view of the result of a run, this is a sweep"),
+        (["s.h5", "--from", "1"], "'window' is for a view of the result of a run, this is a sweep"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(
+    options: list[str], message: str, told: Callable[..., tuple[str, str]], folder: Path
+) -> None:
+    before = sorted(folder.iterdir())
+    out, err = told(*options, code=2)
+    assert (out, message in err, "Traceback" in err) == ("", True, False), err
+    assert sorted(folder.iterdir()) == before
+
+
+def test_all_views_show_what_applies_to_them(told: Callable[..., tuple[str, str]]) -> None:
+    out, err = told("gear.h5", "--view", "all", "--time", "1", "--from", "0.5", "-o", "g.svg")
+    assert (out.split(), err) == ([f"g-{v}.svg" for v in ("response", "torque", "path")], "")
+    assert "at 1 s" in Path("g-path.svg").read_text()
+    assert "no single instant" in told("a.h5", "--view", "all", "--time", "1", code=2)[1]
+
+
+def test_a_sweep_has_the_size_and_style(told: Callable[..., tuple[str, str]], folder: Path) -> None:
+    told("s.h5", "--width", "84mm", "--style", "paper", "--no-title", "-o", "small.svg")
+    text = (folder / "small.svg").read_text()
+    assert "sweep over" not in text
+    width = re.search(r'<svg [^>]*width="([\d.]+)pt"', text)
+    assert width
+    assert float(width[1]) == pytest.approx(84 / 25.4 * 72, abs=0.01)
+
+
+def test_characters_that_no_font_has_are_warned_of_once(
+    told: Callable[..., tuple[str, str]], folder: Path
+) -> None:
+    result = fs.solve(SCENARIOS / "epicyclic.toml", {"title": "行星 gear", **QUICK})
+    result.save(folder / "planet.h5")
+    out, err = told("planet.h5", "--view", "torque,path")
+    assert out.split() == ["planet-torque.png", "planet-path.png"]
+    assert err.count("warning: no font has 行 (U+884C), 星 (U+661F), drawn as boxes;") == 1
+    assert "--style user" in err
+    assert told("planet.h5", "--no-title") == ("planet.png\n", "")
+    with pytest.warns(GlyphWarning, match=r"no font has 行 \(U\+884C\)"):
+        fs.plot(result, "torque")
+
+
+def test_python_has_the_same_options(folder: Path) -> None:
+    figure = fs.plot(
+        [folder / "a.h5", fs.open(folder / "b.h5")],
+        width="84mm",
+        style="paper",
+        title=False,
+        window=(0.5, None),
+        channels=["angle", "drive_force"],
+    )
+    assert figure.get_figwidth() == pytest.approx(84 / 25.4)
+    assert len(figure.axes) == 2
+    assert figure.axes[0].get_xlim()[0] == pytest.approx(0.5)
+    key = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert key[:2] == ["load = 2224.1 N", "load = 2100 N"]
+    assert fs.plot(folder / "a.h5", dpi=300).get_dpi() == 300
+    with pytest.raises(fs.InputError, match=r"unknown option 'widht' \(did you mean 'width'\?\)"):
+        fs.plot(folder / "a.h5", widht="84mm")  # type: ignore[call-arg]
+    with pytest.raises(fs.InputError, match="got an empty list"):
+        fs.plot([])
