@@ -5,18 +5,12 @@ from typing import Any
 from markdown import table
 from typer.main import get_command
 
-from frictionsim.cli.commands import app
+from frictionsim.cli.commands import app, register_all
 
 
 def commands() -> str:
     """Return a section for the program and for each command."""
-    from frictionsim.cli import (  # noqa: F401  register their commands
-        file_commands,
-        fit_command,
-        plot_command,
-        warm_up,
-    )
-
+    register_all()
     program: Any = get_command(app)
     parts = [
         "## frictionsim",
@@ -24,7 +18,6 @@ def commands() -> str:
         program.help,
         _options(program),
     ]
-    # Sorted: the order in which modules register their commands is that of their import.
     for name, command in sorted(program.commands.items()):
         usage = " ".join(["frictionsim", name, *map(_usage, _arguments(command)), "[OPTIONS]"])
         parts += [f"## frictionsim {name}", f"`{usage}`", command.help, _options(command)]

@@ -75,8 +75,8 @@ def applies(kind: str, view: str) -> tuple[bool, bool, bool]:
 
 
 def _is_response(kind: str, view: str) -> bool:
-    """Return whether a view is the one over time that any kind has, or the pulley's."""
-    return views_of(kind)[view] in (response, pulley.response)
+    """Return whether a view is the one over time that any kind has, or a kind's own form of it."""
+    return views_of(kind)[view] in (response, pulley.response, epicyclic.response)
 
 
 def check_view(kind: str, view: str) -> None:

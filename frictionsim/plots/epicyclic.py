@@ -1,5 +1,6 @@
 """The pictures of an epicyclic gear."""
 
+from collections.abc import Sequence
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -46,9 +47,9 @@ SUN_COLOUR = "#D0D0D0"
 STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
 
 
-def response(result: "Record", figure: "Figure | SubFigure") -> None:
+def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
     """Draw channels over time, with torques finer than the samples where the crank turns fast."""
-    time_history.response(refined(result), figure)
+    time_history.response(refined(result), figure, channels)
 
 
 def torque(result: "Record", figure: "Figure | SubFigure") -> None:

@@ -78,7 +78,7 @@ def test_size_style_and_window_are_those_that_are_given(
     assert abs(height - 90 / 25.4 * 200) <= 1.0
     told("a.h5", "--channels", "angle", "--no-title", "--from", "0.5", "-o", "size.svg")
     text = (folder / "size.svg").read_text()
-    assert ">angle,</text>" in text
+    assert ">angle, rad</text>" in text
     assert "backend" not in text
     assert ">drive force" not in text
 

@@ -55,7 +55,7 @@ def test_an_instant_is_the_sample_at_or_before_it(records: dict[str, Record]) ->
         part = until(record, time)
         assert part.channels["time"][-1] == at
         np.testing.assert_array_equal(part.channels["x"][-1], record.channels["x"][3])
-        title = draw(record, "drive", shown=Extent(time=time)).get_suptitle()
+        title = draw(record, "drive", shown=Extent(time=time)).axes[0].get_title(loc="left")
         assert f"at {at:.6g} s" in title
 
 

@@ -11,7 +11,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.io import hdf5_writer
 from tests.support.belt_results import TWO, belt_run
-from tests.support.browser import opened
+from tests.support.browser import opened, set_time
 from tests.support.motions import scenario
 
 KINDS = ("pulley", "marble_machine", "epicyclic")
@@ -119,9 +119,9 @@ def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     _, page, file = drawn
     seen = []
     for at in (*times_of(file), times_of(file)[1]):
-        page.evaluate("(time) => frictionsim.clock.set(time)", at)
+        set_time(page, at)
         seen.append(page.evaluate(PIXELS))
-        page.evaluate("(time) => frictionsim.clock.set(time)", at)
+        set_time(page, at)
         assert page.evaluate(PIXELS) == seen[-1], "the same time gives the same pixels"
     assert len(set(seen[:3])) == 3
     assert seen[3] == seen[1]
@@ -162,7 +162,7 @@ def test_a_canvas_is_sharp_and_as_wide_as_its_place(
 
 def test_a_drawing_has_its_content_as_text(drawn: tuple[str, Any, Any]) -> None:
     kind, page, file = drawn
-    page.evaluate("(time) => frictionsim.clock.set(time)", times_of(file)[-1])
+    set_time(page, times_of(file)[-1])
     assert page.evaluate("drawing.canvas.getAttribute('role')") == "img"
     label = page.evaluate("drawing.canvas.getAttribute('aria-label')")
     assert label.startswith("Moving drawing of ")

@@ -76,6 +76,17 @@ def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
         page.close()
 
 
+def set_time(page: Any, time: float) -> None:
+    """Set the clock of a report, and wait until what follows it has been drawn."""
+    page.evaluate(
+        """async (time) => {
+          frictionsim.clock.set(time);
+          for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
+        }""",
+        time,
+    )
+
+
 def wait_until(page: Any, expression: str, seconds: float = 30.0) -> None:
     """Wait until an expression is true in a page.
 
