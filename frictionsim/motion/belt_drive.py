@@ -170,9 +170,11 @@ def _readouts(result: "Record", frames: "Numbers", tension: "Array | None") -> t
     """Return the speeds of the pulleys, and the extremes of the tension in the points drawn."""
     found = []
     if "pulley_speed" in result.channels:
-        speeds = channel_at(result, "pulley_speed", frames)
-        for i, (name, *_) in enumerate(_pulleys(result)[:MAX_SPEEDS]):
-            found.append(Readout(f"speed of {name}", "rad/s", speeds[:, i]))
+        channel = "pulley_speed"
+        members = result.members[result.axes[channel]][:MAX_SPEEDS]
+        speeds = channel_at(result, channel, frames)
+        for i, name in enumerate(members):
+            found.append(Readout(f"speed of {name}", "rad/s", speeds[:, i], channel, name))
     if tension is not None:
         found.append(Readout("largest tension", "N", tension.max(axis=1)))
         found.append(Readout("smallest tension", "N", tension.min(axis=1)))

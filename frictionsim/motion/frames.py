@@ -111,7 +111,7 @@ def readouts_of(
     from frictionsim.motion.parts import Readout
 
     return tuple(
-        Readout(words, result.units[name], channel_at(result, name, frames))
+        Readout(words, result.units[name], channel_at(result, name, frames), name)
         for name, words in names.items()
         if name in result.channels
     )

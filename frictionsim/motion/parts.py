@@ -163,11 +163,16 @@ class Readout(NamedTuple):
     name : str
     unit : str
     value : (frames,)
+    channel, member : str
+        The recorded channel that it is, and of which member of its axis; empty for none. A page
+        shows it as its charts do, from all samples.
     """
 
     name: str
     unit: str
     value: "Array"
+    channel: str = ""
+    member: str = ""
 
 
 class Detail(NamedTuple):

@@ -35,7 +35,7 @@ def run_report(runs: "Sequence[ReportedRun]") -> str:
 def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
     head = f'<header>\n<h1>{text(title)}</h1>\n{overview(runs)}<div id="tools"></div></header>\n'
     viewer = (
-        '<div id="viewer">\n<div id="stage">\n<div id="drawings"></div>\n<div id="clock"></div>\n'
+        '<div id="viewer">\n<div id="stage">\n<div id="clock"></div>\n<div id="drawings"></div>\n'
         f"{events(runs)}</div>\n"
         '<section id="charts" aria-labelledby="charts-heading">\n'
         '<h2 id="charts-heading">Channels over time</h2>\n'

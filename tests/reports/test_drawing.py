@@ -10,8 +10,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.io import hdf5_writer
+from frictionsim.motion import belt_drive
 from tests.support.belt_results import TWO, belt_run
-from tests.support.browser import opened, set_time
+from tests.support.browser import opened, set_time, wait_until
 from tests.support.motions import scenario
 
 KINDS = ("pulley", "marble_machine", "epicyclic")
@@ -23,15 +24,6 @@ MAKE = """() => {
   frictionsim.clock.follow((time) => drawing.draw(time));
 }"""
 PIXELS = "drawing.canvas.toDataURL()"
-
-
-def wait_until(page: Any, condition: str) -> None:
-    """Wait until an expression is true; the page forbids what Playwright does for this."""
-    for _ in range(100):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError(condition)
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +105,24 @@ def test_a_pose_between_frames_is_between_them(
         assert planet["angle"] == pytest.approx(3.0 * turned)
         # On its circle, not on a chord of it.
         assert np.hypot(planet["x"], planet["y"]) == pytest.approx(0.18, rel=1e-12)
+
+
+def test_numbers_beside_a_drawing_of_few_frames_are_those_of_all_samples(
+    browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(belt_drive, "MAX_FRAMES", 3)
+    monkeypatch.setattr(belt_drive, "MIN_FRAMES", 3)
+    result = tmp_path / "belt.h5"
+    hdf5_writer.write(belt_run(TWO), result)
+    report = fs.report(result, tmp_path / "belt.html")
+    with opened(browser, report) as page, h5py.File(result) as file:
+        assert page.evaluate("frictionsim.drawings[0].motion.time.length") == 3
+        time, speeds = file["time"][()], file["pulley_speed"][()]
+        at = 0.7 * time[1] + 0.3 * time[2]
+        found = page.evaluate("(time) => frictionsim.drawings[0].pose(time).readouts", at)
+        shown = {readout["name"]: readout["value"] for readout in found}
+        for i, name in enumerate(file["pulley"].asstr()[()]):
+            assert shown[f"speed of {name}"] == pytest.approx(np.interp(at, time, speeds[:, i]))
 
 
 def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:

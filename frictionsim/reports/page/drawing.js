@@ -8,9 +8,10 @@ frictionsim.DETAIL = 260; // px, at most, of the side of a detail
 frictionsim.CAPTION = 20; // px, above a detail
 
 frictionsim.Drawing = class {
-  // The canvas is put into `element`, a figure that takes its place in the page.
-  constructor(canvas, motion) {
-    [this.canvas, this.motion, this.time] = [canvas, motion, motion.time[0]];
+  // The canvas is put into `element`, a figure that takes its place in the page. `lineOf` returns
+  // the line of a chart that a read-out is of, with its times, or nothing.
+  constructor(canvas, motion, lineOf = () => null) {
+    [this.canvas, this.motion, this.time, this.lineOf] = [canvas, motion, motion.time[0], lineOf];
     this.context = canvas.getContext("2d");
     this.bands = motion.parts.filter((part) => part.type === "Band").map((part) => new frictionsim.DrawnBand(part));
     this.trails = new Map(motion.parts.filter((part) => part.type === "Trail")
@@ -31,7 +32,7 @@ frictionsim.Drawing = class {
     this.view = document.createElement("div");
     this.view.className = "drawing-view";
     this.view.append(canvas);
-    this.panel = new frictionsim.DrawingPanel(this.motion, this.bands);
+    this.panel = new frictionsim.DrawingPanel(this.motion, this.bands, this.lineOf);
     this.element.append(this.view, this.panel.element);
     const [left, right, bottom, top] = this.motion.bounds;
     this.element.classList.toggle("wide", right - left > 1.6 * (top - bottom));
@@ -106,7 +107,7 @@ frictionsim.Drawing = class {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, this.width, this.canvas.height / ratio);
     for (const view of this.views) this.drawView(view, frame, at);
-    this.panel.show(frame, at);
+    this.panel.show(frame, at, time);
   }
 
   drawView(view, frame, at) {
@@ -167,8 +168,8 @@ frictionsim.Drawing = class {
     }
     found.visible = found.bodies.filter((body) => body.visible).length;
     found.bands = this.bands.map((band) => band.pose(frame));
-    found.readouts = this.motion.readouts.map(({ name, unit, value }) =>
-      ({ name, unit, value: unit === "1" ? value[frame] : at(value) }));
+    found.readouts = this.panel.numbers.map((entry) =>
+      ({ name: entry.name, unit: entry.unit, value: this.panel.valueOf(entry, frame, at, time) }));
     return found;
   }
 };

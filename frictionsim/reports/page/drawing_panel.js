@@ -25,8 +25,8 @@ frictionsim.formatOf = (values, unit) => {
 };
 
 frictionsim.DrawingPanel = class {
-  constructor(motion, bands) {
-    this.motion = motion;
+  constructor(motion, bands, lineOf) {
+    [this.motion, this.lineOf] = [motion, lineOf];
     this.element = frictionsim.made("figcaption", "drawing-panel");
     if (motion.state) this.element.append(this.state = frictionsim.made("p", "drawing-state"));
     this.numbers = [];
@@ -39,12 +39,19 @@ frictionsim.DrawingPanel = class {
 
   readouts() {
     const list = frictionsim.made("dl", "drawing-readouts");
-    for (const { name, unit, value } of this.motion.readouts) {
+    for (const readout of this.motion.readouts) {
       const number = frictionsim.made("dd", "");
-      list.append(frictionsim.made("dt", "", name), number);
-      this.numbers.push({ number, value, integer: unit === "1", write: frictionsim.formatOf(value, unit) });
+      list.append(frictionsim.made("dt", "", readout.name), number);
+      const { value, unit } = readout;
+      this.numbers.push({ ...readout, number, line: this.lineOf(readout), write: frictionsim.formatOf(value, unit) });
     }
     return list;
+  }
+
+  // Its value at a time: that of the line of a chart, which has all samples, or between frames.
+  valueOf({ line, unit, value }, frame, at, time) {
+    if (line) return frictionsim.valueAt(line.times, line, time);
+    return unit === "1" ? value[frame] : at(value);
   }
 
   scale(band, range) {
@@ -93,7 +100,7 @@ frictionsim.DrawingPanel = class {
     }));
   }
 
-  show(frame, at) {
+  show(frame, at, time) {
     if (this.state) {
       const state = String(this.motion.state[frame]);
       if (this.state.dataset.state !== state) {
@@ -102,7 +109,7 @@ frictionsim.DrawingPanel = class {
       }
     }
     for (const entry of this.numbers) {
-      const text = entry.write(entry.integer ? entry.value[frame] : at(entry.value));
+      const text = entry.write(this.valueOf(entry, frame, at, time));
       if (text !== entry.shown) entry.number.textContent = entry.shown = text;
     }
   }

@@ -29,11 +29,18 @@ frictionsim.start = async () => {
 frictionsim.increasing = (arrays) =>
   Float64Array.from(new Set(arrays.flatMap((values) => [...values]))).sort();
 
+// A function that returns the line of the charts that a read-out of a result is of.
+frictionsim.lineOf = ({ charts, times }, number) => ({ channel, member }) => {
+  const lines = charts.flatMap((chart) => chart.lines);
+  const line = lines.find((found) => found.result === number && found.channel === channel && (!member || found.label === member));
+  return line && { ...line, times: times[line.time] };
+};
+
 // The drawing of each result, side by side on one clock; or why there is none.
 frictionsim.addDrawings = (data, clock) => {
   const { element } = frictionsim;
   const container = document.getElementById("drawings");
-  frictionsim.drawings = data.results.map(({ motion, no_motion: reason, label }) => {
+  frictionsim.drawings = data.results.map(({ motion, no_motion: reason, label }, number) => {
     const several = data.results.length > 1;
     const caption = element("figcaption", {}, several ? label : "");
     if (!motion) {
@@ -42,7 +49,7 @@ frictionsim.addDrawings = (data, clock) => {
     }
     const canvas = element("canvas", { role: "img", "aria-label": `The mechanism in motion${several ? `: ${label}` : ""}` });
     container.append(element("figure", {}, caption, canvas));
-    const drawing = new frictionsim.Drawing(canvas, motion);
+    const drawing = new frictionsim.Drawing(canvas, motion, frictionsim.lineOf(data, number));
     clock.follow((time) => drawing.draw(time));
     return drawing;
   });
