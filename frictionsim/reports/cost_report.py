@@ -8,12 +8,13 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.cost_table import CostTable
-from frictionsim.reports.html_tables import Number, chart, head, number, section, short, table
 from frictionsim.reports.page import page
+from frictionsim.reports.study_parts import chart, head, number, short, study_section, study_table
+from frictionsim.reports.tables import Number
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, measures_of, rows_of
 
-SCRIPTS = ("data.js", "study.js", "cost.js")
+SCRIPTS = ("data.js", "elements.js", "theme.js", "study.js", "cost.js")
 WORK = ("wall_seconds", "rhs_evaluations", "steps")
 COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
 MAX_ROWS = 1000  # in the page; a study has some hundred
@@ -53,9 +54,9 @@ def cost_page(found: CostTable, source: str) -> str:
     body = "\n".join(
         (
             head(title, *lines),
-            section("What to use", _advice(advice), *_references(found, floors)),
-            section("Diagram", chart("Error against work, one line for each method")),
-            section("Settings", *_limits(found, len(rows)), _settings(found, rows, measures)),
+            study_section("What to use", _advice(advice), *_references(found, floors)),
+            study_section("Diagram", chart("Error against work, one line for each method")),
+            study_section("Settings", *_limits(found, len(rows)), _settings(found, rows, measures)),
             *_failures(rows),
         )
     )
@@ -112,7 +113,7 @@ def _settings(found: CostTable, rows: list[Row], measures: list[str]) -> str:
     cells = [
         _cells(found, place, row, measures, of_meshes) for place, row in enumerate(rows[:MAX_ROWS])
     ]
-    return table("All settings, one row each", headings, cells, "settings")
+    return study_table("All settings, one row each", headings, cells, "settings")
 
 
 def _cells(
@@ -147,7 +148,7 @@ def _failures(rows: list[Row]) -> Iterator[str]:
     if failed:
         cells = [(row.setting.name, row.reason) for row in failed[:MAX_ROWS]]
         caption = f"{len(failed)} of {len(rows)} settings failed"
-        yield section("Failed settings", table(caption, ("setting", "reason"), cells))
+        yield study_section("Failed settings", study_table(caption, ("setting", "reason"), cells))
 
 
 def _data(

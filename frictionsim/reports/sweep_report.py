@@ -6,8 +6,8 @@ from typing import Any
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import grouped, varied_values
-from frictionsim.reports.html_tables import Number, chart, head, number, section, short, table
 from frictionsim.reports.page import page
+from frictionsim.reports.study_parts import chart, head, number, short, study_section, study_table
 from frictionsim.reports.sweep_data import (
     MAX_WITH_INDICES,
     Kept,
@@ -16,8 +16,9 @@ from frictionsim.reports.sweep_data import (
     kept_of,
     rows_to_show,
 )
+from frictionsim.reports.tables import Number
 
-SCRIPTS = ("data.js", "study.js", "sweep.js")
+SCRIPTS = ("data.js", "elements.js", "theme.js", "study.js", "sweep.js")
 MAX_CELLS = 12_000  # of the table of runs
 MAX_GROUPS = 50  # of reasons and warnings
 MAX_PART_ROWS = 200  # of a table of the summary
@@ -49,17 +50,17 @@ def sweep_page(found: SweepTable, parts: "Iterable[Any]", source: str) -> str:
     body = "\n".join(
         (
             head(str(title), f"from {source}" if source else ""),
-            section("Summary", *map(_part, summary)),
-            section(
+            study_section("Summary", *map(_part, summary)),
+            study_section(
                 "Chart",
                 chart("A quantity over the varied keys"),
                 '<div id="run" role="status"></div>',
             ),
             *_indices(indices),
-            section("Runs", *_left_out(found, kept), _runs(found, kept)),
+            study_section("Runs", *_left_out(found, kept), _runs(found, kept)),
             *_groups("Failures", found.texts, ("failure", "reason")),
             *_groups("Warnings", found.texts, ("warnings",)),
-            section("Study", *_study(found.attributes["study"])),
+            study_section("Study", *_study(found.attributes["study"])),
         )
     )
     return page(f"{name}: sweep", body, data_of(found, kept, indices), SCRIPTS)
@@ -72,7 +73,9 @@ def _part(part: Any) -> str:
     caption = CAPTIONS.get(part.headings[0], part.headings[0])
     if len(part.rows) > MAX_PART_ROWS:
         caption += f"; the first {MAX_PART_ROWS} of {len(part.rows)}"
-    return table(caption, part.headings, [list(map(str, row)) for row in part.rows[:MAX_PART_ROWS]])
+    return study_table(
+        caption, part.headings, [list(map(str, row)) for row in part.rows[:MAX_PART_ROWS]]
+    )
 
 
 def _left_out(found: SweepTable, kept: Kept) -> Iterator[str]:
@@ -103,7 +106,7 @@ def _runs(found: SweepTable, kept: Kept) -> str:
         caption = f"All {found.runs} runs" if found.runs > 1 else "The run"
     words = dict(found.statuses)
     rows = [_run(found, kept, int(kept.runs[place]), words) for place in places]
-    return table(caption, headings, rows, "runs")
+    return study_table(caption, headings, rows, "runs")
 
 
 def _run(found: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list[str | Number]:
@@ -150,7 +153,7 @@ def _groups(
     caption = f"In {len(runs)} runs; texts that differ in numbers only are one"
     if rest:
         caption += f"; {rest} more kinds are left out"
-    yield section(heading, table(caption, ("text", ">runs", ">first in run"), rows))
+    yield study_section(heading, study_table(caption, ("text", ">runs", ">first in run"), rows))
 
 
 def _indices(found: dict[str, Indices]) -> Iterator[str]:
@@ -167,9 +170,9 @@ def _indices(found: dict[str, Indices]) -> Iterator[str]:
             for key, first, total in zip(each.keys, each.first, each.total, strict=True)
         ]
         caption = f"{name}: part of its variance that each key causes ({each.basis})"
-        parts.append(table(caption, ("key", ">first-order index", ">total index"), rows))
+        parts.append(study_table(caption, ("key", ">first-order index", ">total index"), rows))
     note = f"<p>Of the first {MAX_WITH_INDICES} quantities that vary.</p>"
-    yield section("Sobol indices", note, *parts)
+    yield study_section("Sobol indices", note, *parts)
 
 
 def _study(toml: str) -> Iterator[str]:

@@ -14,11 +14,20 @@ class Html(NamedTuple):
     content: str
 
 
-Cell = str | Html
-"""What is in a cell: a text as it is, or HTML."""
+class Number(NamedTuple):
+    """A number in a cell: how it is shown, and its value, by which the page sorts."""
+
+    shown: str
+    value: float
 
 
-def table(caption: str, headings: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
+Cell = str | Html | Number
+"""What is in a cell: a text as it is, HTML, or a number."""
+
+
+def table(
+    caption: str, headings: Sequence[str], rows: Iterable[Sequence[Cell]], attributes: str = ""
+) -> str:
     """Return a table whose rows begin with their headings.
 
     Parameters
@@ -27,6 +36,8 @@ def table(caption: str, headings: Sequence[str], rows: Iterable[Sequence[Cell]])
     headings : sequence of str
         Of the columns; one with a leading '>' is that of numbers.
     rows : iterable of sequences of Cell
+    attributes : str
+        HTML attributes of the table, with a space before each.
 
     Returns
     -------
@@ -40,16 +51,16 @@ def table(caption: str, headings: Sequence[str], rows: Iterable[Sequence[Cell]])
     )
     body = "".join(f"<tr>{_cells(row, numeric)}</tr>\n" for row in rows)
     return (
-        f"<table><caption>{text(caption)}</caption>\n"
+        f"<table{attributes}><caption>{text(caption)}</caption>\n"
         f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
     )
 
 
 def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
     first, *others = row
-    cells = [f'<th scope="row"{_class(numeric[0])}>{_html(first)}</th>']
+    cells = [f'<th scope="row"{_class(numeric[0])}{_value(first)}>{_html(first)}</th>']
     cells += [
-        f"<td{_class(right)}>{_html(cell)}</td>"
+        f"<td{_class(right)}{_value(cell)}>{_html(cell)}</td>"
         for cell, right in zip(others, numeric[1:], strict=True)
     ]
     return "".join(cells)
@@ -59,8 +70,14 @@ def _class(numeric: bool) -> str:
     return ' class="number"' if numeric else ""
 
 
+def _value(cell: Cell) -> str:
+    return f' data-value="{cell.value!r}"' if isinstance(cell, Number) else ""
+
+
 def _html(cell: Cell) -> str:
-    return cell.content if isinstance(cell, Html) else text(cell)
+    if isinstance(cell, Html):
+        return cell.content
+    return text(cell.shown if isinstance(cell, Number) else cell)
 
 
 def section(name: str, heading: str, content: str) -> str:

@@ -32,7 +32,7 @@ frictionsim.Costs = class {
     const { name, reason } = this.data.rows[row];
     const lines = [`<b>${frictionsim.label(name, 120)}</b>`];
     for (const [key, { unit, words }] of Object.entries(this.data.columns)) {
-      const shown = frictionsim.number(this.value(key, row));
+      const shown = frictionsim.shown(this.value(key, row));
       if (shown !== "none" && lines.length < 24) lines.push(frictionsim.label(`${words}: ${shown}${unit === "1" ? "" : ` ${unit}`}`));
     }
     return [...lines, ...(reason ? [frictionsim.label(reason, 120)] : [])].join("<br>");
@@ -70,7 +70,7 @@ frictionsim.Costs = class {
     const left = this.data.rows.filter((row, place) => !row.failed && !(this.value(this.error, place) > 0)).length;
     document.getElementById("note").textContent = [
       left ? `${left} settings have no such error, or none above zero, and are in the table only.` : "",
-      floor > 0 ? `Errors below ${frictionsim.number(floor, 2)} (line) are below the reference uncertainty.` : "",
+      floor > 0 ? `Errors below ${frictionsim.shown(floor, 2)} (line) are below the reference uncertainty.` : "",
     ].filter(Boolean).join(" ");
     return frictionsim.show(traces, {
       xaxis: frictionsim.axis(title(this.work), { type: "log" }), yaxis: frictionsim.axis(title(this.error), { type: "log" }),

@@ -24,7 +24,7 @@ frictionsim.visible = (text) => text.replace(
   /[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/g,
   (found) => `\\u${found.charCodeAt(0).toString(16).padStart(4, "0")}`);
 
-frictionsim.number = (value, digits = 6) =>
+frictionsim.shown = (value, digits = 6) =>
   value === null || Number.isNaN(value) ? "none" : String(Number(value.toPrecision(digits)));
 
 frictionsim.withUnit = (words, unit) => (unit && unit !== "1" ? `${words}, ${unit}` : words);
@@ -122,6 +122,8 @@ frictionsim.followColours = (draw) => {
 frictionsim.startStudy = async (build) => {
   try {
     frictionsim.data = await frictionsim.load();
+    frictionsim.theme = new frictionsim.Theme();
+    document.getElementById("tools").append(frictionsim.theme.button());
     await build(frictionsim.data);
     frictionsim.ready = true;
   } catch (error) {

@@ -93,7 +93,7 @@ frictionsim.Sweep = class {
   }
 
   valueText(key, code) {
-    return key.numeric ? `${frictionsim.number(key.values[code])}${key.unit && key.unit !== "1" ? ` ${key.unit}` : ""}` : key.values[code];
+    return key.numeric ? `${frictionsim.shown(key.values[code])}${key.unit && key.unit !== "1" ? ` ${key.unit}` : ""}` : key.values[code];
   }
 
   valueOf(key, place) {
@@ -120,7 +120,7 @@ frictionsim.Sweep = class {
   words(place) {
     const { keys, quantities, runs, status, statuses } = this.data;
     const { name, unit } = quantities[this.quantity];
-    const lines = [`run ${runs[place]}: ${statuses[status[place]]}`, `${name} = ${frictionsim.number(this.value(place))} ${unit === "1" ? "" : unit}`,
+    const lines = [`run ${runs[place]}: ${statuses[status[place]]}`, `${name} = ${frictionsim.shown(this.value(place))} ${unit === "1" ? "" : unit}`,
       ...keys.slice(0, 12).map((key) => `${key.name} = ${this.valueText(key, key.codes[place])}`)];
     return lines.map((line) => frictionsim.label(line, 120)).join("<br>");
   }
@@ -227,10 +227,10 @@ frictionsim.Sweep = class {
     const bar = {
       type: "bar", name: "runs", x: edges.slice(1).map((edge, i) => (edge + edges[i]) / 2), y: Array.from(found.counts), width: edges.slice(1).map((edge, i) => edge - edges[i]),
       marker: { color: "#56b4e9", line: { color: frictionsim.colour("text"), width: 0.5 } },
-      hovertext: edges.slice(1).map((edge, i) => frictionsim.label(`${found.counts[i]} runs from ${frictionsim.number(edges[i])} to ${frictionsim.number(edge)} ${unit === "1" ? "" : unit}`)), hoverinfo: "text",
+      hovertext: edges.slice(1).map((edge, i) => frictionsim.label(`${found.counts[i]} runs from ${frictionsim.shown(edges[i])} to ${frictionsim.shown(edge)} ${unit === "1" ? "" : unit}`)), hoverinfo: "text",
     };
     const top = Math.max(...found.counts);
-    const line = (words, value, dash) => ({ type: "scatter", name: `${words} ${frictionsim.number(value, 5)}`, x: [value, value], y: [0, top], mode: "lines", hoverinfo: "name", line: { dash, width: 2, color: frictionsim.colour("text") } });
+    const line = (words, value, dash) => ({ type: "scatter", name: `${words} ${frictionsim.shown(value, 5)}`, x: [value, value], y: [0, top], mode: "lines", hoverinfo: "name", line: { dash, width: 2, color: frictionsim.colour("text") } });
     const lines = [line("mean", found.mean, "solid"), line("5 %", found.low, "dot"), line("50 %", found.median, "dash"), line("95 %", found.high, "dot")];
     return [[bar, ...lines], layout, `From ${found.defined} independent runs in which it is defined.`];
   }
@@ -278,7 +278,7 @@ frictionsim.Sweep = class {
     if (reasons[place]) add("reason", reasons[place]);
     if (warnings[place]) add("warnings", warnings[place]);
     for (const key of keys) add(key.name, this.valueText(key, key.codes[place]));
-    for (const { name, unit, values } of quantities) add(name, `${frictionsim.number(values[place], 10)} ${unit === "1" ? "" : unit}`);
+    for (const { name, unit, values } of quantities) add(name, `${frictionsim.shown(values[place], 10)} ${unit === "1" ? "" : unit}`);
     const heading = document.createElement("h3");
     heading.textContent = `Run ${run}`;
     panel.replaceChildren(heading, list);

@@ -1,0 +1,74 @@
+"""What the reports of costs and of sweeps share: sortable tables, the place of the chart, the head.
+
+The tables are complete without scripts; scripts sort them by the values of their numbers.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from frictionsim.reports.page import text
+from frictionsim.reports.tables import Cell, Html, Number, table
+
+MAX_TEXT = 300  # characters of a cell
+
+
+def short(content: object, limit: int = MAX_TEXT) -> str:
+    """Return a text for HTML, cut if it is longer than a limit; it says how long it is."""
+    words = str(content)
+    if len(words) > limit:
+        words = f"{words[:limit]}… ({len(words)} characters in all)"
+    return text(words)
+
+
+def number(value: float, digits: int = 6) -> Number:
+    """Return a number for a cell; `none` if it is not a number."""
+    return Number(f"{value:.{digits}g}" if value == value else "none", value)
+
+
+def study_table(
+    caption: str, headings: Sequence[str], rows: Iterable[Sequence[str | Number]], name: str = ""
+) -> str:
+    """Return a table as of `tables.table` with cut texts, which scrolls by itself.
+
+    Parameters
+    ----------
+    caption, headings, rows
+        As of `tables.table`; a text is cut at MAX_TEXT characters.
+    name : str
+        Its id in the page, if scripts sort it.
+    """
+    cut = ([_cut(cell) for cell in row] for row in rows)
+    attributes = ' class="study"' + (f' id="{name}"' if name else "")
+    # A table that is wider than the window is scrolled by itself, by the keyboard too.
+    return (
+        f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}">'
+        f"{table(caption, headings, cut, attributes)}</div>"
+    )
+
+
+def _cut(cell: str | Number) -> Cell:
+    return cell if isinstance(cell, Number) else Html(short(cell))
+
+
+def study_section(heading: str, *content: str) -> str:
+    """Return a section of a page, of parts in HTML."""
+    return f"<section><h2>{text(heading)}</h2>\n" + "\n".join(content) + "\n</section>"
+
+
+def chart(label: str) -> str:
+    """Return the place where the scripts of a page put a chart with its controls."""
+    return (
+        '<form class="controls" id="controls" hidden></form>\n'
+        f'<div class="chart" id="chart" role="img" aria-label="{short(label)}"></div>\n'
+        '<p id="note" class="faint"></p>\n'
+        "<noscript><p>The chart needs the scripts of this page; the tables have its numbers.</p>"
+        "</noscript>"
+    )
+
+
+def head(title: str, *lines: str) -> str:
+    """Return the heading of a page, with lines below it; and where messages of scripts go."""
+    below = "\n".join(f'<p class="faint">{short(line, 2000)}</p>' for line in lines if line)
+    return (
+        f'<header><h1>{short(title)}</h1>\n{below}<div id="tools"></div></header>\n'
+        '<p id="message" role="alert"></p>'
+    )
