@@ -14,7 +14,7 @@ from frictionsim.reports.tables import Number
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, measures_of, rows_of
 
-SCRIPTS = ("data.js", "elements.js", "theme.js", "study.js", "cost.js")
+SCRIPTS = ("data.js", "elements.js", "theme.js", "plot.js", "study.js", "cost.js")
 WORK = ("wall_seconds", "rhs_evaluations", "steps")
 COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
 MAX_ROWS = 1000  # in the page; a study has some hundred

@@ -22,6 +22,7 @@ SCRIPTS = (
     "drawing_band.js",
     "drawing_panel.js",
     "drawing.js",
+    "plot.js",
     "key.js",
     "charts.js",
     "belt_chart.js",

@@ -18,7 +18,7 @@ from frictionsim.reports.sweep_data import (
 )
 from frictionsim.reports.tables import Number
 
-SCRIPTS = ("data.js", "elements.js", "theme.js", "study.js", "sweep.js")
+SCRIPTS = ("data.js", "elements.js", "theme.js", "plot.js", "study.js", "sweep.js")
 MAX_CELLS = 12_000  # of the table of runs
 MAX_GROUPS = 50  # of reasons and warnings
 MAX_PART_ROWS = 200  # of a table of the summary

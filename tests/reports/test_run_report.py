@@ -15,10 +15,11 @@ from tests.support.browser import opened, wait_until
 from tests.support.scenarios import SCENARIOS
 
 WIDE = {"width": 1400, "height": 1000}
-LINES = """(name) => {
+LINES = """async (name) => {
   const chart = frictionsim.charts.charts.find((one) => one.chart.name === name);
   chart.details.open = true;
   chart.draw();
+  await chart.chartOf.work;
   const numbers = (values) => [...values].map((value) => (value === value ? value : null));
   return chart.plot.data.map((trace) => [numbers(trace.x), numbers(trace.y)]);
 }"""
@@ -26,7 +27,30 @@ CURSORS = """frictionsim.charts.charts.filter((chart) => chart.details.open)
   .map((chart) => chart.cursor.getBoundingClientRect().x)"""
 RANGES = """frictionsim.charts.charts.filter((chart) => chart.details.open)
   .map((chart) => chart.plot.layout.xaxis.range)"""
-SETTLED = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+# What was asked for is done, and drawn.
+SETTLED = """async () => {
+  for (let again = 0; again < 2; again++) {
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    await Promise.all(frictionsim.charts.charts.map((chart) => chart.chartOf.work));
+  }
+}"""
+# Where the first curve of each chart is drawn, against where its axes say: the largest difference.
+MISPLACED = """() => frictionsim.charts.charts.filter((chart) => chart.details.open).map(({ plot }) => {
+  const { xaxis, yaxis } = plot._fullLayout;
+  const along = (axis, value) => axis._length * (value - axis.range[0]) / (axis.range[1] - axis.range[0]);
+  const path = plot.querySelector(".js-line").getAttribute("d").match(/-?[0-9.]+/g).map(Number);
+  const { x, y } = plot.data[0];
+  let worst = 0;
+  for (let k = 0; k < path.length; k += 2) {
+    let nearest = Infinity;
+    for (let i = 0; i < x.length; i++) {
+      const away = Math.hypot(along(xaxis, x[i]) - path[k], yaxis._length - along(yaxis, y[i]) - path[k + 1]);
+      if (away < nearest) nearest = away;
+    }
+    worst = Math.max(worst, nearest);
+  }
+  return worst;
+})"""  # noqa: E501
 
 
 @pytest.fixture(scope="module")
@@ -102,12 +126,36 @@ def test_both_sides_of_a_jump_are_drawn(page: Any, files: Path) -> None:
 
 def test_zooming_one_chart_zooms_all(page: Any) -> None:
     page.evaluate("Plotly.relayout(frictionsim.charts.charts[0].plot, {'xaxis.range': [1, 2]})")
+    page.evaluate(SETTLED)
     assert page.evaluate(RANGES) == [[1, 2]] * 4
     page.get_by_role("button", name="Show the whole run").click()
+    page.evaluate(SETTLED)
     assert page.evaluate(RANGES) == [[0, 12]] * 4
-    page.evaluate("frictionsim.clock.set(6)")
-    page.get_by_role("button", name="Zoom in about the time of the clock").click()
-    assert page.evaluate(RANGES) == [[3, 9]] * 4
+    for time, range_ in ((6, [3, 9]), (0, [0, 3]), (12, [9, 12])):
+        page.get_by_role("button", name="Show the whole run").click()
+        page.evaluate("(time) => frictionsim.clock.set(time)", time)
+        for _ in range_[:: 1 if time in (0, 12) else 2]:
+            page.get_by_role("button", name="Zoom in about the time of the clock").click()
+        page.evaluate(SETTLED)
+        assert page.evaluate(RANGES) == [range_] * 4
+
+
+def test_curves_are_where_the_axes_say(page: Any) -> None:
+    assert max(page.evaluate(MISPLACED)) < 0.1  # pixels; a path has two decimals
+    for button in ("Zoom in about the time of the clock", "Show the whole run"):
+        page.evaluate("frictionsim.clock.set(3)")
+        page.get_by_role("button", name=button).click()
+        page.evaluate(SETTLED)
+        assert max(page.evaluate(MISPLACED)) < 0.1
+
+
+def test_the_buttons_of_a_chart_are_those_that_stay_in_the_page(page: Any) -> None:
+    titles = (
+        page.locator(".plot")
+        .first.locator(".modebar-btn")
+        .evaluate_all("(buttons) => buttons.map((button) => button.dataset.title)")
+    )
+    assert titles == ["Zoom", "Pan", "Zoom in", "Zoom out", "Reset axes", "Download plot as a PNG"]
 
 
 def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> None:
@@ -117,10 +165,12 @@ def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> N
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] / 2, middle, steps=4)
     page.mouse.up()
+    page.evaluate(SETTLED)
     found = np.array(page.evaluate(RANGES))
     np.testing.assert_allclose(found, [[3.0, 6.0]] * 4, atol=0.1)
     page.mouse.dblclick(box["x"] + box["width"] / 3, middle)
     wait_until(page, "frictionsim.charts.range[1] === 12")
+    page.evaluate(SETTLED)
     assert page.evaluate(RANGES) == [[0, 12]] * 4
 
 
@@ -211,6 +261,7 @@ def test_lines_can_be_hidden_and_more_charts_opened(page: Any) -> None:
     page.wait_for_selector(".chart[data-name=energy] .main-svg")
     first = page.locator(".chart[data-name=energy] .key button").first
     first.click()
+    page.evaluate(SETTLED)
     energy = "frictionsim.charts.charts.find((one) => one.chart.name === 'energy')"
     shown = f"{energy}.plot.data.map((trace) => trace.visible)"
     assert page.evaluate(shown) == [False, True, True, True, True]
@@ -226,6 +277,7 @@ def test_the_page_follows_the_system_and_a_button(browser: Any, files: Path, sch
     with opened(browser, files / "pulley.html", color_scheme=scheme, viewport=WIDE) as page:
         assert (page.evaluate(background), page.evaluate(text)) == pairs[0]
         page.locator("#theme").click()
+        page.evaluate(SETTLED)
         assert (page.evaluate(background), page.evaluate(text)) == pairs[1]
 
 

@@ -9,6 +9,7 @@ frictionsim.BeltChart = class {
     this.words = quantity || name;
     this.unit = unit ? `, ${frictionsim.unit(unit)}` : "";
     this.plot = element("div", { class: "plot", role: "img", "aria-label": `${this.words} along the belt at the time of the clock` });
+    this.chart = new frictionsim.Plot(this.plot);
     const heading = `${this.words} along the belt${label ? `, ${label}` : ""}${this.unit}, at the time of the clock`;
     this.details = element("details", { class: "chart along-belt", open: true, ontoggle: () => this.show(true) }, element("summary", {}, heading),
       element("p", { class: "note" }, "Bars at the bottom: the belt touches a pulley (thin), and sticks to it (thick)."), this.plot);
@@ -40,7 +41,7 @@ frictionsim.BeltChart = class {
     const [line, touch, stick] = [0, 5, 1].map((number) => frictionsim.PALETTES[this.dark ? "dark" : "light"][number]);
     const trace = (color, width) => ({ type: "scatter", mode: "lines", x: [], y: [], line: { color, width } });
     this.floor = low - 1.5 * room;
-    Plotly.react(this.plot, [trace(line, 1.6), { ...trace(touch, 1.5), hoverinfo: "skip" }, { ...trace(stick, 5), hoverinfo: "skip" }], layout, frictionsim.PLOTLY);
+    this.chart.draw([trace(line, 1.6), { ...trace(touch, 1.5), hoverinfo: "skip" }, { ...trace(stick, 5), hoverinfo: "skip" }], layout);
     this.show(true);
   }
 
@@ -49,13 +50,13 @@ frictionsim.BeltChart = class {
     if (this.time === undefined || !this.seen || !this.details.open) return;
     const at = performance.now();
     clearTimeout(this.later);
-    if (!now && at - this.last < frictionsim.BeltChart.MILLISECONDS) {
+    if (this.chart.pending || (!now && at - this.last < frictionsim.BeltChart.MILLISECONDS)) {
       this.later = setTimeout(() => this.show(true), frictionsim.BeltChart.MILLISECONDS);
       return;
     }
     this.last = at;
     const { x, y, touching, sticking } = this.along();
-    Plotly.restyle(this.plot, { x: [x, x, x], y: [y, touching, sticking] });
+    this.chart.restyle({ x: [x, x, x], y: [y, touching, sticking] });
   }
 
   // Values by distance from where point 0 is at the start: a place that stays where it is.

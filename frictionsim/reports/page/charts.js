@@ -9,7 +9,11 @@ frictionsim.Charts = class {
     container.append(this.toolbar(), frictionsim.marksKey(data));
     this.charts = data.charts.map((chart) => new frictionsim.Chart(container, chart, this));
     clock.follow((time) => this.charts.forEach((chart) => chart.showTime(time)));
-    theme.follow((dark) => { this.dark = dark; this.charts.forEach((chart) => chart.drawAnew()); });
+    theme.follow((dark) => {
+      if (dark === this.dark) return;
+      this.dark = dark;
+      this.charts.forEach((chart) => chart.drawAnew());
+    });
   }
 
   toolbar() {
@@ -22,9 +26,12 @@ frictionsim.Charts = class {
 
   zoomAbout(factor) {
     const { start, end, time } = this.clock;
-    const half = factor * (this.range[1] - this.range[0]) / 2;
-    if (2 * half >= end - start) this.zoom([start, end]);
-    else this.zoom([time - half, time + half]);
+    const wide = factor * (this.range[1] - this.range[0]);
+    if (wide >= end - start) this.zoom([start, end]);
+    else {
+      const from = Math.min(Math.max(time - wide / 2, start), end - wide);
+      this.zoom([from, from + wide]);
+    }
   }
 
   // Shows the same part of the run in all charts.
@@ -41,6 +48,7 @@ frictionsim.Chart = class {
     const { element } = frictionsim;
     const unit = frictionsim.unit(chart.unit);
     this.plot = element("div", { class: "plot", role: "img", "aria-label": `${chart.words} over time` });
+    this.chartOf = new frictionsim.Plot(this.plot);
     this.cursor = element("div", { class: "cursor", "aria-hidden": "true" });
     this.key = new frictionsim.Key(this, chart.lines);
     this.details = element("details", { class: "chart", "data-name": chart.name, open: chart.first, ontoggle: () => this.draw() },
@@ -55,21 +63,21 @@ frictionsim.Chart = class {
     if (!this.details.open) return;
     if (this.drawn) {
       // The window may have another width since it was closed.
-      Plotly.Plots.resize(this.plot);
-      this.showTime(this.all.clock.time);
+      this.chartOf.resize().then(() => this.showTime(this.all.clock.time));
       return;
     }
     this.drawn = true;
-    Plotly.newPlot(this.plot, this.traces(), this.layout(), frictionsim.PLOTLY);
-    this.plot.on("plotly_relayout", (change) => this.relayouted(change));
-    this.plot.on("plotly_click", ({ points }) => { this.all.clock.pause(); this.all.clock.set(points[0].x); });
-    this.plot.on("plotly_afterplot", () => this.showTime(this.all.clock.time));
-    this.showTime(this.all.clock.time);
+    this.chartOf.draw(this.traces(), this.layout()).then(() => {
+      this.plot.on("plotly_relayout", (change) => this.relayouted(change));
+      this.plot.on("plotly_click", ({ points }) => { this.all.clock.pause(); this.all.clock.set(points[0].x); });
+      this.plot.on("plotly_afterplot", () => this.showTime(this.all.clock.time));
+      this.showTime(this.all.clock.time);
+    });
   }
 
   drawAnew() {
     this.key.colour();
-    if (this.drawn) Plotly.react(this.plot, this.traces(), this.layout(), frictionsim.PLOTLY);
+    if (this.drawn) this.chartOf.draw(this.traces(), this.layout());
   }
 
   traces() {
@@ -101,7 +109,7 @@ frictionsim.Chart = class {
       hoverdistance: -1,
       hoverlabel: { bgcolor: colours.hover, bordercolor: colours.axis, font: { color: colours.text } },
       showlegend: false,
-      xaxis: { ...axis, range: this.all.range, title: { text: "time, s", standoff: 4 }, unifiedhovertitle: { text: "%{x:.9~g} s" } },
+      xaxis: { ...axis, range: [...this.all.range], title: { text: "time, s", standoff: 4 }, unifiedhovertitle: { text: "%{x:.9~g} s" } },
       yaxis: { ...axis, title: { text: frictionsim.plain(`${this.chart.name.replaceAll("_", " ")}${unit}`), standoff: 6 }, automargin: true },
       shapes: frictionsim.marks(this.all.data.results, this.all.comparison, colours, this.all.dark),
     };
@@ -116,9 +124,7 @@ frictionsim.Chart = class {
   }
 
   zoom() {
-    if (!this.drawn) return;
-    const [low, high] = this.plot.layout.xaxis.range;
-    if (low !== this.all.range[0] || high !== this.all.range[1]) Plotly.relayout(this.plot, { "xaxis.range": [...this.all.range] });
+    if (this.drawn) this.chartOf.zoom(() => this.all.range);
   }
 
   // The cursor is an element of its own: to have Plotly draw it would take too long for each frame.
@@ -132,10 +138,4 @@ frictionsim.Chart = class {
     this.cursor.hidden = !(part >= 0 && part <= 1);
     this.cursor.style.transform = `translateX(${offset + part * length}px)`;
   }
-};
-
-frictionsim.PLOTLY = {
-  responsive: true,
-  displaylogo: false,
-  modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
 };

@@ -58,7 +58,9 @@ frictionsim.Drawing = class {
     [this.width, this.ratio] = [width, ratio];
     const [left, right, bottom, top] = this.motion.bounds;
     const wanted = width * (top - bottom) / (right - left);
-    const height = Math.min(Math.max(wanted, frictionsim.MIN_HEIGHT), frictionsim.MAX_HEIGHT);
+    // On a low screen the drawing leaves room for its numbers.
+    const highest = Math.min(frictionsim.MAX_HEIGHT, Math.max(0.48 * window.innerHeight, 220));
+    const height = Math.min(Math.max(wanted, frictionsim.MIN_HEIGHT), highest);
     this.views = [this.viewOf(this.motion.bounds, 0, 0, width, height)];
     const { details } = this.motion;
     const side = Math.min(frictionsim.DETAIL, width / Math.max(details.length, 1));

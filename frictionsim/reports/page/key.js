@@ -28,7 +28,7 @@ frictionsim.Key = class {
   toggle(number, button) {
     if (!this.hidden.delete(number)) this.hidden.add(number);
     button.setAttribute("aria-pressed", String(!this.hidden.has(number)));
-    if (this.chart.drawn) Plotly.restyle(this.chart.plot, { visible: !this.hidden.has(number) }, [number]);
+    if (this.chart.drawn) this.chart.chartOf.restyle({ visible: !this.hidden.has(number) }, [number]);
   }
 
   sample() {

@@ -20,6 +20,7 @@ frictionsim.start = async () => {
     container.append(...container.querySelectorAll("#undrawn"));
     new frictionsim.Controls(document.getElementById("clock"), clock);
     frictionsim.followEvents(clock);
+    await Promise.all(frictionsim.charts.charts.map((chart) => chart.chartOf.work));
   } else document.querySelectorAll("#events button").forEach((button) => { button.disabled = true; });
   performance.mark("ready");
   frictionsim.ready = true;

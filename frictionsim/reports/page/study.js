@@ -44,7 +44,8 @@ frictionsim.layout = (more) => ({
 
 frictionsim.show = (traces, layout) => {
   document.getElementById("chart").classList.add("drawn");
-  return Plotly.react("chart", traces, frictionsim.layout(layout), { displaylogo: false, responsive: true });
+  frictionsim.plot ??= new frictionsim.Plot(document.getElementById("chart"));
+  return frictionsim.plot.draw(traces, frictionsim.layout(layout));
 };
 
 // A select with its label; options are pairs of a value and a text.
