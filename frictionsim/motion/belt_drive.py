@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.motion.belt_path import guiding_path
 from frictionsim.motion.frames import (
     MAX_FRAMES,
     channel_at,
@@ -18,6 +19,7 @@ from frictionsim.motion.frames import (
     required,
     rounded,
 )
+from frictionsim.motion.guided_belt import PIECES, Points, flags_along, points_along
 from frictionsim.motion.parts import Band, Body, Detail, Motion, Part, Readout
 from frictionsim.motion.shapes import around, wheel
 from frictionsim.scenario.recorded import scenario_of, scenario_value
@@ -48,7 +50,11 @@ def motion(result: "Record") -> Motion:
     bodies = required(result, "x").shape[1]
     stride = -(-bodies // MAX_POINTS)
     drawn = np.arange(0, bodies, stride)
-    frames = frames_of(result, max(MIN_FRAMES, min(MAX_FRAMES, MAX_VALUES // len(drawn))))
+    required(result, "y")
+    path = guiding_path(result, -1) if stride == 1 and result.channels["time"].size else None
+    pieces = PIECES if path is not None else 1
+    count = MAX_VALUES // (pieces * len(drawn))
+    frames = frames_of(result, max(MIN_FRAMES, min(MAX_FRAMES, count)))
     time = channel_at(result, "time", frames)
     x, y = (channel_at(result, axis, frames)[:, drawn] for axis in "xy")
     wheels = _wheels(result, frames)
@@ -71,6 +77,8 @@ def motion(result: "Record") -> Motion:
         marks=np.arange(0, len(drawn), max(1, round(len(drawn) / MARKS))),
         patch=_patch(result, bodies, drawn),
     )
+    if path is not None:
+        band = _along_line(band, points_along(path, x, y), size)
     parts: tuple[Part, ...] = (*wheels, band)
     details = _details(result, bounds)
     return Motion(time, parts, bounds, None, _readouts(result, frames, tension), details)
@@ -112,6 +120,26 @@ def _wheels(result: "Record", frames: "Numbers") -> list[Body]:
         )
         for i, (name, x, y, radius) in enumerate(pulleys)
     ]
+
+
+def _along_line(band: Band, points: Points, size: float) -> Band:
+    """Return the band of a guided string, which follows spans and arcs between its bodies."""
+
+    def repeated(values: Any) -> Any:
+        return None if values is None else np.repeat(values, PIECES, axis=-1)
+
+    touching = sticking = None
+    if band.touching is not None:
+        touching, sticking = flags_along(band.touching, band.sticking, points.on_arc)
+    return band._replace(
+        x=rounded(points.x, size, STEPS),
+        y=rounded(points.y, size, STEPS),
+        value=repeated(band.value),
+        touching=touching,
+        sticking=sticking,
+        marks=None if band.marks is None else (band.marks + 1) * PIECES - 1,
+        patch=repeated(band.patch),
+    )
 
 
 def _contact(

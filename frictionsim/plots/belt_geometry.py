@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.plots.belt_path import arc_of, guiding_path, middles_on, places_on
+from frictionsim.motion.belt_path import arc_of, guiding_path, middles_on, places_on
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import senses_of
-from frictionsim.plots.belt_path import path_of
+from frictionsim.motion.belt_path import path_of
 from frictionsim.plots.belt_slip import recorded_speed_at_rest
 from frictionsim.plots.style import BLACK
 

@@ -11,7 +11,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from frictionsim.errors import InputError
-from frictionsim.plots.belt_path import (
+from frictionsim.motion.belt_path import (
     arc_of,
     guiding_path,
     line_between,

@@ -13,7 +13,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     slip_percent,
     speed_at_rest,
 )
-from frictionsim.plots.belt_path import path_of
+from frictionsim.motion.belt_path import path_of
 from frictionsim.plots.style import BLACK, BLUE, Style, axis_label, escape_mathtext
 from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.motion import belt_drive
+from frictionsim.motion import belt_drive, guided_belt
 from frictionsim.motion.parts import Band, Body, Disc, Motion
 from frictionsim.reports.encoding import packed_data
 from frictionsim.results import Record
+from frictionsim.scenario.recorded import scenario_value
 from tests.support.motions import motion
 
 pytestmark = pytest.mark.quick
+
+# These belts are guided strings: there are points between their bodies.
+BODIES = slice(guided_belt.PIECES - 1, None, guided_belt.PIECES)
 
 Belts = dict[str, tuple[Path, Record]]
 
@@ -40,13 +44,15 @@ def test_a_belt_is_where_its_file_says(belts: Belts, name: str) -> None:
         time = file["time"][()]
         for frame in (0, len(found.time) // 2, len(found.time) - 1):
             sample = int(np.flatnonzero(time == found.time[frame])[0])
-            assert np.abs(band.x[frame] - file["x"][sample]).max() <= step
-            assert np.abs(band.y[frame] - file["y"][sample]).max() <= step
+            assert np.abs(band.x[frame, BODIES] - file["x"][sample]).max() <= step
+            assert np.abs(band.y[frame, BODIES] - file["y"][sample]).max() <= step
             tension = file["tension"][()]
-            assert np.abs(band.value[frame] - tension[sample]).max() <= np.ptp(tension) / 250.0
+            assert (
+                np.abs(band.value[frame, BODIES] - tension[sample]).max() <= np.ptp(tension) / 250.0
+            )
             on = file["pulley_index"][sample] >= 0
-            assert np.array_equal(band.touching[frame], on)
-            assert np.array_equal(band.sticking[frame], on & (file["sticking"][sample] > 0))
+            assert np.array_equal(band.touching[frame, BODIES], on)
+            assert np.array_equal(band.sticking[frame, BODIES], on & (file["sticking"][sample] > 0))
             for i, wheel in enumerate(p for p in found.parts if isinstance(p, Body)):
                 assert wheel.angle[frame] == file["pulley_angle"][sample, i]
                 assert isinstance(wheel.shapes[0], Disc)
@@ -54,6 +60,27 @@ def test_a_belt_is_where_its_file_says(belts: Belts, name: str) -> None:
         assert right > file["x"][()].max()
         assert bottom < file["y"][()].min()
         assert top > file["y"][()].max()
+
+
+@pytest.mark.parametrize("name", ["two", "four"])
+def test_a_guided_string_follows_its_arcs_and_is_marked_on_them_only(
+    belts: Belts, name: str
+) -> None:
+    _, record = belts[name]
+    band = band_of(motion(record))
+    assert band.touching is not None
+    tables = scenario_value(record, "mechanism", "pulleys")
+    places = np.stack([band.x, band.y], axis=-1)
+    on = np.zeros(band.x.shape, dtype=int)
+    for table in tables:
+        away = np.hypot(*np.moveaxis(places - np.array(table["center"]), -1, 0)) - table["radius"]
+        assert away.min() > -1e-4  # nothing cuts through a pulley
+        on += np.abs(away) < 1e-4
+    marked = band.touching.sum(axis=1)
+    assert np.all(marked <= (on > 0).sum(axis=1))
+    assert np.all(on[band.touching] > 0)
+    # More than the bodies alone: the points between them too.
+    assert marked.mean() > 3.0 * band.touching[:, BODIES].sum(axis=1).mean()
 
 
 def test_a_fine_belt_and_a_long_run_are_thinned(
@@ -106,8 +133,9 @@ def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names(belts: Belts) -
     text = f"{scenario}\n[effects.patch]\nfrom = 0.3\nto = 0.6\nmu_s = 0.3\nmu_k = 0.25\n"
     band = band_of(motion(record._replace(attributes=record.attributes | {"scenario": text})))
     assert band.patch is not None
-    points = np.column_stack([band.x[0], band.y[0]])[band.patch]
+    patch = band.patch[BODIES]
+    points = np.column_stack([band.x[0], band.y[0]])[BODIES][patch]
     legs = np.hypot(*np.diff(points, axis=0).T)
     length, pitch = float(legs.sum()), float(legs.mean())
     assert length == pytest.approx(0.3 - pitch, abs=1.2 * pitch)
-    assert np.flatnonzero(band.patch)[0] == pytest.approx(0.3 / pitch, abs=1.0)
+    assert np.flatnonzero(patch)[0] == pytest.approx(0.3 / pitch, abs=1.0)

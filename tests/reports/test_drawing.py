@@ -15,6 +15,8 @@ from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, set_time, wait_until
 from tests.support.motions import scenario
 
+# Of bodies in the plane: a guided string has points between its bodies.
+IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
 KINDS = ("pulley", "marble_machine", "epicyclic")
 # Of the page: a drawing of its own, so that nothing here depends on how a report shows its own.
 MAKE = """() => {
@@ -33,7 +35,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, Pat
     for kind in (*KINDS, "belt_drive"):
         result = folder / f"{kind}.h5"
         if kind == "belt_drive":
-            hdf5_writer.write(belt_run(TWO), result)
+            hdf5_writer.write(belt_run(TWO, effects=IN_PLANE), result)
         else:
             fs.solve(scenario(kind, solver__rtol=1e-6), output=result)
         found[kind] = result, fs.report(result, folder / f"{kind}.html")
