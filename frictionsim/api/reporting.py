@@ -101,7 +101,18 @@ def _opened(sources: Sequence[Source]) -> list[results.Result]:
 def _result_of(source: Source) -> results.Result:
     if isinstance(source, results.Result):
         return source
-    return results.open(as_path("result", source))
+    path = as_path("result", source)
+    try:
+        return results.open(path)
+    except InputError:
+        from frictionsim.io.hdf5_reader import is_sweep
+
+        if not is_sweep(path):
+            raise
+        raise InputError(
+            f"{path}: a sweep is not compared with results of runs; report it by itself, or"
+            " vary more keys in one sweep"
+        ) from None
 
 
 def _check_apart(sources: Sequence[Source]) -> None:

@@ -114,7 +114,9 @@ def path(result: "Record", figure: "Figure | SubFigure", instant: "Record | None
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
     if "angle" in result.channels:
         handles += draw_marks(plane, result, sun_radius, radius)
-        handles += _draw_planet(plane, instant or result, sun_radius + radius, radius)
+        handles += _draw_planet(
+            plane, instant or result, sun_radius + radius, radius, at_end=instant is None
+        )
     plane.set_aspect("equal")
     plane.margins(0.04)
     plane.grid(linewidth=0.3)
@@ -151,8 +153,10 @@ def _draw_path(plane: Any, result: "Record", path: tuple[Any, Any]) -> list[Any]
     ]
 
 
-def _draw_planet(plane: Any, result: "Record", length: float, radius: float) -> list[Any]:
-    """Draw planet and crank at the last sample."""
+def _draw_planet(
+    plane: Any, result: "Record", length: float, radius: float, at_end: bool
+) -> list[Any]:
+    """Draw planet and crank at the last sample; the tracer point unless the path ends in it."""
     angle = result.channels["angle"][-1]
     centre = length * float(np.cos(angle)), length * float(np.sin(angle))
     end = result.channels["tracer_x"][-1], result.channels["tracer_y"][-1]
@@ -160,4 +164,8 @@ def _draw_planet(plane: Any, result: "Record", length: float, radius: float) -> 
     planet = plane.add_patch(disc)
     plane.plot(*zip(centre, end, strict=True), color=GREY, linewidth=1.0, zorder=3)
     crank = {"color": ORANGE, "linewidth": 3.0, "marker": "o", "markersize": 5, "zorder": 3}
-    return [planet, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
+    parts = [planet, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
+    if not at_end:  # where the end of the path is marked
+        point = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 6, "linestyle": ""}
+        parts += plane.plot(*end, **point, zorder=5, label="tracer point")
+    return parts

@@ -22,7 +22,7 @@ def span_charts(runs: "Sequence[ReportedRun]") -> list[Chart]:
     lines = tuple(found for number, run in enumerate(runs) for found in _lines(run, number))
     if not lines:
         return []
-    words = "mean tension of each span, from one pulley to the next"
+    words = "mean tension of each span, between pulleys in the order of the scenario"
     return [Chart("span_tension", words, "N", True, lines)]
 
 

@@ -112,4 +112,4 @@ def number(value: float | None) -> str:
 
 def short(value: float | None) -> str:
     """Return a number with few digits, of which only the size matters; empty if there is none."""
-    return "" if value is None else f"{value:.3g}"
+    return "" if value is None else f"{value + 0.0:.3g}"  # no -0

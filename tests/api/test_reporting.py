@@ -52,6 +52,15 @@ def test_results_of_unlike_kinds_are_refused(pulley: Path, tmp_path: Path) -> No
     )
 
 
+def test_a_sweep_is_not_compared_with_a_result(pulley: Path, tmp_path: Path) -> None:
+    sweep = tmp_path / "s.h5"
+    fs.sweep(SCENARIOS / "pulley.toml", {"mechanism.load": [2000.0]}, FAST, output=sweep, workers=1)
+    assert refused(tmp_path, pulley, sweep) == (
+        f"{sweep}: a sweep is not compared with results of runs; report it by itself, or vary"
+        " more keys in one sweep"
+    )
+
+
 def test_too_many_results_are_refused(pulley: Path, tmp_path: Path) -> None:
     paths = [pulley.with_name(f"{number}.h5") for number in range(9)]
     assert refused(tmp_path, *paths) == (
