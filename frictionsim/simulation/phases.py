@@ -28,7 +28,8 @@ def sticking_phases(result: "Record") -> Iterator[tuple[float, float]]:
         elif resting_since is not None:
             yield resting_since, at
             resting_since = None
-    if resting_since is not None:
+    # A run that was stopped may have events after its last sample.
+    if resting_since is not None and resting_since <= time[-1]:
         yield resting_since, time[-1]
 
 

@@ -10,7 +10,8 @@ import pytest
 import frictionsim as fs
 from frictionsim.motion import event_frames
 from frictionsim.motion.parts import Body, Motion
-from frictionsim.motion.poses import is_visible, moment_of, place_of, shown_value
+from frictionsim.motion.poses import is_visible, moment_of, place_of, shown_value, state_word
+from frictionsim.plots.animation import timing_of
 from frictionsim.results import Record
 from frictionsim.simulation.phases import sticking_phases
 from tests.support.motions import body, motion, record_of, scenario
@@ -164,6 +165,23 @@ def test_a_transfer_in_creep_does_not_end_the_stick() -> None:
     assert set(np.asarray(found.state).tolist()) == {0}
     record.axes["mode"] = ""
     assert list(sticking_phases(record)) == [(0.0, 2.0)]
+
+
+def test_rest_after_the_last_sample_is_not_shaded() -> None:
+    record = synthetic([0.0, 1.0, 2.0], [1, 1, 1], [(2.5, 1, 0)])
+    record.axes["mode"] = ""
+    assert list(sticking_phases(record)) == []
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_frame_of_an_animation_shows_the_state_after_the_last_event(name: str) -> None:
+    record = solved(name, 0.3, False)
+    found = motion(record)
+    words = {0: "sticks", 1: "slips forward", -1: "slips backward"}
+    changes = [e for e in record.transitions if e.mode_from != e.mode_to]
+    for time in timing_of(found, ".gif", 20.0, None).times.tolist():
+        modes = [changes[0].mode_from, *(e.mode_to for e in changes if e.time <= time)]
+        assert state_word(found, moment_of(found.time, time)) == words[modes[-1]], time
 
 
 def test_of_many_events_changes_of_mode_are_frames_and_all_frames_are_right(
