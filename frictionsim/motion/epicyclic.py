@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
-from frictionsim.motion.frames import channel_at, frames_of, readouts_of, state_at
+from frictionsim.motion.event_frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
 from frictionsim.motion.shapes import around, ray
 from frictionsim.scenario.recorded import scenario_of, scenario_value
@@ -33,22 +33,22 @@ def motion(result: "Record") -> Motion:
     InputError
         If it lacks samples, keys, or both the channel of the angle and those of the point.
     """
-    frames = frames_of(result)
+    frames = frames_with_events(result)
     sun, planet = (
         float(scenario_value(result, "mechanism", f"{part}_radius")) for part in ("sun", "planet")
     )
-    time = channel_at(result, "time", frames)
+    time = values_at(result, "time", frames)
     point, still = _tracer_point(result), np.zeros_like(time)
     parts: list[Part] = [Body("sun", _sun(sun, planet), still, still, still)]
     length, reach = sun + planet, sun + 2.0 * planet
     if "angle" in result.channels:
-        angle = channel_at(result, "angle", frames)
+        angle = values_at(result, "angle", frames)
         if point is not None:
             parts.append(_path(time, angle, length, length / planet, point))
             reach = max(reach, length + point.radius)
         parts += _carried(angle, length, planet, point)
     elif {"tracer_x", "tracer_y"} <= result.channels.keys():
-        x, y = (channel_at(result, f"tracer_{axis}", frames) for axis in "xy")
+        x, y = (values_at(result, f"tracer_{axis}", frames) for axis in "xy")
         parts.append(Trail("path of the tracer point", time, x, y))
         dot = (Disc(0.0, 0.0, POINT * planet, "path"),)
         parts.append(Body("tracer point", dot, x, y, still))
@@ -59,7 +59,7 @@ def motion(result: "Record") -> Motion:
             " tracer_y (see output.channels)"
         )
     bounds = around(np.array([(-reach, -reach), (reach, reach)]), 2.0 * POINT * planet)
-    readouts = readouts_of(result, dict(zip(CHANNELS, SHOWN, strict=True)), frames)
+    readouts = readouts_at(result, dict(zip(CHANNELS, SHOWN, strict=True)), frames)
     return Motion(time, tuple(parts), bounds, state_at(result, frames), readouts)
 
 

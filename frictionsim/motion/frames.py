@@ -1,8 +1,7 @@
-"""The frames of a motion: which samples of a result they are, and its channels there.
+"""The samples that are frames of a motion, and the channels of a result there.
 
-Frames are samples, so that each shows what the file holds. Results of one coordinate have samples
-at their events: these are always frames, so that a drawing changes from stick to slip, or gives a
-marble away, at the time of the event.
+A frame of a belt is a sample, so that it shows what the file holds. Results of one coordinate have
+frames at their events as well, whether or not there is a sample: see `event_frames`.
 """
 
 from math import floor, log2
@@ -13,11 +12,9 @@ import numpy as np
 from frictionsim.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy.typing as npt
 
-    from frictionsim.motion.parts import Array, Numbers, Readout
+    from frictionsim.motion.parts import Array, Numbers
     from frictionsim.results import Record
 
 MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
@@ -94,43 +91,6 @@ def required(result: "Record", name: str) -> Any:
             f"cannot show this result in motion: it has no channel {name} (see output.channels)"
         )
     return result.channels[name]
-
-
-def readouts_of(
-    result: "Record", names: "Mapping[str, str]", frames: "Numbers"
-) -> tuple["Readout", ...]:
-    """Return the numbers beside a drawing, of those channels that the result has.
-
-    Parameters
-    ----------
-    result : Record
-    names : mapping
-        By channel the words for it.
-    frames : (frames,) of int
-    """
-    from frictionsim.motion.parts import Readout
-
-    return tuple(
-        Readout(words, result.units[name], channel_at(result, name, frames), name)
-        for name, words in names.items()
-        if name in result.channels
-    )
-
-
-def state_at(result: "Record", frames: "Numbers") -> "Numbers | None":
-    """Return the mode of the one contact at frames; None if it is not recorded.
-
-    The sample at an event has the mode before it: a frame has the one after it, which lasts.
-    """
-    if "mode" not in result.channels:
-        return None
-    modes = np.array(channel_at(result, "mode", frames), dtype=np.int64)
-    times = np.asarray(result.channels["time"])[frames]
-    for event, mode in zip(result.events["time"], result.events.get("mode_to", ()), strict=False):
-        frame = int(np.searchsorted(times, event))
-        if frame < len(times) and times[frame] == event:
-            modes[frame] = int(mode)
-    return modes
 
 
 def rounded(values: "Array", size: float, steps: float) -> "npt.NDArray[np.float32]":

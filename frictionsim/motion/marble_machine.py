@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.motion.frames import channel_at, frames_of, readouts_of, state_at
+from frictionsim.motion.event_frames import (
+    Frames,
+    frames_with_events,
+    last_event,
+    readouts_at,
+    state_at,
+    values_at,
+)
+from frictionsim.motion.frames import channel_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Readout
 from frictionsim.motion.shapes import around, block, gear_rim, ray
 from frictionsim.scenario.recorded import scenario_of, scenario_value
@@ -26,6 +34,7 @@ MARBLE = 0.3  # radius of a marble, of the distance between slots
 MAX_MARBLE = 0.16  # of the radius of their circle
 SHAFT_SEEN = 0.05  # of the gear's radius, where the scenario has no shaft
 MAX_SLOTS = 60  # that are drawn: of more every second, third, ... one
+TRANSFER = "transfer"  # the event
 TRAY = 12  # marbles that the tray of delivered ones holds; then it is emptied
 SLACK = 1e-9  # of a cell: a marble changes hands at its event, in spite of rounding
 
@@ -38,8 +47,8 @@ def motion(result: "Record") -> Motion:
     InputError
         If it lacks samples, the channel of the angle, or keys.
     """
-    frames = frames_of(result)
-    time, angle = (channel_at(result, name, frames) for name in ("time", "angle"))
+    frames = frames_with_events(result)
+    time, angle = (values_at(result, name, frames) for name in ("time", "angle"))
     holes = int(scenario_value(result, "mechanism", "slots"))
     circle = float(scenario_value(result, "mechanism", "marble_circle_radius"))
     pinion = float(scenario_value(result, "mechanism", "pinion_radius"))
@@ -47,7 +56,7 @@ def motion(result: "Record") -> Motion:
     azimuth = radians(float(scenario_value(result, "mechanism", "mesh_azimuth_deg")))
     gear, still = ratio * pinion, np.zeros_like(time)
     size = min(2.0 * circle * sin(pi / max(holes, 2)) * MARBLE, MAX_MARBLE * circle)
-    cell = np.floor(angle * holes / (2.0 * pi) + SLACK).astype(np.int64)
+    cell = _cells(result, frames, holes)
     centre = (gear + pinion) * np.array([cos(azimuth), sin(azimuth)])
     delivered = cell - int(cell[0])
     wheels, drawn = (
@@ -73,8 +82,8 @@ def motion(result: "Record") -> Motion:
     corners += [tuple(centre - outer), tuple(centre + outer)]
     state = state_at(result, frames)
     readouts = (
-        *readouts_of(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
-        *readouts_of(
+        *readouts_at(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
+        *readouts_at(
             result,
             {"motor_torque": "torque on the pinion", "carried_marbles": "marbles on the gear"},
             frames,
@@ -82,6 +91,24 @@ def motion(result: "Record") -> Motion:
         Readout("marbles delivered", "1", delivered.astype(float)),
     )
     return Motion(time, tuple(parts), around(np.array(corners), 0.5 * size), state, readouts)
+
+
+def _cells(result: "Record", frames: Frames, holes: int) -> "Numbers":
+    """Return how many slots have passed the bottom; each one does so at its transfer."""
+    pitch = 2.0 * pi / holes
+    samples = channel_at(result, "angle", frames.sample)
+    cells = np.floor(samples / pitch + SLACK).astype(np.int64)
+    events = result.events
+    if TRANSFER not in result.contacts or "angle" not in events:
+        return cells
+    chosen = np.asarray(events["contact"]) == result.contacts.index(TRANSFER)
+    event = last_event(result, frames, chosen)
+    passed = event >= 0
+    if passed.any():
+        angle, mode = (np.asarray(events[name])[event[passed]] for name in ("angle", "mode_to"))
+        # At its event an angle is that of a slot: the cell is that ahead of it or behind it.
+        cells[passed] = np.round(angle / pitch).astype(np.int64) - (mode < 0)
+    return cells
 
 
 def teeth_of(ratio: float) -> tuple[int, int] | None:

@@ -13,13 +13,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.journal_friction import friction_radius
-from frictionsim.motion.frames import channel_at, frames_of, readouts_of, required, state_at
+from frictionsim.motion.event_frames import (
+    Frames,
+    frames_with_events,
+    readouts_at,
+    state_at,
+    values_at,
+)
+from frictionsim.motion.frames import required
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Part, Readout
 from frictionsim.motion.shapes import arc, around, block, wheel
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:
-    from frictionsim.motion.parts import Array, Numbers
+    from frictionsim.motion.parts import Array
     from frictionsim.results import Record
 
 SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
@@ -53,11 +60,11 @@ def motion(result: "Record") -> Motion:
     InputError
         If it lacks samples, the channel of the angle, or keys.
     """
-    frames = frames_of(result)
-    time = channel_at(result, "time", frames)
+    frames = frames_with_events(result)
+    time = values_at(result, "time", frames)
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
     horizontal = scenario_of(result).get("drive", {}).get("direction") == "horizontal"
-    angle = channel_at(result, "angle", frames)
+    angle = values_at(result, "angle", frames)
     travel = radius * (angle - float(required(result, "angle")[0]))
     cord = _cord(travel, radius)
     still = np.zeros_like(time)
@@ -70,9 +77,9 @@ def motion(result: "Record") -> Motion:
     ]
     state = state_at(result, frames)
     readouts = (
-        *readouts_of(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
+        *readouts_at(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
         Readout("travel of the load", "m", travel),
-        *readouts_of(
+        *readouts_at(
             result, {"drive_force": "drive force", "friction_torque": "friction torque"}, frames
         ),
     )
@@ -135,15 +142,15 @@ def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
 
 
 def _forces(
-    result: "Record", frames: "Numbers", cord: _Cord, radius: float, horizontal: bool
+    result: "Record", frames: Frames, cord: _Cord, radius: float, horizontal: bool
 ) -> list[Part]:
     """Return drive force, weight and reaction of the shaft, as long as they are large."""
     weight = float(scenario_value(result, "mechanism", "load"))
-    zero = np.zeros(len(frames))
+    zero = np.zeros_like(frames.time)
     x, y = zero + radius, cord.height - BLOCK * radius
     if "drive_force" not in result.channels:
         return [Arrow("weight of the load", x, y, zero, zero - 0.5 * ARROW * radius, "load")]
-    force = channel_at(result, "drive_force", frames)
+    force = values_at(result, "drive_force", frames)
     reaction = np.hypot(force, weight) if horizontal else force + weight
     largest = max(weight, float(np.abs(force).max()), float(np.abs(reaction).max()))
     scale = ARROW * radius / largest if largest > 0.0 else 0.0
@@ -154,7 +161,7 @@ def _forces(
     else:
         parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
     if "friction_torque" in result.channels:
-        torque = channel_at(result, "friction_torque", frames)
+        torque = values_at(result, "friction_torque", frames)
         parts.append(_reaction(force, weight, torque, scale, horizontal))
     return parts
 

@@ -1,4 +1,4 @@
-"""Channels over time with both sides of their jumps, for lines."""
+"""Channels over time with both sides of their jumps, and their values at all events, for lines."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -20,14 +20,15 @@ def with_jumps(result: "Record", name: str) -> tuple[Any, Any]:
     Returns
     -------
     time, values : (n,)
-        With both sides of each jump, and NaN between them.
+        With both sides of each jump, and NaN between them; and the recorded value at each other
+        event that has no sample.
     """
     values = np.asarray(result.channels[name], dtype=float)
     return insert_jumps(result, name, result.channels["time"], values)
 
 
 def insert_jumps(result: "Record", name: str, time: Any, values: Any) -> tuple[Any, Any]:
-    """Return samples of a channel with both sides of its jumps, as `with_jumps`.
+    """Return samples of a channel with its recorded values at events, as `with_jumps`.
 
     Parameters
     ----------
@@ -37,9 +38,14 @@ def insert_jumps(result: "Record", name: str, time: Any, values: Any) -> tuple[A
     time, values : (n,) of float
         Its samples, or some of them in their order.
     """
+    if name == "angle" and "angle" in result.events:
+        return _with_values(result, time, values, np.asarray(result.events["angle"], dtype=float))
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
     if sides[0] is None or sides[1] is None:
         return time, values
+    time, values = _with_values(
+        result, time, values, np.where(sides[0] == sides[1], sides[1], np.nan)
+    )
     jumps = sides[0] != sides[1]
     at = result.events["time"][jumps]
     others = ~np.isin(time, at)  # replace the sample at a jump, which is one of its sides
@@ -48,3 +54,23 @@ def insert_jumps(result: "Record", name: str, time: Any, values: Any) -> tuple[A
     gap = np.full(at.shape, np.nan)
     jump = np.stack((sides[0][jumps], gap, sides[1][jumps]), axis=1).ravel()
     return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
+
+
+def _with_values(result: "Record", time: Any, values: Any, at_events: Any) -> tuple[Any, Any]:
+    """Return samples with the values at those events where the result has none.
+
+    Parameters
+    ----------
+    result : Record
+    time, values : (n,) of float
+    at_events : (events,) of float
+        NaN is left out.
+    """
+    every = np.asarray(result.channels["time"])
+    events = np.asarray(result.events["time"])
+    if not len(every):
+        return time, values
+    within = (events > every[0]) & (events < every[-1])
+    missing = within & ~np.isin(events, every) & ~np.isnan(at_events)
+    places = np.searchsorted(time, events[missing])
+    return np.insert(time, places, events[missing]), np.insert(values, places, at_events[missing])

@@ -19,13 +19,17 @@ def sticking_phases(result: "Record") -> Iterator[tuple[float, float]]:
         return
     time, events = result.channels["time"], result.events
     resting_since = time[0] if result.channels["mode"][0] == 0 else None
-    for at, mode in zip(events["time"], events["mode_to"], strict=True):
+    columns = (events[name] for name in ("time", "mode_from", "mode_to"))
+    for at, before, mode in zip(*columns, strict=True):
+        if mode == before:  # a switching surface was crossed, perhaps in creep
+            continue
         if mode == 0:
             resting_since = at
         elif resting_since is not None:
             yield resting_since, at
             resting_since = None
-    if resting_since is not None:
+    # A run that was stopped may have events after its last sample.
+    if resting_since is not None and resting_since <= time[-1]:
         yield resting_since, time[-1]
 
 

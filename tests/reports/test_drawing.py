@@ -127,6 +127,58 @@ def test_numbers_beside_a_drawing_of_few_frames_are_those_of_all_samples(
             assert shown[f"speed of {name}"] == pytest.approx(np.interp(at, time, speeds[:, i]))
 
 
+BESIDE = """() => {
+  const panel = document.querySelector("#drawings .drawing-panel");
+  const numbers = Array.from(panel.querySelectorAll("dt"), (name) =>
+    [name.textContent, name.nextElementSibling.textContent]);
+  const state = panel.querySelector(".drawing-state").textContent;
+  return { state, ...Object.fromEntries(numbers) };
+}"""
+
+
+def test_without_samples_at_events_a_page_agrees_with_its_events(
+    browser: Any, tmp_path: Path
+) -> None:
+    data = scenario("pulley_return", solver__rtol=1e-6, solver__duration=6.0)
+    record = fs.solve(data | {"output": {"interval": 0.2, "at_events": False}},
+                      output=tmp_path / "a.h5").record  # fmt: skip
+    away, rest = record.transitions
+    with opened(browser, fs.report(tmp_path / "a.h5", tmp_path / "a.html")) as page:
+
+        def at(time: float) -> dict[str, str]:
+            set_time(page, time)
+            return dict(page.evaluate(BESIDE))
+
+        shaded = page.evaluate("frictionsim.data.results[0].sticking")
+        assert shaded[0][1] == away.time
+        assert shaded[1][0] == rest.time
+        for event, before, after in ((away, "sticks", "slips forward"),
+                                     (rest, "slips forward", "sticks")):  # fmt: skip
+            assert at(event.time - 1e-6)["state"] == before
+            assert at(event.time + 1e-6)["state"] == after
+            page.click(f"#events button[data-time='{event.time!r}']")
+            set_time(page, page.evaluate("frictionsim.clock.time"))
+            found = page.evaluate(BESIDE)
+            assert found["state"] == after
+            assert float(found["angle"].split()[0]) == pytest.approx(event.position, abs=0.01)
+            assert float(found["angular velocity"].split()[0]) == 0.0
+
+
+def test_a_marble_is_delivered_at_its_transfer_without_a_sample(
+    browser: Any, tmp_path: Path
+) -> None:
+    data = scenario("marble_machine", solver__rtol=1e-6, solver__duration=1.5)
+    record = fs.solve(data | {"output": {"interval": 0.3, "at_events": False}},
+                      output=tmp_path / "a.h5").record  # fmt: skip
+    transfers = [event.time for event in record.transitions if event.contact == "transfer"]
+    assert len(transfers) == 3
+    with opened(browser, fs.report(tmp_path / "a.h5", tmp_path / "a.html")) as page:
+        for number, time in enumerate(transfers):
+            for at, delivered in ((time - 1e-6, number), (time, number + 1)):
+                set_time(page, at)
+                assert page.evaluate(BESIDE)["marbles delivered"] == str(delivered)
+
+
 def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     _, page, file = drawn
     seen = []

@@ -1,0 +1,210 @@
+"""A drawing agrees with the events and sticking phases of its run, whatever its samples are."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.motion import event_frames
+from frictionsim.motion.parts import Body, Motion
+from frictionsim.motion.poses import is_visible, moment_of, place_of, shown_value, state_word
+from frictionsim.plots.animation import timing_of
+from frictionsim.results import Record
+from frictionsim.simulation.phases import sticking_phases
+from tests.support.motions import body, motion, record_of, scenario
+
+pytestmark = pytest.mark.quick
+
+RUNS: Mapping[str, tuple[str, dict[str, Any]]] = {
+    "sticks, slips, sticks": ("pulley_return", {}),
+    "starts at once": ("marble_machine", {}),
+    "falls back": (
+        "marble_machine",
+        {
+            "mechanism__initial_angle_deg": 20.0,
+            "mechanism__initial_angular_velocity": 6.0,
+            "drive": {"torque": -0.004},
+            "effects__motor_inertia": None,
+            "solver__duration": 0.55,
+        },
+    ),
+    "starts with stick": ("epicyclic", {}),
+    "creeps to rest": (
+        "pulley_return",
+        {"solver__backend": "rkf45", "effects__shaft_friction__law": "regularised"},
+    ),
+}
+MAIN = {"pulley": "pulley", "marble_machine": "gear", "epicyclic": "crank"}
+
+
+@cache
+def solved(name: str, interval: float, at_events: bool) -> Record:
+    kind, changes = RUNS[name]
+    data = scenario(kind, solver__rtol=1e-6, **{k: v for k, v in changes.items() if "__" in k})
+    data |= {k: v for k, v in changes.items() if "__" not in k}
+    data["output"] = {"interval": interval, "at_events": at_events}
+    return fs.solve(data).record
+
+
+DRAWN = [
+    (name, float(np.round(interval, 3)), at_events)
+    for number, name in enumerate(RUNS)
+    for interval in np.random.default_rng(number).uniform(0.02, 0.4, 2)
+    for at_events in (True, False)
+]
+
+
+def state_of(found: Motion, time: float) -> int:
+    assert found.state is not None
+    return int(found.state[moment_of(found.time, time).frame])
+
+
+def number_at(found: Motion, name: str, time: float) -> float:
+    readout = next(r for r in found.readouts if r.name == name)
+    return shown_value(readout, moment_of(found.time, time))
+
+
+@pytest.mark.parametrize(("name", "interval", "at_events"), DRAWN)
+def test_both_sides_of_each_event_are_drawn(name: str, interval: float, at_events: bool) -> None:
+    record = solved(name, interval, at_events)
+    found, events = motion(record), record.events
+    assert np.all(np.diff(found.time) > 0.0)
+    angle = body(found, MAIN[record.attributes["kind"]]).angle
+    for i, event in enumerate(record.transitions):
+        before = float(np.nextafter(event.time, -1.0))
+        assert state_of(found, event.time) == event.mode_to
+        assert angle[moment_of(found.time, event.time).frame] == event.position
+        for side, time in (("before", before), ("after", event.time)):
+            if time < 0.0:
+                continue
+            assert state_of(found, time) == (event.mode_from, event.mode_to)[side == "after"]
+            for readout in found.readouts:
+                if readout.channel and readout.channel != "angle":
+                    recorded = events[f"{readout.channel}_{side}"][i]
+                    assert number_at(found, readout.name, time) == pytest.approx(recorded)
+
+
+@pytest.mark.parametrize(("name", "interval", "at_events"), DRAWN)
+def test_a_contact_sticks_where_charts_are_shaded(
+    name: str, interval: float, at_events: bool
+) -> None:
+    record = solved(name, interval, at_events)
+    found, phases = motion(record), list(sticking_phases(record))
+    times = np.random.default_rng(1).uniform(0.0, found.time[-1], 100)
+    near = [e.time + sign * 1e-9 for e in record.transitions for sign in (-1.0, 1.0)]
+    for time in (*times.tolist(), *(t for t in near if 0.0 < t < found.time[-1])):
+        shaded = any(start <= time < stop for start, stop in phases)
+        assert (state_of(found, time) == 0) == shaded, time
+
+
+@pytest.mark.parametrize("name", ["starts at once", "falls back"])
+@pytest.mark.parametrize("interval", [0.013, 0.07, 0.3])
+@pytest.mark.parametrize("at_events", [True, False])
+def test_a_marble_changes_hands_at_its_transfer(
+    name: str, interval: float, at_events: bool
+) -> None:
+    record = solved(name, interval, at_events)
+    found = motion(record)
+    carried = [p for p in found.parts if isinstance(p, Body) and p.carrier is not None]
+    transfers = [e for e in record.transitions if e.contact == "transfer"]
+    assert len(transfers) > 6
+    delivered = 0
+    for event in transfers:
+        before = float(np.nextafter(event.time, -1.0))
+        for time in (before, event.time):
+            delivered += event.mode_to * (time == event.time)
+            assert number_at(found, "marbles delivered", time) == delivered
+            moment = moment_of(found.time, time)
+            seen = [place_of(p, moment)[:2] for p in carried if is_visible(p, moment)]
+            assert len(seen) == 5
+            # All are on the rising half, between the bottom and the top.
+            assert min(x for x, _ in seen) > -1e-9
+        # The one at the bottom has come or gone.
+        lowest = min(y for _, y in seen)
+        assert (lowest == pytest.approx(-0.0573425)) == (event.mode_to > 0)
+
+
+def synthetic(times: Any, modes: Any, changes: Any, contacts: Any = (), **more: Any) -> Record:
+    """Return a record with a uniform motion; changes are (time, mode before, mode after)."""
+    time = np.asarray(times, dtype=float)
+    channels = {"time": time, "angle": 3.0 * time, "mode": np.asarray(modes, dtype=np.int8)}
+    table = np.asarray(changes, dtype=float).reshape(-1, 3)
+    record = record_of("marble_machine", channels, events=table[:, 0])
+    numbers = np.asarray(contacts or [0] * len(table), dtype=int)
+    record.events.update(
+        contact=numbers, mode_from=table[:, 1].astype(int), mode_to=table[:, 2].astype(int), **more
+    )
+    return record._replace(contacts=["shaft", "transfer"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "states"),
+    [
+        ([], {0.0: 1, 0.9: 1, 1.0: 1, 2.0: 1}),
+        ([(0.0, 0, 1)], {0.0: 1, 0.5: 1}),
+        ([(1.6, 1, 0), (2.0, 0, 1)], {1.5: 1, 1.6: 0, 1.99: 0, 2.0: 1}),
+        ([(1.5, 1, 0), (1.5, 0, -1)], {1.49: 1, 1.5: -1, 1.9: -1}),
+        ([(1.2, 1, 0), (1.4, 0, 1)], {1.1: 1, 1.2: 0, 1.39: 0, 1.4: 1, 1.9: 1}),
+        ([(2.5, 1, 0)], {1.99: 1, 2.0: 1}),  # after the last sample of a run that was stopped
+    ],
+)
+def test_the_state_is_that_after_the_last_event(changes: Any, states: dict[float, int]) -> None:
+    found = motion(synthetic([0.0, 1.0, 2.0], [1, 1, 1], changes))
+    assert found.time[[0, -1]].tolist() == [0.0, 2.0]
+    assert {time: state_of(found, time) for time in states} == states
+
+
+def test_a_transfer_in_creep_does_not_end_the_stick() -> None:
+    record = synthetic(
+        [0.0, 1.0, 2.0], [0, 0, 0], [(0.7, 1, 1)], [1], angle=np.array([0.2 * np.pi])
+    )
+    found = motion(record)
+    assert set(np.asarray(found.state).tolist()) == {0}
+    record.axes["mode"] = ""
+    assert list(sticking_phases(record)) == [(0.0, 2.0)]
+
+
+def test_rest_after_the_last_sample_is_not_shaded() -> None:
+    record = synthetic([0.0, 1.0, 2.0], [1, 1, 1], [(2.5, 1, 0)])
+    record.axes["mode"] = ""
+    assert list(sticking_phases(record)) == []
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_frame_of_an_animation_shows_the_state_after_the_last_event(name: str) -> None:
+    record = solved(name, 0.3, False)
+    found = motion(record)
+    words = {0: "sticks", 1: "slips forward", -1: "slips backward"}
+    changes = [e for e in record.transitions if e.mode_from != e.mode_to]
+    for time in timing_of(found, ".gif", 20.0, None).times.tolist():
+        modes = [changes[0].mode_from, *(e.mode_to for e in changes if e.time <= time)]
+        assert state_word(found, moment_of(found.time, time)) == words[modes[-1]], time
+
+
+def test_of_many_events_changes_of_mode_are_frames_and_all_frames_are_right(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(event_frames, "MAX_EVENTS", 4)
+    rng = np.random.default_rng(3)
+    times = np.sort(rng.uniform(0.0, 10.0, 40))
+    changes = [(t, 1, 1) for t in times[:36]] + [
+        (t, i % 2, 1 - i % 2) for i, t in enumerate(times[36:], start=1)
+    ]
+    record = synthetic(
+        np.linspace(0.0, 10.0, 11),
+        np.ones(11),
+        changes,
+        [1] * 36 + [0] * 4,
+        angle=0.2 * np.pi * np.arange(1.0, 41.0),
+    )
+    record.channels["angle"] = np.pi * 0.2 * np.searchsorted(times[:36], record.channels["time"])
+    found = motion(record)
+    assert len(found.time) == 11 + 2 * 4
+    for time, _, mode in changes[36:]:
+        assert state_of(found, time) == mode
+    for time in found.time:
+        transfers = int(np.searchsorted(times[:36], time, side="right"))
+        assert number_at(found, "marbles delivered", time) == transfers
