@@ -37,6 +37,8 @@ class Picture(NamedTuple):
         Of a screenshot of a report `light` or `dark`; else empty.
     place : str
         The element that a screenshot begins with, as a CSS selector; empty for the top.
+    time : float or None
+        Of the clock of a report in s.
     """
 
     file: str
@@ -44,16 +46,15 @@ class Picture(NamedTuple):
     commands: tuple[str, ...]
     scheme: str = ""
     place: str = ""
+    time: float | None = None
 
     @property
     def shown(self) -> tuple[str, ...]:
         """The commands as a reader would type them."""
         target = f"{Path(self.file).stem}.html" if self.scheme else f"docs/pictures/{self.file}"
-        option = (
-            "--plot"
-            if self.commands[-1].startswith(("frictionsim cost", "frictionsim fit"))
-            else "-o"
-        )
+        option = "--animate" if self.file.endswith(".gif") else "-o"
+        if self.commands[-1].startswith(("frictionsim cost", "frictionsim fit")):
+            option = "--plot"
         return (*self.commands[:-1], f"{self.commands[-1]} {option} {target}")
 
 
@@ -132,7 +133,24 @@ FIT = (
     "frictionsim fit scenarios/pulley.toml --data measured.csv --channel angular_velocity"
     f" --free {FRICTION}mu_s=0.05:0.4 --free {FRICTION}mu_k=0.02:0.3"
 )
+BOTH = (
+    "frictionsim solve scenarios/pulley.toml",
+    "frictionsim solve scenarios/pulley.toml --set mechanism.load=2300 -o results/heavy.h5",
+)
 OTHERS = [
+    Picture(
+        "overlay.png",
+        "two results over each other",
+        (*BOTH, "frictionsim plot results/pulley.h5 results/heavy.h5"),
+    ),
+    Picture(
+        "epicyclic.gif",
+        "an epicyclic gear in motion",
+        (
+            "frictionsim solve scenarios/epicyclic.toml",
+            "frictionsim plot results/epicyclic.h5 --fps 10",
+        ),
+    ),
     Picture(
         "sweep_curves.png",
         "a sweep over one key",
@@ -155,6 +173,44 @@ OTHERS = [
         (MADE, "frictionsim show results/measured.h5 --csv > measured.csv", FIT),
     ),
 ]
+PAPERS = [
+    Picture(
+        f"paper_{kind}.png",
+        f"{kind.replace('_', ' ')}: a column of a paper, 84 mm wide",
+        (
+            f"frictionsim solve scenarios/{name}.toml",
+            f"frictionsim plot results/{name}.h5 --width 84mm --style paper --no-title --dpi 200",
+        ),
+    )
+    for kind, (name, _) in VIEWS.items()
+]
+# By kind: the time of the clock in a screenshot of its report, and what is seen then.
+INSTANTS = {
+    "pulley": (0.75, "a pulley that slips: the load, the forces and the reaction of the shaft"),
+    "marble_machine": (2.0, "a marble machine with four marbles delivered"),
+    "epicyclic": (1.2, "an epicyclic gear with the path of its tracer point"),
+    "belt_drive": (1.0, "a belt drive: tension as colour, stick and slip"),
+}
+
+
+def of_kinds() -> list[Picture]:
+    """Return the screenshots of the reports of all kinds."""
+    return [
+        Picture(
+            f"report_{kind}.png",
+            f"the report of {title}",
+            (
+                f"frictionsim solve scenarios/{VIEWS[kind][0]}.toml",
+                f"frictionsim report results/{VIEWS[kind][0]}.h5",
+            ),
+            "light",
+            "#viewer",
+            time,
+        )
+        for kind, (time, title) in INSTANTS.items()
+    ]
+
+
 HOIST = ("frictionsim new pulley hoist.toml", "frictionsim solve hoist.toml")
 HOISTS = (
     "frictionsim sweep hoist.toml --vary 'mechanism.load=lin(1800, 2600, 9)'"
@@ -167,6 +223,16 @@ OF_COST = (
     "frictionsim report results/hoist_cost.h5",
 )
 OF_RUN = (*HOIST, "frictionsim report results/hoist.h5")
+HOIST_PICTURES = [
+    Picture(
+        "hoist.png", "a hoist that lifts its load", (*HOIST, "frictionsim plot results/hoist.h5")
+    ),
+    Picture(
+        "hoist_map.png",
+        "the force that lifts a load, over load and friction",
+        (*HOIST, HOISTS, "frictionsim plot results/hoist_sweep.h5 --view force_to_lift"),
+    ),
+]
 REPORTS = [
     Picture("report_run_light.png", "the report of a run", OF_RUN, "light"),
     Picture("report_run_dark.png", "the same, where the system is dark", OF_RUN, "dark"),
@@ -179,14 +245,30 @@ REPORTS = [
         "#controls",
     ),
 ]
-GALLERY = [*of_views(), *OTHERS, *REPORTS]
+REPORTS += [
+    *of_kinds(),
+    Picture(
+        "report_comparison.png",
+        "the report of two results, side by side on one clock",
+        (*BOTH, "frictionsim report results/pulley.h5 results/heavy.h5"),
+        "light",
+        "#viewer",
+        0.9,
+    ),
+]
+OTHERS += HOIST_PICTURES
+GALLERY = [*of_views(), *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the commands that make it."""
     parts = []
     groups = [(kind, [p for p in of_views() if p.file.startswith(kind)]) for kind in VIEWS]
-    groups += [("sweeps, costs and fits", OTHERS), ("reports", REPORTS)]
+    groups += [
+        ("for papers", PAPERS),
+        ("comparisons, motion, sweeps, costs and fits", OTHERS),
+        ("reports", REPORTS),
+    ]
     for heading, pictures in groups:
         parts.append(f"## {heading.replace('_', ' ').capitalize()}")
         for picture in pictures:
@@ -225,7 +307,7 @@ def make(pictures: list[Picture], results: Path | None) -> None:
             if picture.scheme:
                 from screenshots import take
 
-                take(made, target, picture.scheme, picture.place)
+                take(made, target, picture.scheme, picture.place, picture.time)
             else:
                 shutil.copyfile(made, target)
             print(f"{target}: {target.stat().st_size} bytes", flush=True)
@@ -271,7 +353,9 @@ def main() -> None:
     PICTURES.mkdir(exist_ok=True)
     make(wanted, given.results)
     if not given.words:
-        for left in {*PICTURES.glob("*.png")} - {PICTURES / picture.file for picture in GALLERY}:
+        for left in {*PICTURES.glob("*.png"), *PICTURES.glob("*.gif")} - {
+            PICTURES / picture.file for picture in GALLERY
+        }:
             left.unlink()
 
 

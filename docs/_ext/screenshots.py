@@ -10,7 +10,9 @@ PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 SETTLED = 1500  # ms, for charts to be drawn
 
 
-def take(report: Path, picture: Path, scheme: str, place: str = "") -> None:
+def take(
+    report: Path, picture: Path, scheme: str, place: str = "", time: float | None = None
+) -> None:
     """Write a PNG of a report as a browser shows it.
 
     Parameters
@@ -22,6 +24,8 @@ def take(report: Path, picture: Path, scheme: str, place: str = "") -> None:
         `light` or `dark`.
     place : str
         CSS selector of what stands at the top; empty for the top of the page.
+    time : float or None
+        Of the clock in s; None for the start.
     """
     from PIL import Image
     from playwright.sync_api import sync_playwright
@@ -36,6 +40,8 @@ def take(report: Path, picture: Path, scheme: str, place: str = "") -> None:
         page = browser.new_page(color_scheme=scheme, viewport=SIZE)
         page.goto(report.absolute().as_uri())
         page.wait_for_function("frictionsim.ready")
+        if time is not None:
+            page.evaluate("(time) => frictionsim.clock.set(time)", time)
         if place:
             page.locator(place).evaluate("(element) => element.scrollIntoView()")
         page.wait_for_timeout(SETTLED)

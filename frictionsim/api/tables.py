@@ -127,7 +127,7 @@ def comparison(found: "Comparison") -> Parts:
         )
         for row in found.rows
     ]
-    yield Cells(("channel", ">largest difference", ">allowed", ">time / s", ""), rows)
+    yield Cells(("channel", ">largest difference", ">allowed", ">time, s", ""), rows)
     yield from found.notes
     differing = sum(not row.ok for row in found.rows)
     yield f"{differing} of {len(found.rows)} differ" if differing else "the files agree"
@@ -147,7 +147,7 @@ def _statistics(statistics: "SolverStatistics", samples: int) -> str:
 
 def _transitions_table(transitions: "list[Transition]") -> Cells:
     placed = any(transition.position is not None for transition in transitions)
-    angle = (">angle / rad",) if placed else ()
+    angle = (">angle, rad",) if placed else ()
     numbered = list(enumerate(transitions, start=1))
     if len(numbered) > MAX_EVENTS:
         shown, last = numbered[: MAX_EVENTS - 2], numbered[-1:]
@@ -159,7 +159,7 @@ def _transitions_table(transitions: "list[Transition]") -> Cells:
         *dots,
         *(_transition_cells(number, e) for number, e in last),
     ]
-    return Cells((">event", ">time / s", "contact", "from", "to", *angle), rows)
+    return Cells((">event", ">time, s", "contact", "from", "to", *angle), rows)
 
 
 def _transition_cells(number: int, e: "Transition") -> tuple[str, ...]:

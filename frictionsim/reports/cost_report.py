@@ -37,7 +37,7 @@ def cost_page(found: CostTable, source: str) -> str:
         If the table is damaged.
     """
     try:
-        advice, floors = [each.sentence for each in advice_of(found)], floors_of(found)
+        advice, floors = [each.worded() for each in advice_of(found)], floors_of(found)
     except ValueError as error:
         raise InputError(f"{source}: cannot read this table of costs: {error}") from None
     about = found.attributes
@@ -106,7 +106,7 @@ def _settings(found: CostTable, rows: list[Row], measures: list[str]) -> str:
         *("law, method", "setting", *((">bodies",) if of_meshes else ()), "outcome", ">error"),
         *in_time,
         *(f">{name}, relative" for name in measures),
-        ">wall time / ms",
+        ">wall time, s",
         *(f">{name.replace('_', ' ')}" for name in COUNTS if name in found.columns),
         *(("keys it sets",) if "overrides" in found.columns else ()),
     ]
@@ -123,7 +123,6 @@ def _cells(
         return number(_value(found, name, place), 4)
 
     bodies = row.setting.mesh.bodies if row.setting.mesh else 0
-    wall = 1e3 * _value(found, "wall_seconds", place)
     return [
         row.setting.line,
         row.setting.label,
@@ -132,7 +131,7 @@ def _cells(
         value("error"),
         *((value("time_error"),) if "time_error" in found.columns else ()),
         *(value(name + RELATIVE) for name in measures),
-        number(wall, 4),
+        value("wall_seconds"),
         *(number(_value(found, name, place), 10) for name in COUNTS if name in found.columns),
         *((found.columns["overrides"].values[place],) if "overrides" in found.columns else ()),
     ]
@@ -165,7 +164,7 @@ def _data(
     columns = {
         name: {
             "unit": found.columns[name].unit,
-            "words": names.get(name, found.columns[name].long_name),
+            "words": names.get(name) or _words(found.columns[name].long_name),
             "values": np.array([_value(found, name, i) for i in range(len(shown))]),
         }
         for name in dict.fromkeys((*names, *WORK, *COUNTS))
@@ -187,6 +186,11 @@ def _data(
             for row, line in zip(shown, _lines(shown), strict=True)
         ],
     }
+
+
+def _words(long_name: str) -> str:
+    """Return a name for an axis; a table in CSV has that of its column alone."""
+    return "wall time" if long_name == "wall seconds" else long_name
 
 
 def _lines(rows: list[Row]) -> list[str]:

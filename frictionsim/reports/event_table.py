@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from frictionsim.reports.page import text
-from frictionsim.reports.tables import Cell, Html, number, paragraph, section, table
+from frictionsim.reports.tables import Cell, Html, number, paragraph, section, table, with_minus
 from frictionsim.results import MODES
 from frictionsim.simulation.phases import event_names
 
@@ -22,8 +22,8 @@ def events(runs: "Sequence[ReportedRun]") -> str:
         return section("events", "Events", paragraph("There are no events."))
     rows = sorted((row for run in runs for row in _rows(run)), key=lambda row: row[0])
     placed = any("angle" in run.record.events for run in runs)
-    headings = ["time / s", "event", "contact", "from", "to"]
-    headings += [">angle / rad"] if placed else []
+    headings = ["time, s", "event", "contact", "from", "to"]
+    headings += [">angle, rad"] if placed else []
     headings += ["result"] if len(runs) > 1 else []
     shown = [_cells(row, placed, several=len(runs) > 1) for row in rows[:MAX_EVENTS]]
     more = paragraph(f"The first {MAX_EVENTS} of {count} events.") if count > MAX_EVENTS else ""
@@ -44,7 +44,9 @@ def _rows(run: "ReportedRun") -> Iterator[_Row]:
 
 def _cells(row: _Row, placed: bool, several: bool) -> list[Cell]:
     time, name, contact, before, after, angle, label = row
-    button = f'<button type="button" data-time="{time!r}">{text(f"{time:.9g}")}</button>'
+    button = (
+        f'<button type="button" data-time="{time!r}">{text(with_minus(f"{time:.9g}"))}</button>'
+    )
     cells: list[Cell] = [Html(button), name, contact, MODE_WORDS[before], MODE_WORDS[after]]
     cells += ["" if angle is None else number(angle)] if placed else []
     return [*cells, label] if several else cells

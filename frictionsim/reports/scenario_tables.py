@@ -86,4 +86,4 @@ def origins(runs: "Sequence[ReportedRun]") -> str:
         values = [" ".join(run.attribute(attribute).split("\n")) for run in runs]
         if any(values):
             rows.append((words, *values))
-    return section("origin", "How it was made", table("Origin", ["", *names], rows))
+    return section("origin", "How it was made", table("Origin", ["property", *names], rows))

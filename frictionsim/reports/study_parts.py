@@ -6,17 +6,22 @@ The tables are complete without scripts; scripts sort them by the values of thei
 from collections.abc import Iterable, Sequence
 
 from frictionsim.reports.page import text
-from frictionsim.reports.tables import Cell, Html, Number, table
+from frictionsim.reports.tables import Number, table
 
 MAX_TEXT = 300  # characters of a cell
 
 
 def short(content: object, limit: int = MAX_TEXT) -> str:
     """Return a text for HTML, cut if it is longer than a limit; it says how long it is."""
+    return text(cut(content, limit))
+
+
+def cut(content: object, limit: int = MAX_TEXT) -> str:
+    """Return a text, cut if it is longer than a limit; it says how long it is."""
     words = str(content)
     if len(words) > limit:
         words = f"{words[:limit]}… ({len(words)} characters in all)"
-    return text(words)
+    return words
 
 
 def number(value: float, digits: int = 6) -> Number:
@@ -36,17 +41,13 @@ def study_table(
     name : str
         Its id in the page, if scripts sort it.
     """
-    cut = ([_cut(cell) for cell in row] for row in rows)
+    cells = ([cell if isinstance(cell, Number) else cut(cell) for cell in row] for row in rows)
     attributes = ' class="study"' + (f' id="{name}"' if name else "")
     # A table that is wider than the window is scrolled by itself, by the keyboard too.
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}">'
-        f"{table(caption, headings, cut, attributes)}</div>"
+        f"{table(caption, headings, cells, attributes)}</div>"
     )
-
-
-def _cut(cell: str | Number) -> Cell:
-    return cell if isinstance(cell, Number) else Html(short(cell))
 
 
 def study_section(heading: str, *content: str) -> str:

@@ -16,7 +16,7 @@ from frictionsim.reports.sweep_data import (
     kept_of,
     rows_to_show,
 )
-from frictionsim.reports.tables import Number
+from frictionsim.reports.tables import Number, with_unit
 
 SCRIPTS = ("data.js", "elements.js", "theme.js", "plot.js", "study.js", "sweep.js")
 MAX_CELLS = 12_000  # of the table of runs
@@ -43,7 +43,9 @@ def sweep_page(found: SweepTable, parts: "Iterable[Any]", source: str) -> str:
     InputError
         If the study in its file is not valid.
     """
-    title, *summary = parts
+    title, *lines = parts
+    # The head of the page names the file.
+    summary = [part for part in lines if part != f"sweep: {source or 'none'}"]
     kept = kept_of(found)
     indices = indices_of_sample(found, kept)
     name = found.attributes["title"] or found.attributes["kind"]
@@ -96,8 +98,8 @@ def _left_out(found: SweepTable, kept: Kept) -> Iterator[str]:
 def _runs(found: SweepTable, kept: Kept) -> str:
     headings = [
         ">run",
-        *(f">{key}{_in(found.coordinates[key].unit)}" for key in kept.keys),
-        *(f">{name}{_in(found.units[name])}" for name in kept.quantities),
+        *(f">{with_unit(key, found.coordinates[key].unit)}" for key in kept.keys),
+        *(f">{with_unit(name, found.units[name])}" for name in kept.quantities),
         "outcome",
     ]
     places = rows_to_show(found, kept, MAX_CELLS // len(headings)).tolist()
@@ -128,10 +130,6 @@ def _cell(found: SweepTable, key: str, value: Any) -> str | Number:
     if values.dtype.kind == "b" or values.dtype.itemsize == 1:
         return "true" if value else "false"
     return number(float(value))
-
-
-def _in(unit: str) -> str:
-    return f" / {unit}" if unit and unit != "1" else ""
 
 
 def _groups(

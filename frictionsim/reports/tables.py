@@ -57,13 +57,24 @@ def table(
 
 
 def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
-    first, *others = row
+    first, *others = (
+        _parsed(cell) if right and isinstance(cell, str) else cell
+        for cell, right in zip(row, numeric, strict=True)
+    )
     cells = [f'<th scope="row"{_class(numeric[0])}{_value(first)}>{_html(first)}</th>']
     cells += [
         f"<td{_class(right)}{_value(cell)}>{_html(cell)}</td>"
         for cell, right in zip(others, numeric[1:], strict=True)
     ]
     return "".join(cells)
+
+
+def _parsed(cell: str) -> str | Number:
+    """Return what is in a column of numbers: a number, or a text as "none"."""
+    try:
+        return Number(cell, float(cell))
+    except ValueError:
+        return cell
 
 
 def _class(numeric: bool) -> str:
@@ -77,7 +88,17 @@ def _value(cell: Cell) -> str:
 def _html(cell: Cell) -> str:
     if isinstance(cell, Html):
         return cell.content
-    return text(cell.shown if isinstance(cell, Number) else cell)
+    return text(with_minus(cell.shown) if isinstance(cell, Number) else cell)
+
+
+def with_minus(shown: str) -> str:
+    """Return a number with the sign that charts have for minus; zero has none."""
+    return shown.removeprefix("-") if shown == "-0" else shown.replace("-", "\N{MINUS SIGN}")
+
+
+def with_unit(words: str, unit: str) -> str:
+    """Return a heading of values with a unit, as that of an axis; 1 is no unit."""
+    return f"{words}, {unit}" if unit and unit != "1" else words
 
 
 def section(name: str, heading: str, content: str) -> str:

@@ -25,7 +25,19 @@ class Advice(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The recommendation as text."""
+        """The recommendation as text, beside tables in ms."""
+        return self.worded(1e3, "ms")
+
+    def worded(self, per_second: float = 1.0, unit: str = "s") -> str:
+        """Return the recommendation as text.
+
+        Parameters
+        ----------
+        per_second : float
+            How many of the unit are a second.
+        unit : str
+            Of wall time.
+        """
         goal = f"for {100 * self.wanted:g} %{self.metric and ' of '}{self.metric}"
         if self.floor > self.wanted:
             return f"{goal}: unknown, the reference uncertainty is {self.floor:.1e}"
@@ -34,8 +46,8 @@ class Advice(NamedTuple):
         row = self.row
         error = row.errors[self.metric].relative if self.metric else row.error
         return (
-            f"{goal}: {row.setting.line} with {row.setting.detail}, {1e3 * row.wall_seconds:.3g}"
-            f" ms, error {error:.1e}"
+            f"{goal}: {row.setting.line} with {row.setting.detail},"
+            f" {per_second * row.wall_seconds:.3g} {unit}, error {error:.1e}"
         )
 
 

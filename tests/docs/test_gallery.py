@@ -12,7 +12,8 @@ sys.path.insert(0, str(DOCS / "_ext"))
 import gallery
 
 PNG = b"\x89PNG\r\n\x1a\n"
-MOST_BYTES, MOST_IN_ALL = 250_000, 2_500_000
+GIF = b"GIF89a"
+MOST_BYTES, MOST_OF_SCREENSHOT, MOST_OF_GIF, MOST_IN_ALL = 250_000, 120_000, 600_000, 2_500_000
 SHOWN = re.compile(r"!\[[^\]]+\]\(pictures/([\w.]+)\)")
 
 
@@ -39,8 +40,36 @@ def test_the_pictures_of_the_walk_through_are_made_by_the_command() -> None:
 @pytest.mark.parametrize("picture", gallery.GALLERY, ids=lambda picture: picture.file)
 def test_a_picture_is_there_and_small(picture: gallery.Picture) -> None:
     content = (gallery.PICTURES / picture.file).read_bytes()
-    assert content.startswith(PNG)
-    assert len(content) < MOST_BYTES
+    moving = picture.file.endswith(".gif")
+    assert content.startswith(GIF if moving else PNG)
+    still = MOST_OF_SCREENSHOT if picture.scheme else MOST_BYTES
+    assert len(content) < (MOST_OF_GIF if moving else still)
+    if picture.scheme:
+        colour_type = content[25]  # of the header of a PNG
+        assert colour_type == 3, "a screenshot has a palette"
+
+
+def test_each_kind_has_a_report_at_a_telling_time_and_a_picture_for_papers() -> None:
+    reports = {p.file: p for p in gallery.REPORTS}
+    for kind in VIEWS:
+        found = reports[f"report_{kind}.png"]
+        assert found.commands[-1] == f"frictionsim report results/{gallery.VIEWS[kind][0]}.h5"
+        assert found.time
+    assert {f"paper_{kind}.png" for kind in VIEWS} == {p.file for p in gallery.PAPERS}
+    assert all("--width 84mm --style paper" in p.commands[-1] for p in gallery.PAPERS)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        r"frictionsim report \S+\.h5 \S+\.h5 -o",
+        r"frictionsim plot \S+\.h5 \S+\.h5 -o",
+        r"frictionsim plot .* --animate \S+\.gif",
+    ],
+    ids=["comparison", "overlay", "animation"],
+)
+def test_the_gallery_has_several_results_and_motion(words: str) -> None:
+    assert any(re.match(words, picture.shown[-1]) for picture in gallery.GALLERY)
 
 
 def test_no_picture_is_left_over_and_all_are_small() -> None:

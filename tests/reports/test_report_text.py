@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api import tables
 from frictionsim.reports.event_table import MAX_EVENTS, events
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
 from frictionsim.reports.run_tables import summary
+from frictionsim.reports.scenario_tables import origins
+from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run
 from tests.support.scenarios import SCENARIOS
@@ -97,7 +100,7 @@ def test_estimated_errors_have_a_column(pulley: fs.Result) -> None:
         pulley.record, errors={"force_to_lift": 2.5e-4}, error_estimate="by another tolerance"
     )
     html = summary([run])
-    assert row(html, "force_to_lift")[2:] == ["2.5e-04", "N"]
+    assert row(html, "force_to_lift")[2:] == ["2.5e\N{MINUS SIGN}04", "N"]
     assert "<p>by another tolerance</p>" in html
 
 
@@ -187,3 +190,25 @@ def test_a_report_is_small(tmp_path: Path) -> None:
     run = belt_run(bodies=300, samples=1001)
     report = fs.report(fs.Result.of_run(run), tmp_path / "report.html")
     assert report.stat().st_size < 6_000_000
+
+
+def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read() -> None:
+    html = table("t", ["name-a", ">value"], [("a-b", "-1.5e-07"), ("c", "-0"), ("d", "none")])
+    assert (
+        '<td class="number" data-value="-1.5e-07">\N{MINUS SIGN}1.5e\N{MINUS SIGN}07</td>' in html
+    )
+    assert '<td class="number" data-value="-0.0">0</td>' in html
+    assert '<td class="number">none</td>' in html
+    assert "a-b" in html
+    assert "name-a" in html
+
+
+def test_headings_name_a_quantity_and_its_unit_as_axes_do(pulley: fs.Result) -> None:
+    run = ReportedRun(pulley.record)
+    html = events([run])
+    assert '<th scope="col">time, s</th>' in html
+    assert ">angle, rad</th>" in html
+    assert with_unit("load", "N") == "load, N"
+    assert with_unit("mu_s", "1") == with_unit("mu_s", "") == "mu_s"
+    assert re.search("event +time, s +contact", tables.as_text(tables.summary(pulley)))
+    assert '<th scope="col"></th>' not in events([run]) + origins([run])

@@ -131,6 +131,10 @@ def test_a_report_of_a_sweep_is_complete_without_scripts(
     shown = page.inner_text("body")
     assert "6 of 12 runs are done; 6 failed: not in the table below" in shown
     assert "budget_exceeded" in shown
+    # Its file is named once; headings are those of axes.
+    assert shown.count(str(grid)) == 1
+    assert f"{LOAD}, N" in page.locator("#runs thead").inner_text().split("\t")
+    assert " / " not in page.locator("#runs thead").inner_text()
     assert page.locator("#runs tbody tr").count() == 12
     assert "[study]" in page.inner_text("pre")
     assert page.locator("th:not([scope]), table:not(:has(caption))").count() == 0

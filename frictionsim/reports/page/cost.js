@@ -73,7 +73,8 @@ frictionsim.Costs = class {
       floor > 0 ? `Errors below ${frictionsim.shown(floor, 2)} (line) are below the reference uncertainty.` : "",
     ].filter(Boolean).join(" ");
     return frictionsim.show(traces, {
-      xaxis: frictionsim.axis(title(this.work), { type: "log" }), yaxis: frictionsim.axis(title(this.error), { type: "log" }),
+      xaxis: frictionsim.logAxis(title(this.work), traces.flatMap(({ x }) => x)),
+      yaxis: frictionsim.logAxis(title(this.error), [...traces.flatMap(({ y, yaxis }) => (yaxis ? [] : y)), ...(floor > 0 ? [floor] : [])]),
       yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true },
       shapes: floor > 0 ? [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: floor, y1: floor, line: { color: frictionsim.colour("faint"), dash: "dot" } }] : [],
     });

@@ -25,7 +25,7 @@ frictionsim.visible = (text) => text.replace(
   (found) => `\\u${found.charCodeAt(0).toString(16).padStart(4, "0")}`);
 
 frictionsim.shown = (value, digits = 6) =>
-  value === null || Number.isNaN(value) ? "none" : String(Number(value.toPrecision(digits)));
+  value === null || Number.isNaN(value) ? "none" : String(Number(value.toPrecision(digits))).replaceAll("-", "\u2212");
 
 frictionsim.withUnit = (words, unit) => (unit && unit !== "1" ? `${words}, ${unit}` : words);
 
@@ -33,6 +33,29 @@ frictionsim.axis = (title, more = {}) => ({
   title: { text: title }, automargin: true, zeroline: false, linecolor: frictionsim.colour("faint"),
   gridcolor: frictionsim.colour("rule"), exponentformat: "e", ...more,
 });
+
+// Of a logarithmic axis: powers of ten alone, where its range has several of them.
+frictionsim.logTicks = (low, high) => ({ dtick: high - low >= 2 ? 1 : null, exponentformat: "power" });
+
+// A logarithmic axis over values; `followZoom` adapts its labels.
+frictionsim.logAxis = (title, values) => {
+  const exponents = Array.from(values).filter((value) => value > 0 && value < Infinity).map(Math.log10);
+  const [low, high] = exponents.reduce(([least, most], each) => [Math.min(least, each), Math.max(most, each)], [Infinity, -Infinity]);
+  return frictionsim.axis(title, { type: "log", ...frictionsim.logTicks(low, high) });
+};
+
+frictionsim.numberAxis = (title, log, values) => (log ? frictionsim.logAxis(title, values) : frictionsim.axis(title, { type: "linear" }));
+
+frictionsim.followZoom = (chart) => {
+  const changed = {};
+  for (const name of ["xaxis", "yaxis"]) {
+    const { type, range } = chart._fullLayout[name];
+    if (type !== "log") continue;
+    const wanted = frictionsim.logTicks(...range).dtick;
+    if ((wanted === 1) !== (chart.layout[name].dtick === 1)) changed[`${name}.dtick`] = wanted;
+  }
+  if (Object.keys(changed).length) Plotly.relayout(chart, changed);
+};
 
 frictionsim.layout = (more) => ({
   paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -43,9 +66,13 @@ frictionsim.layout = (more) => ({
 });
 
 frictionsim.show = (traces, layout) => {
-  document.getElementById("chart").classList.add("drawn");
-  frictionsim.plot ??= new frictionsim.Plot(document.getElementById("chart"));
-  return frictionsim.plot.draw(traces, frictionsim.layout(layout));
+  const chart = document.getElementById("chart");
+  const first = !frictionsim.plot;
+  chart.classList.add("drawn");
+  frictionsim.plot ??= new frictionsim.Plot(chart);
+  return frictionsim.plot.draw(traces, frictionsim.layout(layout)).then(() => {
+    if (first) chart.on("plotly_relayout", () => frictionsim.followZoom(chart));
+  });
 };
 
 // A select with its label; options are pairs of a value and a text.

@@ -153,13 +153,18 @@ frictionsim.Sweep = class {
     return found.length ? [this.points(`audit failed: ${found.length}`, found, { marker: { symbol: "diamond-open", size: 11, color: frictionsim.colour("text") } })] : [];
   }
 
+  axisOfKey({ name, unit, numeric, values }, log) {
+    const title = frictionsim.label(frictionsim.withUnit(name, unit));
+    return numeric ? frictionsim.numberAxis(title, log, values) : frictionsim.axis(title, { type: "category" });
+  }
+
   axes() {
     const { keys, quantities } = this.data;
-    const { name, unit } = quantities[this.quantity];
+    const { name, unit, values } = quantities[this.quantity];
     const x = keys[this.x];
     return {
-      xaxis: frictionsim.axis(frictionsim.label(frictionsim.withUnit(x.name, x.unit)), { type: x.numeric ? (this.isLog("x") ? "log" : "linear") : "category" }),
-      yaxis: frictionsim.axis(frictionsim.label(frictionsim.withUnit(name, unit)), { type: this.isLog("y") ? "log" : "linear" }),
+      xaxis: this.axisOfKey(x, this.isLog("x")),
+      yaxis: frictionsim.numberAxis(frictionsim.label(frictionsim.withUnit(name, unit)), this.isLog("y"), values),
       yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true },
     };
   }
@@ -202,7 +207,7 @@ frictionsim.Sweep = class {
     const height = (place) => this.onAxis(this.second, place);
     const doubtful = this.doubtful(places).map((trace) => ({ ...trace, y: trace.customdata.map(height), marker: { ...trace.marker, color: "#d55e00" } }));
     const layout = this.axes();
-    layout.yaxis = frictionsim.axis(frictionsim.label(frictionsim.withUnit(y.name, y.unit)), { type: y.numeric ? (y.log ? "log" : "linear") : "category" });
+    layout.yaxis = this.axisOfKey(y, y.log);
     return [[heat, ...doubtful, ...this.marks(places, height)], layout, "Empty cells have no value."];
   }
 
