@@ -21,7 +21,6 @@ from frictionsim.plots.style import (
     POINTS,
     Style,
     add_legend,
-    escape_mathtext,
     grid,
     label,
     line_style,
@@ -109,7 +108,7 @@ def overlay(
     first = results[0].record
     titles = {one.record.attributes["title"] or one.record.attributes["kind"] for one in results}
     title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
-    words = f"{escape_mathtext(title)} ({len(results)} results)"
+    words = f"{title} ({len(results)} results)"
     set_title(figure, words, panel_heights(len(panels)))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
@@ -121,8 +120,7 @@ def overlay(
     figure.align_ylabels(axes)
     names = labels_of(results)
     handles = [
-        Line2D([], [], **line_style(number), label=escape_mathtext(name))
-        for number, name in enumerate(names)
+        Line2D([], [], **line_style(number), label=name) for number, name in enumerate(names)
     ]
     add_legend(figure, [*handles, *_mark(axes[0], results)], columns=3)
 
@@ -165,7 +163,7 @@ def _panels(
 def _label(result: "Record", panel: _Panel) -> str:
     if panel.member is None:
         return label(result, panel.channel)
-    member = escape_mathtext(str(result.members[result.axes[panel.channel]][panel.member]))
+    member = str(result.members[result.axes[panel.channel]][panel.member])
     return label(result, panel.channel, f"{panel.channel.replace('_', ' ')},\n{member}")
 
 
@@ -195,7 +193,8 @@ def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
         }
         for phase in sticks:
             ax.plot(phase, [1.0, 1.0], **place, linewidth=2.0, solid_capstyle="butt")
-        ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
+        if len(times):  # a line without points would have its box at the corner of the figure
+            ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
         phases, events = phases or bool(sticks), events or bool(len(times))
     handles = []
     if phases:
