@@ -3,7 +3,7 @@
 Each panel has one channel, of one member where the channel has several, as the speed of each
 pulley: so each line is a result, which differs from the others in colour and in dashes. Sticking
 phases and events of unlike results would hide one another if they were shaded: above the panels
-each result has a row, with a bar for each sticking phase and a tick for each event.
+each result has a row with its number, a bar for each sticking phase and a tick for each event.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 MAX_KEYS = 2  # in a label; results that differ in more have their names
 NOT_OF_LABEL = ("title", "$schema")
-ROW = 5.0  # points, between the rows above the panels
+ROW, NUMBER = 8.0, 6.5  # points, of the rows above the panels and of their numbers
 
 
 class Overlaid(NamedTuple):
@@ -119,10 +119,12 @@ def overlay(
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
     names = labels_of(results)
+    marks = _mark(axes[0], results)
     handles = [
-        Line2D([], [], **line_style(number), label=name) for number, name in enumerate(names)
+        Line2D([], [], **line_style(number), label=f"{number + 1}: {name}" if marks else name)
+        for number, name in enumerate(names)
     ]
-    add_legend(figure, [*handles, *_mark(axes[0], results)], columns=3)
+    add_legend(figure, [*handles, *marks], columns=3)
 
 
 def _panels(
@@ -175,9 +177,13 @@ def _draw(ax: Any, result: "Record", panel: _Panel, number: int) -> None:
 
 
 def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
-    """Draw a row for each result above the first panel; return what the legend shows of them."""
+    """Draw a row for each result above the first panel; return what the legend shows of them.
+
+    The rows have the order of the legend, and its numbers at their ends: in grey print neither
+    colours nor the dashes of short bars tell them apart.
+    """
     phases, events, row = False, False, 0
-    for number, one in enumerate(results):
+    for number, one in reversed(list(enumerate(results))):  # from the panel upwards
         colour = line_style(number)["color"]
         sticks = list(sticking_phases(one.record))
         times = one.record.events["time"]
@@ -195,6 +201,15 @@ def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
             ax.plot(phase, [1.0, 1.0], **place, linewidth=2.0, solid_capstyle="butt")
         if len(times):  # a line without points would have its box at the corner of the figure
             ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
+        ax.annotate(
+            str(number + 1),
+            (1.0, 1.0),
+            (4.0, ROW * row * text_scale()),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="center_baseline",
+            fontsize=NUMBER * text_scale(),
+        )
         phases, events = phases or bool(sticks), events or bool(len(times))
     handles = []
     if phases:
