@@ -55,5 +55,5 @@ def animate(
     animation.check_animation(target)
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))
-    animation.animate(source.record, target, fps, speed, progress)
+    animation.animate(source.record, target, fps, speed, progress, str(source.path or ""))
     return target

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from frictionsim.api.studies import Study
     from frictionsim.reports.reported_run import ReportedRun
 
+SUFFIXES = (".html", ".htm")
 MAX_RESULTS = 8  # there are no more colours to tell them apart
 
 Source = results.Result | str | PathLike[str]
@@ -36,7 +37,7 @@ def report(
         The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep; several
         results of one kind are compared.
     path : path
-        Of the HTML file.
+        Of the HTML file; it ends in .html or .htm.
     no_clobber : bool
         Do not replace an existing file.
 
@@ -48,11 +49,14 @@ def report(
     Raises
     ------
     InputError
-        If a file is no result, or the results are of unlike kinds or the same.
+        If the name is not one of HTML, a file is no result, or the results are of unlike kinds or
+        the same.
     OutputError
         If the file cannot be written, or would replace one that is no report.
     """
     target = as_path("report", path)
+    if target.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{target}: expected the name of a report, which ends in .html or .htm")
     html = _html(source)
     if no_clobber:
         check_no_clobber(target)

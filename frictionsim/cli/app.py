@@ -1,13 +1,16 @@
 """The application, the options that several commands have, and how errors end a command."""
 
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
 import typer
+from typer.core import TyperCommand
 
 from frictionsim import __version__
 from frictionsim.cli.messages import print_text
-from frictionsim.errors import EXIT_BAD_INPUT
+from frictionsim.errors import EXIT_BAD_INPUT, InputError
 from frictionsim.io.terminal import print_on_stderr
 
 
@@ -17,7 +20,44 @@ class Process:
     runs_one_command = False
 
 
-app = typer.Typer(
+class Command(TyperCommand):
+    """A command that refuses an option whose first value a second one would replace silently."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the command line.
+
+        Raises
+        ------
+        InputError
+            If an option that takes one value is given twice.
+        """
+        if not ctx.resilient_parsing:  # as of completion
+            _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+            for parameter, count in Counter(map(id, order)).items():
+                option: Any = next(one for one in order if id(one) == parameter)
+                if count > 1 and option.param_type_name == "option" and not _repeats(option):
+                    name = max(option.opts, key=len)
+                    raise InputError(f"{name}: expected once, got it {count} times; leave one out")
+        return super().parse_args(ctx, args)
+
+
+def _repeats(option: Any) -> bool:
+    """Return whether an option may be given more than once."""
+    return bool(option.multiple or option.count or option.is_flag)
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Application(typer.Typer):
+    """An application whose commands are of the class `Command`."""
+
+    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register a function as a command."""
+        return super().command(*args, cls=Command, **options)
+
+
+app = Application(
     name="frictionsim",
     help="Simulate mechanisms governed by dry friction.",
     epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"

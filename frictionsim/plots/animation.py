@@ -49,6 +49,7 @@ def animate(
     fps: float | None = None,
     speed: float | None = None,
     progress: Progress | None = None,
+    name: str = "",
 ) -> None:
     """Write the mechanism of a result in motion; equal results give identical GIFs.
 
@@ -63,6 +64,8 @@ def animate(
         Simulated seconds per second; by default the run takes 8 s.
     progress : callable, optional
         Is told the number of frames that are drawn, and of all.
+    name : str
+        Of the file of the result, for messages.
 
     Raises
     ------
@@ -73,17 +76,25 @@ def animate(
     """
     check_animation(path)
     kind = path.suffix.lower()
-    motion = motion_of(result)
-    if motion is None:
-        raise InputError(
-            f"there is no drawing of the kind '{result.attributes['kind']}' to animate"
-        )
+    motion = _motion(result, name)
     timing = timing_of(motion, kind, fps, speed)
     title = result.attributes["title"] or result.attributes["kind"]
     with rendering():
         frames = _frames(motion, title, timing, progress)
         image = _gif(frames, timing) if kind == ".gif" else _mp4(frames, timing)
     write_atomically(image, path, ANIMATIONS[kind].word)
+
+
+def _motion(result: "Record", name: str) -> "Motion":
+    where = f"{name}: " if name else ""
+    try:
+        motion = motion_of(result)
+    except InputError as error:
+        raise InputError(f"{where}{error}") from None
+    if motion is None:
+        kind = result.attributes["kind"]
+        raise InputError(f"{where}there is no drawing of the kind '{kind}' to animate")
+    return motion
 
 
 def check_animation(path: Path) -> None:

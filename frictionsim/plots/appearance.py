@@ -86,8 +86,13 @@ class Appearance(NamedTuple):
     def parameters(self) -> dict[str, Any]:
         """Return matplotlib's parameters for this style."""
         if self.style == USER:
-            # The picture has the size that is asked for, and its text is not cut.
-            return of_user() | {"savefig.bbox": None, "figure.autolayout": False}
+            # The picture has the size that is asked for, and its text is not cut; powers of ten
+            # along axes, and an escaped $, are read as such.
+            return of_user() | {
+                "savefig.bbox": None,
+                "figure.autolayout": False,
+                "text.parse_math": True,
+            }
         return defaults() | STYLES.get(self.style, {})
 
 

@@ -27,7 +27,6 @@ from frictionsim.plots.style import (
     Style,
     add_legend,
     axis_label,
-    escape_mathtext,
     relative_width,
     require_channels,
     set_up,
@@ -139,7 +138,7 @@ def _draw_whole(
     for pulley in pulleys:
         ax.add_patch(_disc(pulley))
         ax.annotate(
-            escape_mathtext(pulley.name),
+            pulley.name,
             (pulley.x, pulley.y),
             ha="center",
             va="center",
@@ -195,4 +194,4 @@ def _caption(result: "Record", number: int, pulley: Pulley) -> str:
         if name in result.channels
     ]
     numbers = ", ".join(known).replace("-", "\N{MINUS SIGN}")
-    return "\n".join(text for text in (escape_mathtext(pulley.name), numbers) if text)
+    return "\n".join(text for text in (pulley.name, numbers) if text)

@@ -14,7 +14,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.motion.belt_path import path_of
-from frictionsim.plots.style import BLACK, BLUE, Style, axis_label, escape_mathtext
+from frictionsim.plots.style import BLACK, BLUE, Style, axis_label
 from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean
 
@@ -98,7 +98,7 @@ def draw_slip(ax: Any, result: "Record", pulleys: "list[Pulley]") -> list[Any]:
     ax.set_ylabel(axis_label(f"slip of {driven}", "%", LABEL_WIDTH))
     if not np.isfinite(found.percent).any():
         ax.annotate(
-            f"no slip: {escape_mathtext(driver)} is at rest",
+            f"no slip: {driver} is at rest",
             (0.5, 0.5),
             xycoords="axes fraction",
             ha="center",

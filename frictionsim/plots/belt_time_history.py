@@ -25,7 +25,6 @@ from frictionsim.plots.style import (
     VERMILION,
     Style,
     add_legend,
-    escape_mathtext,
     grid,
     label,
     line_style,
@@ -87,7 +86,7 @@ def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:
     time, columns = result.channels["time"], result.channels[name].T
     members = result.members[result.axes[name]]
     return [
-        ax.plot(time, column, **line_style(i), label=escape_mathtext(members[i]))[0]
+        ax.plot(time, column, **line_style(i), label=members[i])[0]
         for i, column in enumerate(columns)
     ]
 
@@ -115,7 +114,7 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     handles += _draw_spans(ax, result, belt)
     handles += _shade_arcs(ax, result, belt)
     ax.set_ylabel("tension, N")
-    name = escape_mathtext(pulleys_of(result)[0].name)
+    name = pulleys_of(result)[0].name
     ax.set_xlabel(f"distance along the belt from where it leaves {name}, m")
     add_legend(figure, handles)
 
@@ -159,7 +158,7 @@ def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     min_gap = NAME_GAP / relative_width(ax.figure) * belt.length
     rows = label_rows([at for at, _ in names], min_gap, max_rows=3)
     for (at, name), row in zip(names, rows, strict=False):
-        annotate_above(ax, at, escape_mathtext(name), row)
+        annotate_above(ax, at, name, row)
     return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
 
 
@@ -255,10 +254,8 @@ def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any
         for ax in axes:
             ax.axvspan(*span, color=colour, linewidth=0)
         if np.ptp(span) > min_gap:
-            annotate_above(axes[0], float(np.mean(span)), escape_mathtext(names[pulley]), row=0)
-        handles[pulley] = Patch(
-            color=colour, label=escape_mathtext(f"body {number} on {names[pulley]}")
-        )
+            annotate_above(axes[0], float(np.mean(span)), names[pulley], row=0)
+        handles[pulley] = Patch(color=colour, label=f"body {number} on {names[pulley]}")
     return [handles[pulley] for pulley in sorted(handles)]
 
 

@@ -16,7 +16,6 @@ from frictionsim.plots.style import (
     VERMILION,
     add_legend,
     axis_label,
-    escape_mathtext,
 )
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def _draw(found: "Outcome", figure: "Figure | SubFigure") -> None:
         _draw_target(upper, lower, found, target, residuals)
     handles = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
     add_legend(figure, [*handles, Line2D([], [], **RESIDUAL, label="data minus fit")])
-    title = escape_mathtext(found.fitted.title or found.fitted.kind)
+    title = found.fitted.title or found.fitted.kind
     figure.suptitle(f"{title}: fit to measured data", fontsize="medium", wrap=True)
 
 

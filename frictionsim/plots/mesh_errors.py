@@ -17,7 +17,6 @@ from frictionsim.plots.style import (
     COLOURS,
     GREY,
     STICK_COLOUR,
-    escape_mathtext,
     relative_width,
 )
 
@@ -62,7 +61,7 @@ def draw_mesh_study(study: "Study", figure: "Figure | SubFigure") -> None:
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
     columns = max(1, int(COLUMNS * min(1.0, relative_width(figure))))
     figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=columns)
-    title = escape_mathtext(study.scenario.title or study.scenario.kind)
+    title = study.scenario.title or study.scenario.kind
     figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
 
 

@@ -13,8 +13,9 @@ from matplotlib.patheffects import withStroke
 
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
 from frictionsim.motion.poses import decimals_of, moment_of, shown_value, state_word
+from frictionsim.plots.literal_text import literal, make_literal
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, CMAP, COLOURS, EDGE, moving
-from frictionsim.plots.style import BLACK, WIDTH, Style, escape_mathtext
+from frictionsim.plots.style import BLACK, WIDTH, Style
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Bounds
@@ -60,7 +61,7 @@ class MovingPicture:
         self.figure = Figure(figsize=(WIDTH, self._height))
         self.canvas: Any = FigureCanvasAgg(self.figure)  # whose methods have no types
         text = self.figure.text(
-            0.5, 1.0 - 0.5 * TITLE / self._height, escape_mathtext(title), ha="center", va="center"
+            0.5, 1.0 - 0.5 * TITLE / self._height, title, ha="center", va="center"
         )
         text.set_fontsize("medium")
         self._drawn: list[Any] = []
@@ -74,6 +75,7 @@ class MovingPicture:
             self._panel_below(entries, y - details, scaled)
         else:
             self._panel_beside(entries, scaled)
+        make_literal(self.figure)
 
     def show(self, time: float) -> Any:
         """Return the pixels at a time, (height, width, 4) of bytes; the next call replaces them."""
@@ -81,7 +83,7 @@ class MovingPicture:
         for part in self._drawn:
             part.move(moment, time)
         for text, write in self._numbers:
-            text.set_text(write(moment, time))
+            text.set_text(literal(write(moment, time)))
         self._draw_moved()
         return np.asarray(self.canvas.buffer_rgba())
 
@@ -118,14 +120,13 @@ class MovingPicture:
             if labels and isinstance(part, Body) and part.label:
                 halo = [withStroke(linewidth=2.5, foreground="white")]
                 where = (float(part.x[0]), float(part.y[0]))
-                name = escape_mathtext(part.name)
                 style: Style = {
                     "ha": "center",
                     "va": "center",
                     "fontsize": SMALL,
                     "path_effects": halo,
                 }
-                ax.text(*where, name, **style)
+                ax.text(*where, part.name, **style)
         for artist in (child for child in ax.get_children() if child not in fixed):
             artist.set_animated(True)
             self._moved.append(artist)
@@ -138,7 +139,7 @@ class MovingPicture:
             x = gap + i * (side + gap)
             self._draw(bounds, (x, y, side, side), labels=False)
             where = ((x + 0.5 * side) / WIDTH, (y + side + 0.3 * CAPTION) / self._height)
-            self.figure.text(*where, escape_mathtext(name), ha="center", fontsize=SMALL)
+            self.figure.text(*where, name, ha="center", fontsize=SMALL)
 
     def _rows(self) -> list[tuple[str, Any]]:
         """Return what is written beside the drawing: a name, and a function of the time."""
@@ -170,7 +171,7 @@ class MovingPicture:
         """Write a name and a number, from a place in inches."""
         name, write = row
         style: Style = {"fontsize": SMALL, "va": "center"}
-        self.figure.text(x / WIDTH, y / self._height, escape_mathtext(name), **style)
+        self.figure.text(x / WIDTH, y / self._height, name, **style)
         number = self.figure.text((x + width) / WIDTH, y / self._height, "", ha="right", **style)
         number.set_animated(True)
         self._numbers.append((number, write))
@@ -229,7 +230,7 @@ class MovingPicture:
             elif part.name and not getattr(part, "label", False):
                 found.setdefault(part.name, _sample(part))
         for name, sample in found.items():
-            sample.set_label(escape_mathtext(name))
+            sample.set_label(name)
         return list(found.values())
 
 

@@ -3,7 +3,7 @@
 Each panel has one channel, of one member where the channel has several, as the speed of each
 pulley: so each line is a result, which differs from the others in colour and in dashes. Sticking
 phases and events of unlike results would hide one another if they were shaded: above the panels
-each result has a row, with a bar for each sticking phase and a tick for each event.
+each result has a row with its number, a bar for each sticking phase and a tick for each event.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,6 @@ from frictionsim.plots.style import (
     POINTS,
     Style,
     add_legend,
-    escape_mathtext,
     grid,
     label,
     line_style,
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
 
 MAX_KEYS = 2  # in a label; results that differ in more have their names
 NOT_OF_LABEL = ("title", "$schema")
-ROW = 5.0  # points, between the rows above the panels
+ROW, NUMBER = 8.0, 6.5  # points, of the rows above the panels and of their numbers
 
 
 class Overlaid(NamedTuple):
@@ -109,7 +108,7 @@ def overlay(
     first = results[0].record
     titles = {one.record.attributes["title"] or one.record.attributes["kind"] for one in results}
     title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
-    words = f"{escape_mathtext(title)} ({len(results)} results)"
+    words = f"{title} ({len(results)} results)"
     set_title(figure, words, panel_heights(len(panels)))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
@@ -120,11 +119,12 @@ def overlay(
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
     names = labels_of(results)
+    marks = _mark(axes[0], results)
     handles = [
-        Line2D([], [], **line_style(number), label=escape_mathtext(name))
+        Line2D([], [], **line_style(number), label=f"{number + 1}: {name}" if marks else name)
         for number, name in enumerate(names)
     ]
-    add_legend(figure, [*handles, *_mark(axes[0], results)], columns=3)
+    add_legend(figure, [*handles, *marks], columns=3)
 
 
 def _panels(
@@ -165,7 +165,7 @@ def _panels(
 def _label(result: "Record", panel: _Panel) -> str:
     if panel.member is None:
         return label(result, panel.channel)
-    member = escape_mathtext(str(result.members[result.axes[panel.channel]][panel.member]))
+    member = str(result.members[result.axes[panel.channel]][panel.member])
     return label(result, panel.channel, f"{panel.channel.replace('_', ' ')},\n{member}")
 
 
@@ -177,9 +177,13 @@ def _draw(ax: Any, result: "Record", panel: _Panel, number: int) -> None:
 
 
 def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
-    """Draw a row for each result above the first panel; return what the legend shows of them."""
+    """Draw a row for each result above the first panel; return what the legend shows of them.
+
+    The rows have the order of the legend, and its numbers at their ends: in grey print neither
+    colours nor the dashes of short bars tell them apart.
+    """
     phases, events, row = False, False, 0
-    for number, one in enumerate(results):
+    for number, one in reversed(list(enumerate(results))):  # from the panel upwards
         colour = line_style(number)["color"]
         sticks = list(sticking_phases(one.record))
         times = one.record.events["time"]
@@ -195,7 +199,17 @@ def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
         }
         for phase in sticks:
             ax.plot(phase, [1.0, 1.0], **place, linewidth=2.0, solid_capstyle="butt")
-        ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
+        if len(times):  # a line without points would have its box at the corner of the figure
+            ax.plot(times, [1.0] * len(times), **place, marker="|", markersize=5.0, linestyle="")
+        ax.annotate(
+            str(number + 1),
+            (1.0, 1.0),
+            (4.0, ROW * row * text_scale()),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="center_baseline",
+            fontsize=NUMBER * text_scale(),
+        )
         phases, events = phases or bool(sticks), events or bool(len(times))
     handles = []
     if phases:

@@ -10,6 +10,7 @@ from warnings import catch_warnings, simplefilter
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import PICTURE, check_replaceable, check_target
+from frictionsim.plots.literal_text import without_logs
 from frictionsim.plots.parameters import defaults, parameters
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def rendering(values: Mapping[str, Any] | None = None) -> Iterator[None]:
     """
     # Without a salt the names of SVG elements are random.
     wanted = {**(defaults() if values is None else values), "svg.hashsalt": "frictionsim", **FONTS}
-    with parameters(wanted), catch_warnings():
+    with parameters(wanted), catch_warnings(), without_logs():
         simplefilter("ignore")  # `glyphs` says which letters a font lacks
         try:
             yield

@@ -11,6 +11,7 @@ from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.arrangement import arrange
 from frictionsim.plots.glyphs import faults_of
+from frictionsim.plots.literal_text import literally
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import FONTS, png, rendering
 from frictionsim.plots.style import WIDTH
@@ -103,10 +104,10 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
         if look.style:
             figure.parameters = values
         if look == USUAL:
-            view(figure)
+            literally(view, figure)
         else:
             with rendering(values):  # which says what the user's settings lack
-                view(figure)
+                literally(view, figure)
                 arrange(figure, look)
             if look.dpi is not None:
                 figure.set_dpi(look.dpi)
@@ -173,7 +174,7 @@ def _fill(view: View, figure: Figure | SubFigure) -> Figure:
     width, height = root.get_size_inches()
     title = figure.get_suptitle()
     try:
-        view(figure)
+        literally(view, figure)
         if not isinstance(root.get_layout_engine(), ConstrainedLayoutEngine):
             _arrange(view, figure, root)
     except BaseException:
@@ -195,7 +196,7 @@ def _arrange(view: View, figure: Figure | SubFigure, root: Figure) -> None:
     size = float(box.width / root.dpi), float(box.height / root.dpi)
     trial = Figure(figsize=size, dpi=root.dpi, layout="constrained")
     model: Any = trial if figure is root else trial.subfigures()
-    view(model)
+    literally(view, model)
     with rendering():
         trial.draw_without_rendering()
     for ax, placed in zip(figure.axes, model.axes, strict=True):

@@ -137,7 +137,7 @@ def height_scale(figure: Figure) -> float:
 
 def _title(result: "Record", notes: Sequence[str]) -> str:
     attributes = result.attributes
-    title = escape_mathtext(attributes["title"] or attributes["kind"])
+    title = attributes["title"] or attributes["kind"]
     parts = [*_other_laws(result), f"backend {attributes['backend']}"]
     if attributes["status"] != "done":
         parts.append(attributes["status"])
@@ -154,12 +154,7 @@ def _other_laws(result: "Record") -> list[str]:
         return []
     tables = [table for table in effects.values() if isinstance(table, dict)]
     laws = {str(table["law"]) for table in tables if "law" in table}
-    return [f"law {escape_mathtext(law)}" for law in sorted(laws - {SET_VALUED})]
-
-
-def escape_mathtext(text: str) -> str:
-    """Return a text of the user with $ escaped, so that it is not read as a formula."""
-    return text.replace("$", r"\$")
+    return [f"law {law}" for law in sorted(laws - {SET_VALUED})]
 
 
 def line_style(number: int) -> Style:
@@ -194,7 +189,7 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
     Parameters
     ----------
     words : str
-        The quantity; $ in it is no formula.
+        The quantity.
     unit : str
         "1" or empty for a number.
     width : int
@@ -209,7 +204,7 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
         if shown:
             joined = len(lines[-1]) + 2 + len(shown) <= width and len(lines) > 1
             text += f", {shown}" if joined else f",\n{shown}"
-    return escape_mathtext(text)
+    return text
 
 
 def unit_text(unit: str) -> str:

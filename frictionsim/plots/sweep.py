@@ -37,7 +37,6 @@ from frictionsim.plots.style import (
     MAX_LINES,
     add_legend,
     axis_label,
-    escape_mathtext,
     relative_width,
 )
 from frictionsim.plots.sweep_axes import (
@@ -239,7 +238,7 @@ def _draw_face(
         panels = []
         for place in range(axis.values.size):
             layout, runs = _layout(rest, face.runs.take(place, axis=third), True)
-            key = escape_mathtext(shortened_key(axis.key))
+            key = shortened_key(axis.key)
             panels.append(_Panel(names[0], runs, f"{key} = {axis.text(place)}"))
     height = MAPS if layout.is_map else CURVES
     places = _panels(figure, len(panels), height, sharey=layout.is_map or third is not None)
@@ -285,7 +284,7 @@ def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[A
     if not layout.is_map and len(layout.axes) == 2:
         found = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)
         if layout.axes[1].key:
-            key = escape_mathtext(shortened_key(layout.axes[1].key))
+            key = shortened_key(layout.axes[1].key)
             found.insert(0, Line2D([], [], linestyle="", label=f"{key}:"))
     marks: dict[str, str] = {}
     counted: dict[str, dict[str, set[int]]] = {}
@@ -368,7 +367,6 @@ def _title(
         of_keys = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
     short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
     width = int(TITLE * min(1.0, relative_width(figure)))
-    text = fill(escape_mathtext(f"{short}: sweep over {of_keys}"), width)
-    # The notes have their $ escaped where they are made.
+    text = fill(f"{short}: sweep over {of_keys}", width)
     text += "\n" + fill(f"({'; '.join(parts)})", width)
     figure.suptitle(text, fontsize="medium", wrap=True)

@@ -9,7 +9,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.plots.style import axis_label, escape_mathtext, with_unit
+from frictionsim.plots.literal_text import literal
+from frictionsim.plots.style import axis_label, with_unit
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
@@ -63,8 +64,8 @@ class KeyAxis(NamedTuple):
     def text(self, place: int) -> str:
         """Return a value with its unit; `place` is that along the axis."""
         if self.labels:
-            return escape_mathtext(self.labels[place])
-        return escape_mathtext(with_unit(f"{self.values[place]:.6g}", self.unit))
+            return self.labels[place]
+        return with_unit(f"{self.values[place]:.6g}", self.unit)
 
     def plain(self, place: int) -> str:
         """Return a value as --at takes it."""
@@ -95,7 +96,7 @@ class KeyAxis(NamedTuple):
                 axis.set_minor_formatter(NullFormatter())
         if self.labels:
             step = -(-len(self.labels) // MAX_LABELS)
-            texts = [escape_mathtext(_cut(label, MAX_WORD)) for label in self.labels[::step]]
+            texts = [literal(_cut(label, MAX_WORD)) for label in self.labels[::step]]
             slanted = side == "x" and sum(map(len, texts)) > MAX_WORD
             turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
             axis.set_ticks(self.values[::step], labels=texts, **turned)
@@ -165,7 +166,7 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
         if key in at or found.values.size == 1:
             place = _place(table.coordinates[key], found, at[key]) if key in at else 0
             runs = runs.take(int(found.order[place]), axis=position)
-            fixed.append(f"{escape_mathtext(shortened_key(key))} = {found.text(place)}")
+            fixed.append(f"{shortened_key(key)} = {found.text(place)}")
         else:
             runs = runs.take(found.order, axis=position)
             axes.append(found)
@@ -207,7 +208,7 @@ def _together(table: SweepTable) -> Face:
 def _beside(table: SweepTable, key: str) -> tuple[str, ...]:
     """Return the note on the keys that vary together with one."""
     others = [other for other in table.coordinates if other != key]
-    return (f"together with {escape_mathtext(', '.join(short_keys(others)))}",) if others else ()
+    return (f"together with {', '.join(short_keys(others))}",) if others else ()
 
 
 def key_axis(key: str, coordinate: Coordinate) -> KeyAxis:

@@ -10,6 +10,7 @@ from matplotlib.patches import Patch
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import Statistics
+from frictionsim.plots.literal_text import literal
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -17,7 +18,6 @@ from frictionsim.plots.style import (
     VERMILION,
     Style,
     axis_label,
-    escape_mathtext,
     grid,
     with_unit,
 )
@@ -84,7 +84,7 @@ def draw_histogram(
     ]
     if s.runs < values.size:
         lines.append(f"from {s.runs} of {values.size} runs; the others failed or do not define it")
-    ax.set_title(escape_mathtext("\n".join(lines)), fontsize="x-small", loc="left")
+    ax.set_title("\n".join(lines), fontsize="x-small", loc="left")
 
 
 def _bins(values: "Array") -> Any:
@@ -116,7 +116,7 @@ def draw_tornado(ax: Any, indices: Indices) -> None:
             around = np.abs(interval[order].T - values[order])
             bar = {"ecolor": BLACK, "elinewidth": 1.0, "capsize": 2.0}
             ax.errorbar(values[order], places + offset, xerr=around, fmt="none", **bar)
-    labels = [escape_mathtext(_cut_left(names[i])) for i in order]
+    labels = [literal(_cut_left(names[i])) for i in order]
     ax.set_yticks(places, labels=labels)
     ax.set_ylim(order.size - 0.5, -0.5)
     ends = [indices.first, indices.total, indices.first_interval, indices.total_interval]
@@ -127,9 +127,7 @@ def draw_tornado(ax: Any, indices: Indices) -> None:
     ax.set_xlabel("part of the variance", fontsize="small")
     rest = len(indices.keys) - order.size
     more = f"; {rest} keys with smaller indices are not shown" if rest else ""
-    ax.set_title(
-        escape_mathtext(fill(indices.basis + more, TEXT_WIDTH)), fontsize="x-small", loc="left"
-    )
+    ax.set_title(fill(indices.basis + more, TEXT_WIDTH), fontsize="x-small", loc="left")
 
 
 def _cut_left(name: str) -> str:
@@ -146,7 +144,7 @@ def write(ax: Any, text: str) -> None:
     ax.text(
         0.5,
         0.5,
-        escape_mathtext(fill(text, TEXT_WIDTH - 10)),
+        fill(text, TEXT_WIDTH - 10),
         ha="center",
         va="center",
         fontsize="small",

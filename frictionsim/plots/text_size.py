@@ -8,6 +8,8 @@ from matplotlib import rcParams
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
+from frictionsim.plots.literal_text import shown
+
 LINE_SPACING = 1.2
 WITH_UNIT = re.compile(r"(?<=\d) (?=[A-Za-z])|(?<=\bN) (?=m)|(?<=\bkg) (?=m)")
 
@@ -23,7 +25,7 @@ def text_width(text: str, size: str | float) -> float:
     family = tuple(settings["font.family"])
     fonts = tuple(tuple(settings.get(f"font.{name}", ())) for name in family)
     points = points_of(size)
-    lines = text.replace(r"\$", "$").split("\n")
+    lines = shown(text.replace(r"\$", "$")).split("\n")
     return max(_line_width(line, points, family, fonts) for line in lines)
 
 

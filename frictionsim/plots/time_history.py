@@ -17,7 +17,6 @@ from frictionsim.plots.style import (
     VERMILION,
     Style,
     add_legend,
-    escape_mathtext,
     grid,
     label,
     line_style,
@@ -162,7 +161,7 @@ def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
             time,
             column,
             **line_style(i),
-            label=escape_mathtext(f"{axis} {result.members[axis][i]}"),
+            label=f"{axis} {result.members[axis][i]}",
         )[0]
         for i, column in enumerate(values.T)
     ]
@@ -203,7 +202,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     handles = {}
     for at, name in zip(times, names, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
-        handles[name] = Line2D([], [], label=escape_mathtext(name), **style)
+        handles[name] = Line2D([], [], label=name, **style)
         for ax in axes:
             ax.axvline(at, **style)
     min_gap = MIN_GAP / relative_width(axes[0].figure) * np.ptp(result.channels["time"])

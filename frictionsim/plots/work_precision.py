@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 from frictionsim.plots.failed_runs import add_strip, places_of
 from frictionsim.plots.mesh_errors import draw_mesh_study
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, escape_mathtext, relative_width
+from frictionsim.plots.style import COLOURS, STICK_COLOUR, WINE, relative_width
 
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
@@ -64,7 +64,7 @@ def _draw(study: "Study", figure: "Figure | SubFigure") -> None:
     if handles:
         columns = max(1, int(COLUMNS * min(1.0, relative_width(figure))))
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
-    title = escape_mathtext(study.scenario.title or study.scenario.kind)
+    title = study.scenario.title or study.scenario.kind
     figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)
 
 

@@ -36,6 +36,15 @@ def test_a_report_replaces_a_report_unless_that_is_forbidden(pulley: Path, tmp_p
     assert "<h1>Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("name", ["c.txt", "report", "a.html.gz"])
+def test_a_report_is_written_into_html_only(name: str, pulley: Path, tmp_path: Path) -> None:
+    words = rf"{name}: expected the name of a report, which ends in \.html or \.htm"
+    with pytest.raises(InputError, match=words):
+        fs.report(tmp_path / "missing.h5", tmp_path / name)  # said before anything is read
+    assert list(tmp_path.iterdir()) == []
+    assert fs.report(pulley, tmp_path / "a.HTM").exists()
+
+
 def test_the_same_file_twice_is_refused(pulley: Path, tmp_path: Path) -> None:
     twice = pulley.parent / ".." / pulley.parent.name / pulley.name
     assert refused(tmp_path, pulley, twice) == (

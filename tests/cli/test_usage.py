@@ -229,3 +229,27 @@ def test_a_check_of_many_survives_a_broken_pipe(here: Path) -> None:
     )
     assert done.returncode == 0
     assert all(line.startswith("frictionsim: warning: ") for line in done.stderr.splitlines())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["plot", "a.h5", "-o", "a.png", "--output", "b.png"],
+        ["solve", PULLEY, "-o", "a.h5", "-o", "b.h5"],
+        ["resume", "a.h5", "-o", "b.h5", "-o", "c.h5"],
+        ["cost", PULLEY, "-o", "a.h5", "-o", "b.h5"],
+        ["sweep", PULLEY, "-o", "a.h5", "-o", "b.h5"],
+        ["fit", PULLEY, "-o", "a.toml", "-o", "b.toml"],
+        ["report", "a.h5", "-o", "a.html", "-o", "b.html"],
+    ],
+)
+def test_a_second_file_for_the_output_is_refused(arguments: list[str], told: Run) -> None:
+    _, err = told(*arguments, code=2)
+    assert err == "frictionsim: --output: expected once, got it 2 times; leave one out\n"
+
+
+def test_options_of_one_value_are_given_once_and_others_often(told: Run, here: Path) -> None:
+    _, err = told("plot", "a.h5", *("--dpi", "10") * 3, code=2)
+    assert err == "frictionsim: --dpi: expected once, got it 3 times; leave one out\n"
+    rest = ("--set", "solver.rtol=1e-5", "--set", "solver.duration=1", "--json", "--json")
+    told("check", PULLEY, *rest)

@@ -185,3 +185,14 @@ def test_the_command_writes_one(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "--view is for a picture and --animate for an animation" in capsys.readouterr().err
     assert run_command_line(["plot", str(tmp_path / "a.h5"), "--fps", "3"]) == 2
     assert "--fps is for an animation: give --animate FILE.gif" in capsys.readouterr().err
+
+
+def test_an_error_names_the_file_of_the_result(tmp_path: Path) -> None:
+    result = fs.solve(
+        scenario("pulley", solver__duration=0.1, output__channels=["energy_input"]),
+        output=tmp_path / "a.h5",
+    )
+    for source in (result, tmp_path / "a.h5"):
+        with pytest.raises(InputError) as error:
+            fs.animate(source, tmp_path / "a.gif")
+        assert str(error.value).startswith(f"{tmp_path / 'a.h5'}: cannot show this result in")

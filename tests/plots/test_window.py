@@ -11,6 +11,7 @@ from matplotlib.colors import to_hex
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.plots import draw, draw_overlay
+from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.overlay import Overlaid, labels_of
 from frictionsim.plots.style import COLOURS
 from frictionsim.plots.window import Extent, extent, until, within
@@ -234,12 +235,37 @@ def test_results_are_drawn_over_each_other_with_a_key(records: dict[str, Record]
     np.testing.assert_array_equal(other.get_xdata(), times(records["heavy"]))
     assert len(one.get_xdata()) > len(other.get_xdata())
     key = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert key[:2] == ["load = 2224.1 N, interval = 0.02 s", "load = 2100 N, interval = 0.05 s"]
+    assert key[:2] == [
+        "1: load = 2224.1 N, interval = 0.02 s",
+        "2: load = 2100 N, interval = 0.05 s",
+    ]
     assert key[2:] == ["bars: sticking", "ticks: events"]
     ticks = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
     assert [list(line.get_xdata()) for line in ticks] == [
-        records[name].events["time"].tolist() for name in ("pulley_return", "heavy")
+        records[name].events["time"].tolist() for name in ("heavy", "pulley_return")
     ]
+
+
+@pytest.mark.parametrize("look", [USUAL, Appearance(width=3.3, style="paper")])
+def test_rows_above_panels_are_told_apart_without_colour(
+    look: Appearance, records: dict[str, Record]
+) -> None:
+    pair = [Overlaid(f"{name}.h5", records[name]) for name in ("pulley_return", "heavy")]
+    figure = draw_overlay(pair, look=look)
+    figure.draw_without_rendering()
+    ax = figure.axes[0]
+    key = [text.get_text()[:2] for text in figure.legends[0].get_texts()]
+    assert key[:2] == ["1:", "2:"]
+    height = {}
+    for number, colour in (("1", COLOURS[0]), ("2", COLOURS[1])):
+        (text,) = (text for text in ax.texts if text.get_text() == number)
+        assert text.get_visible()
+        box = text.get_window_extent()
+        bars = [x for x in ax.lines if x.get_color() == colour and not x.get_clip_on()]
+        height[number] = bars[0].get_window_extent().y0
+        assert box.y0 < height[number] < box.y1
+        assert box.x0 >= ax.get_window_extent().x1
+    assert height["1"] > height["2"]  # as in the key
 
 
 def test_names_of_files_tell_results_apart_that_differ_in_more(records: dict[str, Record]) -> None:

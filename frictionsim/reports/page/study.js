@@ -54,7 +54,7 @@ frictionsim.followZoom = (chart) => {
     const wanted = frictionsim.logTicks(...range).dtick;
     if ((wanted === 1) !== (chart.layout[name].dtick === 1)) changed[`${name}.dtick`] = wanted;
   }
-  if (Object.keys(changed).length) Plotly.relayout(chart, changed);
+  if (Object.keys(changed).length) frictionsim.plot.then(() => Plotly.relayout(chart, changed));
 };
 
 frictionsim.layout = (more) => ({

@@ -1,0 +1,151 @@
+"""Texts of files in pictures are drawn as they are, never as formulas, commands or reordered."""
+
+import logging
+from collections.abc import Callable, Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.axis import Axis
+from matplotlib.cbook import is_math_text
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.ticker import NullFormatter
+
+from frictionsim.plots import VIEWS, draw, draw_overlay
+from frictionsim.plots.animation import animate
+from frictionsim.plots.appearance import Appearance
+from frictionsim.plots.literal_text import literal
+from frictionsim.plots.overlay import Overlaid
+from frictionsim.plots.parameters import parameters
+from frictionsim.plots.picture_file import png
+from frictionsim.plots.sweep import draw_sweep
+from frictionsim.plots.window import Extent
+from frictionsim.results import Record
+from tests.plots.test_cost_pictures import drawn as cost_of
+from tests.plots.test_cost_pictures import row
+from tests.support import motions
+from tests.support.belt_results import FOUR, belt_run
+from tests.support.records import record_of
+from tests.support.scenarios import pulley, shipped, simulate
+from tests.support.sweeps import grid_of
+
+BAD = r"$\frac$"  # no formula: matplotlib ends with an exception where it reads one
+
+
+def record(kind: str) -> Record:
+    if kind == "belt_drive":
+        return record_of(belt_run(FOUR, samples=21))
+    if kind == "pulley":
+        return record_of(simulate(pulley(solver__duration=0.1)))
+    return record_of(simulate(shipped(kind, solver__duration=0.1)))
+
+
+def hostile(found: Record) -> Record:
+    """Return a result all of whose texts are formulas that matplotlib cannot read."""
+    kept = ("kind", "scenario")
+    return found._replace(
+        attributes={k: v if k in kept else f"{v} {BAD}" for k, v in found.attributes.items()},
+        units=dict.fromkeys(found.units, BAD),
+        long_names=dict.fromkeys(found.long_names, BAD),
+        members={k: tuple(f"{name} {BAD}" for name in v) for k, v in found.members.items()},
+        contacts=[f"{name} {BAD}" for name in found.contacts],
+    )
+
+
+def texts_of(artist: Any) -> Iterator[Text]:
+    """Yield the texts of a picture but those of ticks."""
+    for child in [artist.label] if isinstance(artist, Axis) else artist.get_children():
+        if isinstance(child, Text):
+            yield child
+        else:
+            yield from texts_of(child)
+
+
+def pictures() -> Iterator[Any]:
+    for kind in VIEWS:
+        for view in VIEWS[kind]:
+            name = f"{kind}-{view}"
+            yield pytest.param(lambda k=kind, v=view: draw(hostile(record(k)), v), id=name)
+    found = lambda: hostile(record("pulley"))  # noqa: E731
+    narrow = Appearance(width=3.3, style="paper")
+    yield pytest.param(lambda: draw(found(), look=narrow), id="narrow")
+    channels = Extent(channels=("angle",))
+    two = lambda: [Overlaid(BAD, found()), Overlaid("b", found())]  # noqa: E731
+    over = lambda: draw_overlay(two(), shown=channels)  # noqa: E731
+    yield pytest.param(over, id="overlay")
+    vary = {BAD: [f"a {BAD}", f"b {BAD}"]}
+    values = {BAD: lambda x: np.arange(len(x), dtype=float)}
+    yield pytest.param(lambda: draw_sweep(grid_of(vary, values)), id="sweep")
+    costs = [row(BAD, 1e-9, 0.1), row(BAD, None, 0.01)]
+    yield pytest.param(lambda: cost_of(costs), id="cost")
+
+
+@pytest.mark.parametrize("picture", list(pictures()))
+def test_no_text_of_a_file_is_read_as_a_formula(picture: Callable[[], Figure]) -> None:
+    figure = picture()
+    found = [text.get_text() for text in texts_of(figure)]
+    assert any(r"\frac" in text for text in found)
+    assert not [text for text in found if is_math_text(text)]
+    figure.savefig(BytesIO(), format="png")  # which names along axes are laid out for
+
+
+def test_a_title_stands_in_a_picture_letter_by_letter() -> None:
+    title = "a $x_1^2$ \\$b$ \x1b[31m \u202eback\t\udcff"
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        found = record("pulley")
+        found = found._replace(attributes=found.attributes | {"title": title})
+        buffer = BytesIO()
+        draw(found).savefig(buffer, format="svg")
+    shown = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
+    assert f">{shown}</text>" in buffer.getvalue().decode()
+
+
+def test_powers_of_ten_along_an_axis_stay_raised() -> None:
+    figure = cost_of([row("a", 1e-9, 0.1), row("a", 1e-3, 10.0)])
+    axis = figure.axes[0].yaxis
+    assert not isinstance(axis.get_major_formatter(), NullFormatter)
+    assert all(is_math_text(text) for text in axis.get_major_formatter().format_ticks([1e-6]))
+    ticks = [text.get_text() for text in axis.get_ticklabels() if text.get_text()]
+    assert ticks
+    assert all(text.startswith("$\\mathdefault{10^{") for text in ticks)
+
+
+def test_texts_in_the_figure_of_the_caller_stay() -> None:
+    figure = Figure(layout="constrained")
+    own = figure.text(0.1, 0.1, "$x^2$")
+    draw(hostile(record("pulley")), figure=figure)
+    draw_again = {text.get_text() for text in texts_of(figure)}
+    assert own.get_text() == "$x^2$"
+    assert any(r"\$\frac\$" in text for text in draw_again)
+
+
+def test_tex_gets_no_commands() -> None:
+    with parameters({"text.usetex": True}):
+        assert literal(r"\input{/etc/passwd} 5% a_b $x^2$ ~#&") == (
+            r"\textbackslash{}input\{/etc/passwd\} 5\% a\_b \$x\textasciicircum{}2\$"
+            r" \textasciitilde{}\#\&"
+        )
+
+
+@pytest.mark.parametrize("unit", [BAD, "\x1b\u202e"])
+def test_an_animation_shows_texts_as_they_are(unit: str, tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 5)
+    found = motions.record_of("pulley", {"time": time, "angle": time, "angular_velocity": time})
+    found = found._replace(units=dict.fromkeys(found.units, unit))
+    found.attributes["title"] = unit
+    animate(found, tmp_path / "a.gif", fps=2.0, speed=1.0)
+    assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_nothing_is_logged_of_letters_that_are_drawn(caplog: pytest.LogCaptureFixture) -> None:
+    figure = Figure()
+    figure.text(0.1, 0.1, "$東$")
+    with caplog.at_level(logging.WARNING):
+        png(figure)
+        assert not caplog.records
+        figure.savefig(BytesIO())
+    assert "does not have a glyph" in caplog.text
