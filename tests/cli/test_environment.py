@@ -133,7 +133,12 @@ def test_plot_draws_titles_verbatim(
     arguments = ["solve", PULLEY, "-q", "-o", "a.h5", "--set", f'title="{title}"']
     assert run_command_line(arguments) == 0
     assert run_command_line(["plot", "a.h5"]) == 0
-    assert capsys.readouterr().err == ""
+    err = capsys.readouterr().err
+    if title.isascii():
+        assert err == ""
+    elif err:  # on a machine whose fonts lack these characters
+        assert err.startswith("frictionsim: warning: no font has 日 (U+65E5), ")
+        assert err.count("\n") == 1
 
 
 def test_a_toml_syntax_error_shows_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -118,11 +118,11 @@ def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None
     assert Path(part).read_bytes() == Path(whole).read_bytes()
 
 
-@pytest.mark.parametrize("view", [(), ("--view", "heat")])
-def test_it_is_drawn(view: tuple[str, ...], command: Command, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("view", "picture"), [((), "a.png"), (("--view", "heat"), "a-heat.png")])
+def test_it_is_drawn(view: tuple[str, ...], picture: str, command: Command, tmp_path: Path) -> None:
     command("solve", SCENARIO, "-o", "a.h5", "--quiet")
     command("plot", "a.h5", *view)
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
 
 
 def test_its_view_shows_what_the_brake_takes(brake: Any, tmp_path: Path) -> None:
