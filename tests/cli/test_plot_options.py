@@ -157,7 +157,7 @@ def test_python_has_the_same_options(folder: Path) -> None:
     assert len(figure.axes) == 2
     assert figure.axes[0].get_xlim()[0] == pytest.approx(0.5)
     key = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert key[:2] == ["load = 2224.1 N", "load = 2100 N"]
+    assert key[:2] == ["1: load = 2224.1 N", "2: load = 2100 N"]
     assert fs.plot(folder / "a.h5", dpi=300).get_dpi() == 300
     with pytest.raises(fs.InputError, match=r"unknown option 'widht' \(did you mean 'width'\?\)"):
         fs.plot(folder / "a.h5", widht="84mm")  # type: ignore[call-arg]
