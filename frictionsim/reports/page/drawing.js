@@ -83,14 +83,7 @@ frictionsim.Drawing = class {
 
   // The frame before a time, and how far the time is from it to the next one.
   place(time) {
-    const times = this.motion.time;
-    let low = 0, high = times.length - 1;
-    if (time >= times[high]) return [high, 0];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time) low = middle; else high = middle;
-    }
-    return [low, Math.min(Math.max((time - times[low]) / (times[high] - times[low]), 0), 1)];
+    return frictionsim.placeIn(this.motion.time, time);
   }
 
   // A function that gives a number per frame at a time: linear in it.

@@ -96,14 +96,7 @@ frictionsim.DrawnTrail = class {
 
   // The last point that is behind, and how far it is from there to the next.
   place(time) {
-    const { time: times } = this.trail;
-    let low = 0, high = times.length - 1;
-    if (time >= times[high]) return [high, 0];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time) low = middle; else high = middle;
-    }
-    return [low, Math.min(Math.max((time - times[low]) / (times[high] - times[low]), 0), 1)];
+    return frictionsim.placeIn(this.trail.time, time);
   }
 
   tip(time) {

@@ -28,3 +28,10 @@ frictionsim.lastUpTo = (values, wanted) => {
   }
   return low - 1;
 };
+
+// That number, and how far a time is from there to the next of increasing times: 0 at the end.
+frictionsim.placeIn = (times, time) => {
+  const before = Math.max(frictionsim.lastUpTo(times, time), 0);
+  if (before + 1 >= times.length) return [before, 0];
+  return [before, Math.min(Math.max((time - times[before]) / (times[before + 1] - times[before]), 0), 1)];
+};
