@@ -32,6 +32,9 @@ MODES: Flags = (
     (SLACK, "slack"),
 )
 
+OTHER_MODES = {"cord": "cord_mode"}
+"""By contact the channel of its mode, where it is not `mode`."""
+
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"  # what a file of results begins with
 
 
@@ -159,6 +162,18 @@ for _operator in ("add", "radd", "mul", "rmul", "lt", "le", "gt", "ge"):
 Quantities = dict[str, Quantity]
 
 
+class StaticQuantities(dict[str, Quantity]):
+    """The quantities of statics, and what is to be said about them.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        Sentences: whether the body rests; why a value is none.
+    """
+
+    notes: tuple[str, ...] = ()
+
+
 class SolverStatistics(NamedTuple):
     """Statistics of a run, including the parts before an interruption.
 
@@ -284,6 +299,23 @@ class Record(NamedTuple):
                 strict=True,
             )
         ]
+
+    def events_of(self, contact: str | None = None) -> "npt.NDArray[np.bool_]":
+        """Return which events are of a contact, (events,).
+
+        Parameters
+        ----------
+        contact : str, optional
+            The default is the contact whose mode is the channel `mode`; an impact on an end stop
+            changes it as well.
+        """
+        import numpy as np
+
+        names = np.array([*self.contacts, ""])[np.asarray(self.events["contact"], dtype=int)]
+        if contact is not None:
+            return np.asarray(names == contact)
+        engaged = np.isin(self.events["mode_from"], (OPEN, TAUT, SLACK))
+        return ~engaged & ~np.isin(names, list(OTHER_MODES))
 
     def of_event(self, name: str) -> Channel:
         """Return unit and description of an array of the events."""

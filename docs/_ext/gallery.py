@@ -88,21 +88,43 @@ VIEWS = {
             "body": "what one body of the belt meets",
         },
     ),
+    "shaft": (
+        "shaft",
+        {
+            "response": "a bell crank on a dry shaft: channels over time, stick shaded",
+            "friction_circle": "its forces, and the friction circles of its shaft, as it slips",
+        },
+    ),
 }
+# Of views of an instant, which is not the end.
+TIMES = {"friction_circle": 0.8}
+# By scenario: its kind, and further views or what else they show.
+MORE_VIEWS = {
+    "lift": (
+        "pulley",
+        {
+            "response": "a lift with counterweight: two starts, a stop and an emergency stop",
+            "traction": "its traction: the tensions of the ropes against the limits of friction",
+        },
+    ),
+}
+# By the beginning of the names of pictures: scenario, views, and what they show.
+DRAWN = VIEWS | {name: (name, views) for name, (_, views) in MORE_VIEWS.items()}
 
 
 def of_views() -> list[Picture]:
-    """Return the pictures of all views of all kinds."""
+    """Return the pictures of all views of all kinds, and of further scenarios."""
     return [
         Picture(
             f"{kind}_{view}.png",
             title,
             (
                 f"frictionsim solve scenarios/{name}.toml",
-                VIEW_OF.format(name=name, view=view),
+                VIEW_OF.format(name=name, view=view)
+                + (f" --time {TIMES[view]}" if view in TIMES else ""),
             ),
         )
-        for kind, (name, views) in VIEWS.items()
+        for kind, (name, views) in DRAWN.items()
         for view, title in views.items()
     ]
 
@@ -173,6 +195,25 @@ OTHERS = [
         (MADE, "frictionsim show results/measured.h5 --csv > measured.csv", FIT),
     ),
 ]
+# Further scenarios of a kind, in its group.
+OF_SHAFT = [
+    Picture(
+        "shaft_hoist_drum.png",
+        "a hoist drum with an eccentric mass: couples as curved arrows",
+        (
+            "frictionsim solve scenarios/hoist_drum.toml",
+            f"{VIEW_OF.format(name='hoist_drum', view='friction_circle')} --time 2",
+        ),
+    ),
+    Picture(
+        "shaft_swing_door.png",
+        "a swing door that the friction of its hinges holds half open",
+        (
+            "frictionsim solve scenarios/swing_door.toml",
+            VIEW_OF.format(name="swing_door", view="response"),
+        ),
+    ),
+]
 PAPERS = [
     Picture(
         f"paper_{kind}.png",
@@ -182,26 +223,29 @@ PAPERS = [
             f"frictionsim plot results/{name}.h5 --width 84mm --style paper --no-title --dpi 200",
         ),
     )
-    for kind, (name, _) in VIEWS.items()
+    for kind, (name, _) in DRAWN.items()
 ]
-# By kind: the time of the clock in a screenshot of its report, and what is seen then.
+# By kind, or name of a further scenario: the time of the clock in a screenshot of its report, and
+# what is seen then.
 INSTANTS = {
     "pulley": (0.75, "a pulley that slips: the load, the forces and the reaction of the shaft"),
     "marble_machine": (2.0, "a marble machine with four marbles delivered"),
     "epicyclic": (1.2, "an epicyclic gear with the path of its tracer point"),
     "belt_drive": (1.0, "a belt drive: tension as colour, stick and slip"),
+    "shaft": (0.8, "a bell crank that slips: forces, reaction and friction circles"),
+    "lift": (12.2, "a lift whose ropes slip over a sheave that stands still"),
 }
 
 
 def of_kinds() -> list[Picture]:
-    """Return the screenshots of the reports of all kinds."""
+    """Return the screenshots of the reports of all kinds, and of further scenarios."""
     return [
         Picture(
             f"report_{kind}.png",
             f"the report of {title}",
             (
-                f"frictionsim solve scenarios/{VIEWS[kind][0]}.toml",
-                f"frictionsim report results/{VIEWS[kind][0]}.h5",
+                f"frictionsim solve scenarios/{DRAWN[kind][0]}.toml",
+                f"frictionsim report results/{DRAWN[kind][0]}.h5",
             ),
             "light",
             "#viewer",
@@ -247,6 +291,23 @@ REPORTS = [
 ]
 REPORTS += [
     *of_kinds(),
+    *(
+        Picture(
+            f"report_{name}.png",
+            f"the report of {title}",
+            (
+                f"frictionsim solve scenarios/{name}.toml",
+                f"frictionsim report results/{name}.h5",
+            ),
+            "light",
+            "#viewer",
+            time,
+        )
+        for name, time, title in (
+            ("hoist_drum", 2.0, "a hoist drum: the cord, the eccentric mass, the shaft enlarged"),
+            ("swing_door", 3.0, "a swing door with its torsion spring, seen from above"),
+        )
+    ),
     Picture(
         "report_comparison.png",
         "the report of two results, side by side on one clock",
@@ -257,13 +318,14 @@ REPORTS += [
     ),
 ]
 OTHERS += HOIST_PICTURES
-GALLERY = [*of_views(), *PAPERS, *OTHERS, *REPORTS]
+GALLERY = [*of_views(), *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the commands that make it."""
     parts = []
-    groups = [(kind, [p for p in of_views() if p.file.startswith(kind)]) for kind in VIEWS]
+    views = [*of_views(), *OF_SHAFT]
+    groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
     groups += [
         ("for papers", PAPERS),
         ("comparisons, motion, sweeps, costs and fits", OTHERS),

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import overflow_refused
-from frictionsim.results import Quantities, defined
+from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, load
 from frictionsim.scenario.settings import Scenario
@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
 
-def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None) -> Quantities:
+def static(
+    scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None
+) -> StaticQuantities:
     """Return the forces and torques of impending motion; of a belt its equilibrium.
 
     Parameters
@@ -23,7 +25,8 @@ def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = 
     Returns
     -------
     dict of Quantity
-        By name, each with `value` and `unit`.
+        By name, each with `value` and `unit`. Its attribute `notes`, a tuple of texts, says what
+        they mean, and why a value is none.
 
     Raises
     ------
@@ -32,7 +35,9 @@ def static(scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = 
     loaded = with_overrides(scenario, overrides)
     with overflow_refused():
         found: Quantities = mechanism_module(loaded.kind).statics(loaded)
-    return defined(found)
+    quantities = StaticQuantities(defined(found))
+    quantities.notes = getattr(found, "notes", ())
+    return quantities
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:

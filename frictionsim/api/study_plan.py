@@ -48,8 +48,8 @@ def plan_of(scenario: Scenario, choice: Choice) -> Plan:
         If the kind has no metrics, or something is asked for that there is not.
     """
     tolerances = _tolerances(choice.tolerances)
-    methods = _named("backends", "backend", choice.backends, methods_of(scenario.PAIRS))
-    laws = _named("laws", "friction law", choice.laws, laws_of(scenario.PAIRS))
+    methods = _named("backends", "backend", choice.backends, methods_of(scenario.pairs))
+    laws = _named("laws", "friction law", choice.laws, laws_of(scenario.pairs))
     kind = mechanism_module(scenario.kind)
     if not hasattr(kind, "METRICS"):
         raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")

@@ -81,5 +81,5 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
 
 def _compiled_methods(scenario: "Scenario") -> tuple[str, ...]:
     """Return our methods for the scenario's friction law: SciPy's are there for comparison."""
-    found = methods.methods_of(scenario.PAIRS, scenario.law)
+    found = methods.methods_of(scenario.pairs, scenario.law)
     return tuple(name for name in found if not methods.METHODS[name].scipy_class)

@@ -266,12 +266,13 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
                 "scenario": scenario,
                 "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
+                "notes": list(quantities.notes),
             }
         )
     else:
         from frictionsim.api.tables import as_text, quantities_table
 
-        print_text(as_text(iter([quantities_table(quantities)])))
+        print_text(as_text(iter([quantities_table(quantities), *quantities.notes])))
 
 
 @app.command()

@@ -1,12 +1,17 @@
 """Dry friction of a journal on its shaft."""
 
 from math import hypot
+from sys import float_info
 from typing import Self
 
 from pydantic import model_validator
 
 from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
 from frictionsim.scenario.schema import unit_field
+
+CONTACT_NAME = "shaft"
+# Torque and limit are sums of three products: a few roundings of each.
+ROUNDING = 16 * float_info.epsilon
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:

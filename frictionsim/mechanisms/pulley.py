@@ -4,7 +4,9 @@
 
 theta > 0 lifts the load. The reaction of the shaft is R = |P + W| with P vertical and
 sqrt(P^2 + W^2) with P horizontal. W and P are forces: as in the paper, the equation neglects the
-inertia of the load, its effect on the cord tension, and the weight of the pulley.
+inertia of the load, its effect on the cord tension, and the weight of the pulley. A torque on the
+pulley may take the place of the force P. Masses on the cord, which may then fall slack or slip,
+are in `pulley_with_masses`.
 
 References
 ----------
@@ -14,15 +16,20 @@ References
 
 from collections.abc import Mapping
 from math import sqrt
-from sys import float_info
-from typing import ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, ViscousDamping
-from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.effects import (
+    RENAMED_AIR_DRAG,
+    CordFriction,
+    HangingMasses,
+    ViscousDamping,
+)
+from frictionsim.mechanisms.journal_friction import CONTACT_NAME, ROUNDING, ShaftFriction
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
+    SINGLE_DOF_MODES,
     SingleDofScenario,
     base_channels,
     kinetic_energy,
@@ -30,29 +37,59 @@ from frictionsim.mechanisms.single_dof import (
     simulation_of,
 )
 from frictionsim.results import Channel, Quantities, Quantity
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_checks import extremes
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Value
 
-CONTACT_NAME = "shaft"
+if TYPE_CHECKING:
+    from frictionsim.solvers.multi_contact import MultiContactMechanism
 
-# Torque and limit are sums of three products: a few roundings of each.
-ROUNDING = 16 * float_info.epsilon
+SLACK_SIDES = ((0, "none"), (1, "car"), (2, "counterweight"), (3, "both"))
+
 
 CHANNELS = base_channels("pulley") | {
     "angle": Channel("rad", "angle of the pulley, positive where the load rises"),
     "drive_force": Channel("N", "force on the cord"),
+    "drive_torque": Channel("N m", "torque on the pulley"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
-    "energy_input": Channel("J", "work of the force on the cord"),
-    "energy_kinetic": Channel("J", "kinetic energy of the pulley"),
-    "energy_potential": Channel("J", "potential energy of the load"),
+    "rope_tension_car": Channel("N", "tension of the cord on the side of the car"),
+    "rope_tension_counterweight": Channel(
+        "N", "tension of the cord on the side of the counterweight"
+    ),
+    "car_position": Channel("m", "height of the car above its start"),
+    "car_velocity": Channel("m/s", "velocity of the car, upward"),
+    "car_acceleration": Channel("m/s^2", "acceleration of the car, upward"),
+    "counterweight_position": Channel("m", "height of the counterweight above its start"),
+    "counterweight_velocity": Channel("m/s", "velocity of the counterweight, upward"),
+    "slack": Channel("1", "sides on which the cord is slack", integer=True, flags=SLACK_SIDES),
+    "cord_slip": Channel("m", "way that the cord has slipped over the pulley, towards lifting"),
+    "cord_mode": Channel(
+        "1", "of the cord on the pulley: 0 sticking, +1 and -1 slipping", "", True, SINGLE_DOF_MODES
+    ),
+    "energy_input": Channel("J", "work of the drive"),
+    "energy_kinetic": Channel("J", "kinetic energy of the pulley and of the masses on the cord"),
+    "energy_potential": Channel("J", "potential energy of the load and of the masses"),
     "energy_damping": Channel("J", "heat of viscous damping"),
+    "energy_cord_friction": Channel("J", "heat of the cord slipping over the pulley"),
+    "energy_impact": Channel("J", "energy lost where a slack cord is taken up"),
 }
 
 
 # The channels of the default plot, from top to bottom.
-PANELS = ("drive_force", "friction_torque", "angular_velocity", "angle")
+PANELS = (
+    "drive_force",
+    "drive_torque",
+    "rope_tension_car",
+    "rope_tension_counterweight",
+    "friction_torque",
+    "angular_velocity",
+    "angle",
+    "car_velocity",
+    "car_position",
+    "cord_slip",
+)
 
 
 class PulleyParameters(Params):
@@ -66,12 +103,27 @@ class PulleyParameters(Params):
 
 
 class PulleyDrive(Params):
-    """`[drive]`."""
+    """`[drive]`: a force on the cord, or a torque on the pulley."""
 
-    force: TimeSignal = unit_field("N", "Force on the cord.")
+    force: TimeSignal | None = unit_field("N", "Force on the cord.", None)
+    torque: TimeSignal | None = unit_field(
+        "N m", "Torque on the pulley, positive where it lifts the load; give this or force.", None
+    )
     direction: Literal["vertical", "horizontal"] = Field(
         "vertical", description="Direction of the force, which decides the reaction of the shaft."
     )
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.force is None) == (self.torque is None):
+            found = "neither" if self.force is None else "both"
+            raise inconsistent((), f"expected either force or torque; found {found}")
+        if self.torque is not None and self.direction != "vertical":
+            raise inconsistent(
+                ("direction",),
+                "it is the direction of force, and the drive is a torque; remove this key",
+            )
+        return self
 
 
 class PulleyEffects(Params):
@@ -81,6 +133,32 @@ class PulleyEffects(Params):
 
     shaft_friction: ShaftFriction | None = None
     viscous_damping: ViscousDamping | None = None
+    hanging_masses: HangingMasses | None = None
+    cord_friction: CordFriction | None = None
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        masses, journal = self.hanging_masses, self.shaft_friction
+        if masses is None:
+            if self.cord_friction is not None:
+                raise inconsistent(
+                    ("cord_friction",),
+                    "a cord slips by the tensions of its two sides: add [effects.hanging_masses]",
+                )
+            return self
+        if journal is not None and journal.law != SET_VALUED:
+            raise inconsistent(
+                ("shaft_friction", "law"),
+                f"'{journal.law}' does not go with hanging_masses, whose slip and slack are located"
+                f" events: use law = '{SET_VALUED}'",
+            )
+        if self.cord_friction is not None and masses.other_side == 0.0:
+            raise inconsistent(
+                ("hanging_masses", "counterweight"),
+                "a cord that may slip needs a mass at its other end: give counterweight or rope, or"
+                " leave cord_friction out",
+            )
+        return self
 
 
 class PulleyScenario(SingleDofScenario):
@@ -95,8 +173,34 @@ class PulleyScenario(SingleDofScenario):
 
     @property
     def needs_samples(self) -> bool:
-        """False: the quantities are those of the end, of events and of statics."""
-        return False
+        """Whether quantities follow from samples: only those of masses on the cord do."""
+        return self.effects.hanging_masses is not None
+
+    @property
+    def pairs(self) -> Pairs:
+        """The pairs of law and method: with masses, slip and slack are located events."""
+        return self.PAIRS if self.effects.hanging_masses is None else EVENTS_ONLY
+
+    @property
+    def called(self) -> str:
+        """What it is called in messages."""
+        return "pulley" if self.effects.hanging_masses is None else "pulley with hanging_masses"
+
+    @model_validator(mode="after")
+    def _drive_suits_the_masses(self) -> Self:
+        masses = self.effects.hanging_masses
+        if masses is None:
+            return self
+        if self.drive.direction != "vertical":
+            raise inconsistent(
+                ("drive", "direction"),
+                "masses hang on both sides of the pulley: with hanging_masses it is vertical",
+            )
+        from frictionsim.mechanisms.pulley_with_masses import fault_of
+
+        if fault := fault_of(self):
+            raise inconsistent(*fault)
+        return self
 
     def warnings(self) -> list[str]:
         """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""
@@ -105,6 +209,8 @@ class PulleyScenario(SingleDofScenario):
         if journal is not None and journal.shaft_radius >= arm:
             thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
             warnings.insert(0, thick)
+        if self.drive.force is None:
+            return warnings
         minimum, _ = extremes(self.drive.force, self.solver.duration)
         if minimum < 0.0:
             warnings.append(f"drive.force has a minimum of {minimum:.6g} N; a cord cannot push")
@@ -114,8 +220,16 @@ class PulleyScenario(SingleDofScenario):
 SCENARIO = PulleyScenario
 
 
-def build(scenario: PulleyScenario) -> Mechanism:
+def build(scenario: PulleyScenario) -> "Mechanism | MultiContactMechanism":
     """Return the mechanism, composed of the effects in the scenario."""
+    if scenario.effects.hanging_masses is not None:
+        from frictionsim.mechanisms.pulley_with_masses import build as with_masses
+
+        return with_masses(scenario)
+    if scenario.drive.force is None:
+        from frictionsim.mechanisms.pulley_with_torque import build as with_torque
+
+        return with_torque(scenario)
     arm, inertia, load = (
         scenario.mechanism.cord_radius,
         scenario.mechanism.inertia,
@@ -245,6 +359,14 @@ def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
 
 def statics(scenario: PulleyScenario) -> Quantities:
     """Return the limit forces of eq 24: vertical and horizontal, static and kinetic."""
+    if scenario.effects.hanging_masses is not None:
+        from frictionsim.mechanisms.hanging_masses import statics as with_masses
+
+        return with_masses(scenario)
+    if scenario.drive.force is None:
+        from frictionsim.mechanisms.pulley_with_torque import statics as with_torque
+
+        return with_torque(scenario)
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0

@@ -20,6 +20,7 @@ from frictionsim.solvers.mechanism import Mechanism, Value
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
+    from frictionsim.solvers.multi_contact import MultiContactMechanism
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
@@ -49,14 +50,21 @@ def base_channels(body: str) -> dict[str, Channel]:
     }
 
 
-def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Simulation"]:
+def simulation_of(
+    build: "Callable[[Any], Mechanism | MultiContactMechanism]",
+) -> Callable[[Scenario], "Simulation"]:
     """Return the function `simulation` of a kind, from its `build`."""
 
     def simulation(scenario: Scenario) -> "Simulation":
+        mechanism = build(scenario)
         # Imported here because it imports numpy, which `check` does not need.
+        if not isinstance(mechanism, Mechanism):
+            from frictionsim.simulation.multi_contact import MultiContactSimulation
+
+            return MultiContactSimulation(scenario, mechanism)
         from frictionsim.simulation.single_dof import SingleDofSimulation
 
-        return SingleDofSimulation(scenario, build(scenario))
+        return SingleDofSimulation(scenario, mechanism)
 
     return simulation
 

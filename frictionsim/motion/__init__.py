@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MOTIONS: Mapping[str, str] = {
     kind: f"frictionsim.motion.{kind}"
-    for kind in ("pulley", "marble_machine", "epicyclic", "belt_drive")
+    for kind in ("pulley", "marble_machine", "epicyclic", "belt_drive", "shaft")
 }
 """By kind the module whose function `motion` makes the motion of a result."""
 

@@ -128,7 +128,7 @@ def readouts_at(
 
 
 def state_at(result: "Record", frames: Frames) -> "Numbers | None":
-    """Return the mode of the one contact at frames; None if it is not recorded.
+    """Return the mode of the contact of the channel `mode` at frames; None if it is not recorded.
 
     It is the mode after the last change, or that of a sample since then. The sample at an event has
     the mode before it.
@@ -136,7 +136,10 @@ def state_at(result: "Record", frames: Frames) -> "Numbers | None":
     if "mode" not in result.channels:
         return None
     modes = np.array(channel_at(result, "mode", frames.sample), dtype=np.int64)
-    event = last_event(result, frames, _changes(result))
+    changes = _changes(result)
+    if changes.any():
+        changes &= result.events_of()
+    event = last_event(result, frames, changes)
     changed = event >= 0
     if changed.any():
         modes[changed] = np.asarray(result.events["mode_to"])[event[changed]]

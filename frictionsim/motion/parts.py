@@ -8,6 +8,8 @@ between frames. Whoever draws a motion looks up colours by the name of a `role`.
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy as np
     import numpy.typing as npt
 
@@ -97,6 +99,8 @@ class Band(NamedTuple):
         How far a cord has run along its line, which itself may stand still: it is drawn with marks
         at distances `spacing` that run so far.
     spacing : float, m
+    role : Role or None
+        Of a line that is no cord, as the arc of a torque.
     """
 
     name: str
@@ -112,6 +116,7 @@ class Band(NamedTuple):
     patch: "Bools | None" = None
     travel: "Array | None" = None
     spacing: float = 0.0
+    role: Role | None = None
 
 
 class Trail(NamedTuple):
@@ -166,6 +171,8 @@ class Readout(NamedTuple):
     channel, member : str
         The recorded channel that it is, and of which member of its axis; empty for none. A page
         shows it as its charts do, from all samples.
+    words : dict of str
+        What is shown instead of a number, by its digits: what a contact does.
     """
 
     name: str
@@ -173,6 +180,7 @@ class Readout(NamedTuple):
     value: "Array"
     channel: str = ""
     member: str = ""
+    words: "Mapping[str, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
 
 
 class Detail(NamedTuple):
@@ -194,7 +202,8 @@ class Motion(NamedTuple):
     bounds : tuple of float, m
         Of the drawing: left, right, bottom, top.
     state : (frames,) of int or None
-        Of a mechanism with one contact: 0 sticks, 1 and -1 slip.
+        Of a mechanism with one contact: 0 sticks, 1 and -1 slip. What several contacts do is in
+        `readouts`.
     readouts : tuple of Readout
     details : tuple of Detail
         What is shown larger beside the whole.

@@ -7,6 +7,8 @@ import numpy as np
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Band, Body, Motion, Readout, Trail
 
+STATES = {"0": "sticks", "1": "slips forward", "-1": "slips backward"}
+
 
 class Moment(NamedTuple):
     """A time of a motion: the frame before it, and how far it is from it to the next one."""
@@ -62,6 +64,11 @@ def shown_value(readout: "Readout", moment: Moment) -> float:
     return float(readout.value[moment.frame] if readout.unit == "1" else moment.of(readout.value))
 
 
+def shown_word(readout: "Readout", moment: Moment) -> str:
+    """Return the word of a read-out that has words: that of the frame before."""
+    return readout.words.get(str(int(readout.value[moment.frame])), "")
+
+
 def decimals_of(values: Any) -> int:
     """Return how many decimals of a read-out are shown: four digits of the largest number."""
     largest = float(np.max(np.abs(values), initial=0.0))
@@ -72,5 +79,4 @@ def state_word(motion: "Motion", moment: Moment) -> str:
     """Return what the one contact of a mechanism does; empty if there is none or several."""
     if motion.state is None:
         return ""
-    words = {0: "sticks", 1: "slips forward", -1: "slips backward"}
-    return words.get(int(motion.state[moment.frame]), "")
+    return STATES.get(str(int(motion.state[moment.frame])), "")

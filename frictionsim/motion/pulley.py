@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.journal_friction import friction_radius
 from frictionsim.motion.event_frames import (
     Frames,
     frames_with_events,
@@ -21,19 +20,25 @@ from frictionsim.motion.event_frames import (
     values_at,
 )
 from frictionsim.motion.frames import required
-from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Part, Readout
+from frictionsim.motion.parts import Arrow, Band, Body, Motion, Part, Readout
+from frictionsim.motion.pulley_parts import (
+    ARC_OF_TORQUE,
+    ARROW,
+    BLOCK,
+    HIGHEST,
+    reaction_arrow,
+    shaft_parts,
+)
 from frictionsim.motion.shapes import arc, around, block, wheel
+from frictionsim.motion.torque_arc import torque_arc
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array
     from frictionsim.results import Record
 
-SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
-CIRCLE_SEEN = 0.02  # of the pulley's radius: a smaller friction circle is a dot, and left out
 # In radii of the pulley.
-HIGHEST, TRAVEL = 1.6, 2.5  # of the load below the axis; the longest way of it that is drawn
-BLOCK, ARROW = 0.9, 2.0  # side of the load; length of the largest force
+TRAVEL = 2.5  # of the load: the longest way of it that is drawn
 CORD_MARK = 0.5  # between marks on the cord
 
 
@@ -60,6 +65,10 @@ def motion(result: "Record") -> Motion:
     InputError
         If it lacks samples, the channel of the angle, or keys.
     """
+    if "hanging_masses" in scenario_of(result).get("effects", {}):
+        from frictionsim.motion.pulley_with_masses import motion as with_masses
+
+        return with_masses(result)
     frames = frames_with_events(result)
     time = values_at(result, "time", frames)
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
@@ -71,7 +80,7 @@ def motion(result: "Record") -> Motion:
     parts: list[Part] = [
         _line(cord, travel, radius, horizontal),
         Body("pulley", wheel(radius, hub=0.0), still, still, angle),
-        *_shaft(result, radius, still),
+        *shaft_parts(result, radius, still),
         *_loads(cord, radius, still),
         *_forces(result, frames, cord, radius, horizontal),
     ]
@@ -80,7 +89,13 @@ def motion(result: "Record") -> Motion:
         *readouts_at(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
         Readout("travel of the load", "m", travel),
         *readouts_at(
-            result, {"drive_force": "drive force", "friction_torque": "friction torque"}, frames
+            result,
+            {
+                "drive_force": "drive force",
+                "drive_torque": "drive torque",
+                "friction_torque": "friction torque",
+            },
+            frames,
         ),
     )
     return Motion(time, tuple(parts), _bounds(parts, radius), state, readouts)
@@ -117,21 +132,6 @@ def _line(cord: _Cord, travel: "Array", radius: float, horizontal: bool) -> Band
     )
 
 
-def _shaft(result: "Record", radius: float, still: "Array") -> list[Part]:
-    friction = scenario_of(result).get("effects", {}).get("shaft_friction")
-    if friction is None:
-        return [Body("shaft", (Disc(0.0, 0.0, SHAFT_SEEN * radius, "fixed"),), still, still, still)]
-    shaft = float(scenario_value(result, "effects", "shaft_friction", "shaft_radius"))
-    found: list[Part] = [Body("shaft", (Disc(0.0, 0.0, shaft, "fixed"),), still, still, still)]
-    for name, key in (("static friction circle", "mu_s"), ("kinetic friction circle", "mu_k")):
-        mu = float(scenario_value(result, "effects", "shaft_friction", key))
-        size = friction_radius(shaft, mu)
-        if size > CIRCLE_SEEN * radius:
-            circle = Disc(0.0, 0.0, size, "friction" if key == "mu_k" else "paper", open=True)
-            found.append(Body(name, (circle,), still, still, still))
-    return found
-
-
 def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
     x, side = still + radius, BLOCK * radius
     load = Body("load", (block(side, side, "load"),), x, cord.height, still, ~cord.cut)
@@ -148,6 +148,8 @@ def _forces(
     weight = float(scenario_value(result, "mechanism", "load"))
     zero = np.zeros_like(frames.time)
     x, y = zero + radius, cord.height - BLOCK * radius
+    if "drive_torque" in result.channels:
+        return _with_torque(result, frames, (x, y), weight, radius)
     if "drive_force" not in result.channels:
         return [Arrow("weight of the load", x, y, zero, zero - 0.5 * ARROW * radius, "load")]
     force = values_at(result, "drive_force", frames)
@@ -162,25 +164,26 @@ def _forces(
         parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
     if "friction_torque" in result.channels:
         torque = values_at(result, "friction_torque", frames)
-        parts.append(_reaction(force, weight, torque, scale, horizontal))
+        if horizontal:
+            parts.append(reaction_arrow(force, np.full_like(force, weight), torque, scale))
+        else:
+            parts.append(reaction_arrow(zero, force + weight, torque, scale))
     return parts
 
 
-def _reaction(
-    force: "Array", weight: float, torque: "Array", scale: float, horizontal: bool
-) -> Arrow:
-    """Return the reaction of the shaft on the pulley, on its line of action.
-
-    With the reaction (F_x, F_y) its foot (e_x, e_y), at right angles to it, has the moment
-    e_x F_y - e_y F_x = friction torque.
-    """
-    if horizontal:
-        across, up = force, np.full_like(force, weight)
-    else:
-        across, up = np.zeros_like(force), force + weight
-    square = np.maximum(across**2 + up**2, np.finfo(float).tiny)
-    x, y = torque * up / square, -torque * across / square
-    return Arrow("reaction of the shaft", x, y, scale * across, scale * up, "friction")
+def _with_torque(
+    result: "Record", frames: Frames, foot: "tuple[Array, Array]", weight: float, radius: float
+) -> list[Part]:
+    """Return weight, torque of the drive and reaction of a pulley that a torque turns."""
+    zero = np.zeros_like(frames.time)
+    scale = ARROW * radius / weight if weight > 0.0 else 0.0
+    parts: list[Part] = [Arrow("weight of the load", *foot, zero, zero - scale * weight, "load")]
+    drive = values_at(result, "drive_torque", frames)
+    parts += torque_arc("torque of the drive", drive, ARC_OF_TORQUE * radius)
+    if "friction_torque" in result.channels:
+        torque = values_at(result, "friction_torque", frames)
+        parts.append(reaction_arrow(zero, zero + weight, torque, scale))
+    return parts
 
 
 def _bounds(parts: list[Part], radius: float) -> tuple[float, float, float, float]:

@@ -13,19 +13,25 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 import frictionsim.plots.parameters  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots import belt_layout, belt_time_history, epicyclic, marble_machine, pulley
+from frictionsim.plots import (
+    belt_layout,
+    belt_time_history,
+    epicyclic,
+    marble_machine,
+    pulley,
+    shaft,
+)
 from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.time_history import response
-from frictionsim.plots.window import WHOLE, Extent, check_channels, until, within
+from frictionsim.plots.window import WHOLE, Extent, check_channels, check_numbers, until, within
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.recorded import scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -35,13 +41,12 @@ if TYPE_CHECKING:
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
 ALL, BODY, PATH = "all", "body", "path"
-MAX_DRAWN = 1e100
 
 Views = Mapping[str, Callable[..., None]]
 """Functions `view(result, figure, **options)` by name."""
 
 VIEWS: Mapping[str, Views] = {
-    "pulley": {"response": pulley.response},
+    "pulley": {"response": pulley.response, "traction": pulley.traction},
     "marble_machine": {"response": response, "torque": marble_machine.torque},
     "epicyclic": {
         "response": epicyclic.response,
@@ -54,14 +59,21 @@ VIEWS: Mapping[str, Views] = {
         "tension": belt_time_history.tension,
         BODY: belt_time_history.body,
     },
+    "shaft": {"response": shaft.response, "friction_circle": shaft.friction_circle},
 }
 
 
+# Views of results with an effect; without it `plot_all` leaves them out.
+OF_EFFECT = {("pulley", "traction"): "cord_friction"}
 # To what a part of a result applies; views of other packages are drawn whole.
-OF_AN_INSTANT = {("belt_drive", "drive"), ("belt_drive", "tension"), ("epicyclic", PATH)}
+OF_AN_INSTANT = {
+    *(("belt_drive", "drive"), ("belt_drive", "tension"), ("epicyclic", PATH)),
+    ("shaft", "friction_circle"),
+}
 OF_A_WINDOW = {
     *(("epicyclic", "torque"), ("marble_machine", "torque")),
     *(("belt_drive", "speeds"), ("belt_drive", BODY)),
+    ("pulley", "traction"),
 }
 OF_CHANNELS = {("belt_drive", "speeds")}
 # Channels of the views, beside `response`, that several results are drawn over each other in.
@@ -76,7 +88,7 @@ def applies(kind: str, view: str) -> tuple[bool, bool, bool]:
 
 def _is_response(kind: str, view: str) -> bool:
     """Return whether a view is the one over time that any kind has, or a kind's own form of it."""
-    return views_of(kind)[view] in (response, pulley.response, epicyclic.response)
+    return views_of(kind)[view] in (response, pulley.response, epicyclic.response, shaft.response)
 
 
 def check_view(kind: str, view: str) -> None:
@@ -185,7 +197,7 @@ def draw(
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_applies(kind, view, shown)
-    _check_numbers(result)
+    check_numbers(result)
     part, options = _part(result, view, shown)
     if body is not None:
         options[BODY] = body
@@ -252,7 +264,7 @@ def draw_overlay(
     for name, record in results:
         if not record.channels["time"].size:
             raise InputError(f"{name}: cannot draw this result: it has no samples")
-        _check_numbers(record)
+        check_numbers(record)
         check_channels(record, shown.channels)
         part = within(record, shown.start, shown.stop) if shown.has_window else record
         parts.append(Overlaid(name, part))
@@ -285,17 +297,6 @@ def check_overlaid(kind: str, view: str) -> None:
             f"the view '{view}' cannot show several results over each other"
             + (f"; the view {named} can" if fit else "")
         )
-
-
-def _check_numbers(result: "Record") -> None:
-    """Raise InputError if a number is so large that a scale of it would overflow."""
-    for name, values in [*result.channels.items(), *result.events.items()]:
-        if isinstance(values, np.ndarray) and values.dtype.kind == "f":  # not one left in its file
-            finite = values[np.isfinite(values)]
-            if finite.size and max(finite.max(), -finite.min()) > MAX_DRAWN:
-                raise InputError(
-                    f"cannot draw this result: '{name}' has numbers above {MAX_DRAWN:g}"
-                )
 
 
 def plot(
@@ -374,6 +375,9 @@ def plot_all(
         if given and not any(applies(kind, view)[place] for view in views):
             check_applies(kind, views[0], shown)
     for view in views:
+        effect = OF_EFFECT.get((kind, view))
+        if effect and effect not in scenario_of(result).get("effects", {}):
+            continue
         picture = path_of(path, view)
         instant, window, channels = applies(kind, view)
         part = Extent(

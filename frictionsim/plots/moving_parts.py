@@ -123,7 +123,8 @@ class MovingCord:
 
     def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
         self._band, self._reach = band, thick * TICK * per_point
-        (self._line,) = ax.plot([], [], color=EDGE, lw=CORD * thick, solid_joinstyle="round")
+        colour = EDGE if band.role is None else COLOURS[band.role]
+        (self._line,) = ax.plot([], [], color=colour, lw=CORD * thick, solid_joinstyle="round")
         self._marks = ax.add_collection(LineCollection([], colors=EDGE, linewidths=1.4 * thick))
 
     def move(self, moment: Moment, time: float) -> None:

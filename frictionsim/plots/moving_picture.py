@@ -12,7 +12,13 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
-from frictionsim.motion.poses import decimals_of, moment_of, shown_value, state_word
+from frictionsim.motion.poses import (
+    decimals_of,
+    moment_of,
+    shown_value,
+    shown_word,
+    state_word,
+)
 from frictionsim.plots.literal_text import literal, make_literal
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, CMAP, COLOURS, EDGE, moving
 from frictionsim.plots.style import BLACK, WIDTH, Style
@@ -159,6 +165,8 @@ class MovingPicture:
                 decimals: int = decimals,
                 unit: str = unit,
             ) -> str:
+                if readout.words:
+                    return shown_word(readout, moment)
                 text = f"{shown_value(readout, moment):.{decimals}f}"
                 if not float(text):
                     text = text.lstrip("-")
@@ -259,7 +267,8 @@ def _sample(part: "Body | Trail | Arrow") -> Any:
 
 def _key_of_band(band: Band) -> dict[str, Any]:
     if band.value is None and band.touching is None:
-        return {band.name: Line2D([], [], color=EDGE, lw=2.2)}
+        colour = EDGE if band.role is None else COLOURS[band.role]
+        return {band.name: Line2D([], [], color=colour, lw=2.2)} if band.name else {}
     found: dict[str, Any] = {}
     edged = [withStroke(linewidth=BELT + BELT_EDGE, foreground=EDGE)]
     if band.sticking is not None:

@@ -1,17 +1,15 @@
-"""The picture of a pulley: its response to the force, with the limits of static friction."""
+"""The picture of a pulley: its response to force or torque, with the limits of static friction."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.plots import time_history
-from frictionsim.plots.style import (
-    BLACK,
-    Style,
-    add_legend,
-)
+from frictionsim.plots import hanging_masses, time_history
+from frictionsim.plots.hanging_masses import traction as traction
+from frictionsim.plots.static_limit import LIMIT_LINE, draw_static_limit
+from frictionsim.plots.style import add_legend
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of
 from frictionsim.scenario.validation import ValidationFailure, validate
@@ -21,25 +19,30 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Quantities, Record
 
-LIMIT_LINE: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.8}
-LIMIT_FORCES = {"force_to_hold": "to hold", "force_to_lift": "to lift"}
+LIMITS = ("to hold", "to lift")
+DRIVES = {"drive_force": "force", "drive_torque": "torque"}
 LABEL_POINTS = 11.0  # height of a label beside a line
 PANEL_SHARE = 0.5  # at least, of what a panel has of the height of its figure
 MAX_LIMIT = 3.0  # of the largest force; a higher limit line would flatten the channel
 
 
 def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
-    """Draw force, friction torque, angular velocity and angle over time.
+    """Draw force or torque, friction torque, angular velocity and angle over time.
 
-    Lines show the forces of impending motion and the static limit of the friction torque.
+    Lines show the forces or torques of impending motion, from rest, and the static limit of the
+    friction torque. Of masses on the cord tensions, speeds, height and slip or slack are drawn.
     """
-    axes, handles = time_history.draw_channels(result, figure, channels)
-    if "friction_torque" in result.channels:
+    masses = hanging_masses.has_masses(result)
+    if masses and not channels:
+        axes, handles = hanging_masses.draw_panels(result, figure)
+    else:
+        axes, handles = time_history.draw_channels(result, figure, channels)
+    if masses or "friction_torque" in result.channels:
         limits = _limits(result)
-        if "drive_force" in axes:
-            _draw_limit_forces(axes["drive_force"], len(axes), result, limits)
-        if limits and "friction_torque" in axes and "shaft_reaction" in result.channels:
-            handles.append(_draw_static_limit(axes["friction_torque"], result, limits))
+        for drive in DRIVES:
+            if drive in axes:
+                _draw_limits(axes[drive], len(axes), result, limits, drive)
+    handles += draw_static_limit(axes, result)
     add_legend(figure, handles)
 
 
@@ -52,13 +55,15 @@ def _limits(result: "Record") -> "Quantities":
     return mechanism_module(scenario.kind).statics(scenario)
 
 
-def _draw_limit_forces(ax: Any, panels: int, result: "Record", limits: "Quantities") -> None:
-    """Draw lines at the forces of impending motion, and label them within the panel's height."""
-    highest = MAX_LIMIT * np.max(np.abs(result.channels["drive_force"]))
-    found = [(limits[name].value, words) for name, words in LIMIT_FORCES.items() if name in limits]
+def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", drive: str) -> None:
+    """Draw lines at the drive of impending motion, and label them within the panel's height."""
+    highest = MAX_LIMIT * np.max(np.abs(result.channels[drive]))
+    names = ((f"{DRIVES[drive]}_{words.replace(' ', '_')}", words) for words in LIMITS)
+    found = [(limits[name].value, words) for name, words in names if name in limits]
     drawn = sorted(
-        (force, words) for force, words in found if force is not None and force <= highest
+        (force, words) for force, words in found if force is not None and abs(force) <= highest
     )
+    unit = result.units[drive]
     for force, _ in drawn:
         ax.axhline(force, **LIMIT_LINE)
     figure, (low, high) = ax.figure, ax.get_ylim()
@@ -69,7 +74,7 @@ def _draw_limit_forces(ax: Any, panels: int, result: "Record", limits: "Quantiti
     )
     for (force, words), place in zip(drawn, places, strict=True):
         ax.annotate(
-            f"{force:.1f} N {words}",
+            f"{force:.1f} {unit} {words}".replace("-", "\N{MINUS SIGN}"),
             (1.0, place),
             (4.0, 0.0),
             xycoords="axes fraction",
@@ -98,10 +103,3 @@ def label_places(lines: Sequence[float], height: float) -> list[float]:
     low = min(max(lines[0] - half, half), 1.0 - 3.0 * half)
     high = min(max(lines[1] + half, low + height), 1.0 - half)
     return [low, high]
-
-
-def _draw_static_limit(ax: Any, result: "Record", limits: Mapping[str, Any]) -> Any:
-    time = result.channels["time"]
-    limit = limits["friction_radius_static"].value * result.channels["shaft_reaction"]
-    ax.plot(time, -limit, **LIMIT_LINE)
-    return ax.plot(time, limit, **LIMIT_LINE, label="limit of static friction")[0]

@@ -13,8 +13,10 @@ from frictionsim.plots.style import (
     GREEN,
     GREY,
     MAX_LINES,
+    PURPLE,
     STICK_COLOUR,
     VERMILION,
+    WINE,
     Style,
     add_legend,
     grid,
@@ -29,13 +31,19 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.jumps import with_jumps
 from frictionsim.simulation.phases import (
     BREAKAWAY,
+    IMPACT,
+    LEFT,
     REST,
     REVERSAL,
+    SLIPS,
+    STICKS,
     event_names,
     sticking_phases,
 )
+from frictionsim.solvers.end_stops import EVENT as END_STOP
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
@@ -44,6 +52,9 @@ PANEL_HEIGHT = 1.7  # inches
 MAX_PANELS = 16
 ANNOTATION = 7.5  # points
 MAX_MARKS = 60  # events; marks of more would hide the channels
+# Lines of events that are closer, of the width of such a picture, are thinner, but not below a
+# part of their width, and behind the channels: else bounces are a bar that hides these.
+CLOSE, THINNEST = 0.008, 0.25
 # For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
 MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
 
@@ -51,6 +62,20 @@ EVENT_LINES: dict[str, Style] = {
     BREAKAWAY: {"color": VERMILION, "linestyle": (0, (5, 2)), "linewidth": 1.0},
     REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
     REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
+}
+_OF_ROPES = (("slack", (5, 2)), ("taut", (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
+EVENT_LINES |= {
+    f"cord: {word}": {"color": PURPLE, "linestyle": (0, dashes), "linewidth": 1.0}
+    for word, dashes in ((SLIPS, (5, 2)), (STICKS, (5, 1.5, 1, 1.5)), (REVERSAL, (1, 1)))
+}
+EVENT_LINES |= {
+    f"{side} rope: {word}": {"color": BLUE, "linestyle": (0, dashes), "linewidth": 1.0}
+    for side in ("car", "counterweight")
+    for word, dashes in _OF_ROPES
+}
+EVENT_LINES |= {
+    f"{END_STOP}: {word}": {"color": WINE, "linestyle": (0, dashes), "linewidth": 1.0}
+    for word, dashes in ((LEFT, (5, 2)), (REST, (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
 }
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
@@ -200,15 +225,34 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
         return []
     names = event_names(result)
     handles = {}
-    for at, name in zip(times, names, strict=True):
+    span = np.ptp(result.channels["time"]) / relative_width(axes[0].figure)
+    widths = line_widths(times, CLOSE * span)
+    for at, name, width in zip(times, names, widths, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
         handles[name] = Line2D([], [], label=name, **style)
+        thin = {"linewidth": width * style["linewidth"], "zorder": 2.0 if width == 1.0 else 1.5}
         for ax in axes:
-            ax.axvline(at, **style)
-    min_gap = MIN_GAP / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
+            ax.axvline(at, **style | thin)
+    min_gap = MIN_GAP * span
     for i, rows in enumerate(label_rows(times, min_gap, max_rows=2)):
         annotate_above(axes[0], times[i], f"{times[i]:.4g} s", row + rows)
     return list(handles.values())
+
+
+def line_widths(positions: Any, near: float) -> "npt.NDArray[np.float64]":
+    """Return the widths of lines relative to the usual one: less where they are dense.
+
+    Parameters
+    ----------
+    positions : (n,)
+        In increasing order.
+    near : float
+        Lines with nearer neighbours on both sides are thinner.
+    """
+    gaps = np.diff(np.asarray(positions, dtype=float), prepend=-np.inf, append=np.inf)
+    # Two lines beside each other hide nothing.
+    wider = np.maximum(gaps[:-1], gaps[1:])
+    return np.clip(wider / near, THINNEST, 1.0) if near > 0.0 else np.ones(len(wider))
 
 
 def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:

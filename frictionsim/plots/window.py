@@ -11,6 +11,8 @@ from frictionsim.errors import ArgumentError, InputError, unknown
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
+MAX_DRAWN = 1e100
+
 
 class Extent(NamedTuple):
     """What of a result is drawn.
@@ -125,6 +127,23 @@ def check_channels(result: "Record", names: Sequence[str]) -> None:
             said = unknown("channel", name, known)
             there = "" if "known:" in said else f"; known: {', '.join(known)}"
             raise ArgumentError("channels", f"{said}{there}")
+
+
+def check_numbers(result: "Record") -> None:
+    """Check that no number of a result is so large that a scale of it would overflow.
+
+    Raises
+    ------
+    InputError
+        If one is.
+    """
+    for name, values in [*result.channels.items(), *result.events.items()]:
+        if isinstance(values, np.ndarray) and values.dtype.kind == "f":  # not one left in its file
+            finite = values[np.isfinite(values)]
+            if finite.size and max(finite.max(), -finite.min()) > MAX_DRAWN:
+                raise InputError(
+                    f"cannot draw this result: '{name}' has numbers above {MAX_DRAWN:g}"
+                )
 
 
 def until(result: "Record", time: float) -> "Record":

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from frictionsim.reports.page import text
-from frictionsim.reports.tables import Cell, Html, number, paragraph, section, table, with_minus
+from frictionsim.reports.tables import Cell, Html, paragraph, section, table, with_minus
 from frictionsim.results import MODES
 from frictionsim.simulation.phases import event_names
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from frictionsim.reports.reported_run import ReportedRun
 
 MAX_EVENTS = 5000  # more make a page slow
+ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
 MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
 
 
@@ -48,5 +49,5 @@ def _cells(row: _Row, placed: bool, several: bool) -> list[Cell]:
         f'<button type="button" data-time="{time!r}">{text(with_minus(f"{time:.9g}"))}</button>'
     )
     cells: list[Cell] = [Html(button), name, contact, MODE_WORDS[before], MODE_WORDS[after]]
-    cells += ["" if angle is None else number(angle)] if placed else []
+    cells += ["" if angle is None else f"{angle:.{ANGLE_DIGITS}g}"] if placed else []
     return [*cells, label] if several else cells

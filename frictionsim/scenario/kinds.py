@@ -15,6 +15,7 @@ KINDS = {
     "pulley": "frictionsim.mechanisms.pulley",
     "marble_machine": "frictionsim.mechanisms.marble_machine",
     "epicyclic": "frictionsim.mechanisms.epicyclic",
+    "shaft": "frictionsim.mechanisms.shaft",
     "belt_drive": "frictionsim.mechanisms.belt_drive",
 }
 

@@ -25,12 +25,15 @@ class _Place(NamedTuple):
         Unit of the value.
     items : str
         What a list holds there: numbers, names or tables.
+    is_list : bool
+        Whether the key takes nothing but a list of them.
     """
 
     path: KeyPath
     table: type[BaseModel] | None
     unit: str
     items: str
+    is_list: bool
 
 
 def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
@@ -61,6 +64,10 @@ def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
     if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
         expected = f"{expected}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
     if kind == "missing":
+        if place.is_list:
+            expected = f"a list of {place.items} in brackets"
+        elif isinstance(place.path[-1], int):
+            expected = f"a number in {place.unit}" if place.unit else "a number"
         return place.path, f"missing; expected {expected}"
     return place.path, f"expected {expected}, got {toml_text(error['input'])}"
 
@@ -107,10 +114,12 @@ def _expected(kind: str, context: dict[str, Any], place: _Place) -> str:
         "column": "the name of a column in quotes, or its number from 1",
         "delimiter": "one character between cells, such as ';' or '\\t'",
         "string_too_short": "text of at least one character",
+        "string_pattern_mismatch": "letters, digits, '_' and '-' without spaces",
         "model_type": "a table",
         "model_attributes_type": "a table",
         "tuple_type": f"a list of {place.items} in brackets",
         "too_short": _at_least(context.get("min_length", 1), place.items),
+        "too_long": f"at most {context.get('max_length')} {place.items}",
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
 
 
@@ -124,14 +133,14 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
     unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
-    at_signal = at_name = False
+    at_signal = at_name = is_list = False
     for part in location:
         if at_signal:  # the tag of the signal's form, which is not a key
             here, at_signal = SIGNAL_TAGS.get(str(part)), False
             continue
         path = (*path, part)
         if isinstance(part, int) or at_name:  # an index of a list, or a name chosen by the user
-            at_name = False
+            at_name = is_list = False
             continue
         table, field = here, _field(here, part)
         if field is None:
@@ -139,13 +148,14 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
             continue
         extra = field.json_schema_extra
         unit = extra["unit"] if isinstance(extra, dict) else unit
+        is_list = get_origin(field.annotation) is tuple
         models = list(models_in(field.annotation))
         items = "numbers" if not _has_text(field.annotation) else "names"
         items = "tables" if models else items
         at_name = get_origin(field.annotation) is dict
         at_signal = len(models) > 1
         here = models[0] if models else None
-    return _Place(path, table, "" if unit == "1" else str(unit), items)
+    return _Place(path, table, "" if unit == "1" else str(unit), items, is_list)
 
 
 def _field(model: type[BaseModel] | None, key: Any) -> Any:

@@ -92,6 +92,9 @@ SINGLE_DOF: Pairs = {
     **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in SCIPY},
 }
 
+# Of several contacts: their changes of mode are located events.
+EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "multi_contact_solver")}
+
 BELT: Pairs = {
     (SET_VALUED, "rkf45"): Pair(_STEPPERS + "rkf45"),
     (SET_VALUED, "moreau"): Pair(_STEPPERS + "moreau", fixed_step=True),

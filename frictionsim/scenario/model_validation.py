@@ -25,6 +25,17 @@ MIN_NUMBER = 1e-50
 MAX_KEY_LENGTH = 60  # characters of a key in a message
 
 
+class _NamedIndex(int):
+    """The index of a table in a list, which a message gives by the name in the table."""
+
+    def __new__(cls, index: int, name: str) -> "_NamedIndex":
+        number = super().__new__(cls, index)
+        number.name = name
+        return number
+
+    name: str
+
+
 class ValidationFailure(Exception):
     """Errors in the data of a scenario, by key path, without positions in the file."""
 
@@ -57,6 +68,14 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | No
     ValidationFailure
         If the data is invalid.
     """
+    try:
+        return _validated(model, data, folder)
+    except ValidationFailure as failure:
+        faults = [(_with_names(path, data), message) for path, message in failure.faults]
+        raise ValidationFailure(faults) from None
+
+
+def _validated(model: "type[Model]", data: dict[str, Any], folder: Path | None) -> "Model":
     _refuse(_too_large(data))  # before the validators, which compute with them
     try:
         scenario = model.model_validate(data, context={"folder": folder})
@@ -126,8 +145,32 @@ def key_text(key: KeyPath) -> str:
     return ".".join(map(_part_text, key)) or "scenario"
 
 
+def _with_names(path: KeyPath, data: Any) -> KeyPath:
+    """Return a path with the names of tables in lists, where `--set` takes them, too.
+
+    An index remains where the name is at fault, or is not the only one.
+    """
+    found: list[str | int] = []
+    for i, part in enumerate(path):
+        if isinstance(part, str) or not isinstance(data, list | tuple) or part >= len(data):
+            found.append(part)
+            data = data.get(part) if isinstance(data, dict) else None
+            continue
+        name = _name_of(data[part])
+        is_its_own = path[i + 1 :] != ("name",) and [*map(_name_of, data)].count(name) == 1
+        found.append(_NamedIndex(part, name) if name and is_its_own else part)
+        data = data[part]
+    return tuple(found)
+
+
+def _name_of(row: Any) -> str:
+    """Return the name of a table in a list; empty without one that `--set` takes."""
+    name = row.get("name") if isinstance(row, dict) else None
+    return name if isinstance(name, str) and name.replace("-", "_").isidentifier() else ""
+
+
 def _part_text(part: str | int) -> str:
-    text = str(part)
+    text = part.name if isinstance(part, _NamedIndex) else str(part)
     if not text.replace("-", "_").isidentifier() and not text.isdecimal():
         text = repr(text)
     return text if len(text) <= MAX_KEY_LENGTH else text[:MAX_KEY_LENGTH] + "..."

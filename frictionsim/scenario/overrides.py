@@ -88,8 +88,9 @@ def override_text(value: Any) -> str:
 
 
 def _is_bare_word(text: str) -> bool:
-    """Return whether a text is read as itself without quotes."""
-    if not text.replace("-", "").replace("_", "").isalnum() or text[0].isdecimal():
+    """Return whether a text is read as itself without quotes: a word, or a key with dots."""
+    parts = text.replace("-", "").replace("_", "").split(".")
+    if not all(part.isalnum() for part in parts) or text[0].isdecimal():
         return False
     return text not in (REMOVED_TEXT, "true", "false", "inf", "nan")
 
@@ -97,7 +98,7 @@ def _is_bare_word(text: str) -> bool:
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     """Set one key of the data from ``a.b=VALUE``.
 
-    A bare word is accepted as a string, to avoid nested quotes in shells.
+    A bare word, or several with dots, is accepted as a string: no nested quotes in shells.
 
     Parameters
     ----------
@@ -144,14 +145,21 @@ def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
 
 
 def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
-    """Return a part of an override's key: a key of a table, or an index into a list."""
+    """Return a part of a key: a key of a table, or an index into a list, also by name."""
     if isinstance(table, dict):
         return part
     above = ".".join(map(str, path))
     if not isinstance(table, list):
         raise ScenarioError([f"{where}: '{above}' is a value and has no keys"])
+    named = [i for i, row in enumerate(table) if isinstance(row, dict) and row.get("name") == part]
+    if named:
+        return named[0]
     if not part.isdecimal() or int(part) >= len(table):
-        raise ScenarioError([f"{where}: '{above}' is a list of {len(table)}; give an index from 0"])
+        names = [str(row["name"]) for row in table if isinstance(row, dict) and "name" in row]
+        way = f" or a name: {', '.join(names)}" if names else ""
+        raise ScenarioError(
+            [f"{where}: '{above}' is a list of {len(table)}; give an index from 0{way}"]
+        )
     return int(part)
 
 

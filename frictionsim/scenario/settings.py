@@ -296,21 +296,31 @@ class Scenario(Params):
         return next((effect.law for effect in self.friction_effects.values()), "")
 
     @property
+    def pairs(self) -> methods.Pairs:
+        """The pairs of friction law and method that support this scenario, of those of its kind."""
+        return self.PAIRS
+
+    @property
+    def called(self) -> str:
+        """What it is called in messages."""
+        return self.kind.replace("_", " ")
+
+    @property
     def pair(self) -> methods.Pair:
         """The pair of friction law and method."""
-        return methods.pair_of(self.PAIRS, self.law, self.solver.backend)
+        return methods.pair_of(self.pairs, self.law, self.solver.backend)
 
     @model_validator(mode="after")
     def _law_and_method_go_together(self) -> Self:
         backend, law = self.solver.backend, self.law
-        if (law, backend) in self.PAIRS and self.solver.step is None:
+        if (law, backend) in self.pairs and self.solver.step is None:
             return self
-        fit = methods.methods_of(self.PAIRS, law)
-        if backend not in methods.methods_of(self.PAIRS):
-            article = "an" if self.kind[0] in "aeiou" else "a"
+        fit = methods.methods_of(self.pairs, law)
+        if backend not in methods.methods_of(self.pairs):
+            article = "an" if self.called[0] in "aeiou" else "a"
             raise inconsistent(
                 ("solver", "backend"),
-                f"'{backend}' does not support {article} {self.kind.replace('_', ' ')}; use one of:"
+                f"'{backend}' does not support {article} {self.called}; use one of:"
                 f" {', '.join(fit)} (--set solver.backend={fit[0]})",
             )
         if backend not in fit:
@@ -322,19 +332,20 @@ class Scenario(Params):
         if self.solver.step is not None and not self.pair.fixed_step:
             fixed = [
                 f"{method} with law '{of}'" if law else method
-                for (of, method), p in self.PAIRS.items()
+                for (of, method), p in self.pairs.items()
                 if p.fixed_step
             ]
+            ways = f"remove step, use max_step, or use fixed steps: {', '.join(fixed)}"
             raise inconsistent(
                 ("solver", "step"),
-                f"'{backend}' chooses its steps by the tolerances; remove step, use max_step, or"
-                f" use fixed steps: {', '.join(fixed)}",
+                f"'{backend}' chooses its steps by the tolerances;"
+                f" {ways if fixed else 'remove step, or use max_step'}",
             )
         return self
 
     def _other_law(self, backend: str) -> str:
         """Return the advice to change the law to one of the method; empty if impossible."""
-        law = next(of for of, method in self.PAIRS if method == backend)
+        law = next(of for of, method in self.pairs if method == backend)
         effects = self.friction_effects
         given = {
             key

@@ -57,7 +57,25 @@ class SpeedTable(Params):
         return self
 
 
-def _check_points(name: str, points: Sequence[float], unit: str, values: Sequence[float]) -> None:
+class AngleTable(Params):
+    """`{angle_deg = [...], value = [...]}`: a value that depends on an angle, not on time."""
+
+    angle_deg: tuple[float, ...] = unit_field(
+        "deg", "Angles of the points, increasing; turns are counted.", min_length=1, strict=False
+    )
+    value: tuple[float, ...] = Field(
+        min_length=1, strict=False, description="Values at these angles; constant beyond them."
+    )
+
+    @model_validator(mode="after")
+    def _points_make_a_signal(self) -> Self:
+        _check_points("angle", self.angle_deg, "deg", self.value, key="angle_deg")
+        return self
+
+
+def _check_points(
+    name: str, points: Sequence[float], unit: str, values: Sequence[float], key: str = ""
+) -> None:
     """Check that there is one value for each point, and that the points increase."""
     if len(points) != len(values):
         raise inconsistent(
@@ -66,7 +84,7 @@ def _check_points(name: str, points: Sequence[float], unit: str, values: Sequenc
     for i, (earlier, later) in enumerate(pairwise(points)):
         if not later > earlier:
             raise inconsistent(
-                (name,),
+                (key or name,),
                 f"{name}s must increase from point to point, but point {i + 2} at {later} {unit}"
                 f" follows one at {earlier} {unit}",
             )
@@ -138,6 +156,7 @@ def _reader_of(model: type[CsvTable]) -> BeforeValidator:
 
 
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
+_NUMBER_OR_OF_MOTION = "<number or of motion>"
 _FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
 # The tag of a form is part of a validation error's location; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
@@ -145,6 +164,7 @@ SIGNAL_TAGS: dict[str, type[Params]] = {
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
     "<of speed>": SpeedTable,
+    "<of angle>": AngleTable,
     "<csv>": CsvTable,
     "<csv of time or speed>": CsvSpeedTable,
 }
@@ -152,6 +172,8 @@ SIGNAL_TAGS: dict[str, type[Params]] = {
 FORMS_BESIDE_NUMBER = {
     _NUMBER: f'{_FORMS} or {{csv = "file.csv"}}',
     _NUMBER_OR_OF_SPEED: f'{_FORMS}, {{csv = "file.csv"}} or {{speed = [...], value = [...]}}',
+    _NUMBER_OR_OF_MOTION: f'{_FORMS}, {{csv = "file.csv"}}, {{speed = [...], value = [...]}} or'
+    " {angle_deg = [...], value = [...]}",
 }
 
 
@@ -180,6 +202,13 @@ def _signal_form_or_of_speed(table: Any) -> str | None:
     return _NUMBER_OR_OF_SPEED if form == _NUMBER else form
 
 
+def _signal_form_or_of_motion(table: Any) -> str | None:
+    if isinstance(table, dict) and "angle_deg" in table:
+        return "<of angle>"
+    form = _signal_form_or_of_speed(table)
+    return _NUMBER_OR_OF_MOTION if form == _NUMBER_OR_OF_SPEED else form
+
+
 def _discriminator(form: Any, number: str) -> Discriminator:
     # The type of the error carries the known forms, because a context would not be hashable.
     return Discriminator(form, custom_error_type=number, custom_error_message="expected a signal")
@@ -205,6 +234,22 @@ SpeedOrTimeSignal = Annotated[
         Tag("<csv of time or speed>"),
     ],
     _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED),
+]
+
+# Over time, over the speed of the body, or over its angle.
+MotionSignal = Annotated[
+    Annotated[float, Tag(_NUMBER_OR_OF_MOTION)]
+    | Annotated[PiecewiseLinearTable, Tag("<points>")]
+    | Annotated[SineTable, Tag("<sine>")]
+    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[SpeedTable, Tag("<of speed>")]
+    | Annotated[AngleTable, Tag("<of angle>")]
+    | Annotated[
+        PiecewiseLinearTable | SpeedTable,
+        _reader_of(CsvSpeedTable),
+        Tag("<csv of time or speed>"),
+    ],
+    _discriminator(_signal_form_or_of_motion, _NUMBER_OR_OF_MOTION),
 ]
 
 

@@ -16,7 +16,7 @@ from frictionsim.scenario.methods import LAWS, laws_of, methods_of
 from frictionsim.scenario.model_fields import holds, key_names, models_in, table_model
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
-from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SpeedTable
+from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, AngleTable, SpeedTable
 
 WIDTH = 100  # characters of a line, where words can be wrapped
 MAX_COLUMN = 34  # of the comments beside keys
@@ -120,7 +120,9 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         " out may be left out; a value there is the default, one without a value has none. A table"
         " [effects.NAME] that is left out is an effect that is not simulated."
     )
-    yield from _prose(f"A signal is a number, or {FORMS_BESIDE_NUMBER['<number>']}.")
+    of_motion = AngleTable in _models_below(model)
+    forms = FORMS_BESIDE_NUMBER["<number or of motion>" if of_motion else "<number>"]
+    yield from _prose(f"A signal is a number, or {forms}.")
     effects = model.model_fields.get("effects")
     table = effects and table_model(effects.annotation)
     if table:
@@ -132,6 +134,14 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         yield f"#   {law}: {LAWS.get(law, '')}".rstrip(": ")
         yield f"#     {', '.join(methods_of(model.PAIRS, law))}"
     yield ""
+
+
+def _models_below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """Yield the models of all tables in a model."""
+    for field in model.model_fields.values():
+        for inner in models_in(field.annotation):
+            yield inner
+            yield from _models_below(inner)
 
 
 def _prose(text: str) -> list[str]:
@@ -219,7 +229,7 @@ class _Template:
         unit = str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
         models = list(models_in(field.annotation))
         what = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
-        if SpeedTable in models:
+        if SpeedTable in models and AngleTable not in models:  # the heading has all forms of both
             what[1] += " or {speed = [...], value = [...]}"
         before = ", ".join(filter(None, what))
         parts = (before and f"{before}:", field.description or "", self._choice(name, field))

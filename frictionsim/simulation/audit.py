@@ -4,15 +4,20 @@ energy_balance      energy input = change of kinetic and potential energy + diss
 friction_law        |T| at most the static limit while sticking, the kinetic limit while sliding
 dissipation_sign    the power of dry friction is never positive
 stick_drift         the position is constant while the contact sticks
+end_stops           the position is never beyond an end stop
+impact_law          an impact on a stop leaves e^2 of the energy, none below the capture speed
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from frictionsim.results import Check
+from frictionsim.solvers.end_stops import EVENT
 
 if TYPE_CHECKING:
+    from frictionsim.results import Array
+    from frictionsim.solvers.end_stops import EndStops
     from frictionsim.solvers.mechanism import DryFriction, Trajectory
 
 # Allowed sum of the local errors of all steps, in relative tolerances.
@@ -21,14 +26,22 @@ ENERGY_ERROR_PER_RTOL = 100.0
 ROUNDING = 1e-12
 # Upper limit of the allowed error, whatever the tolerance.
 MAX_ENERGY_ERROR = 0.01
+# Allowed error of the energy after an impact, relative to the largest energy before one. A rebound
+# whose flight rounding hides is left out; it has to be of less energy.
+IMPACT_ERROR = 1e-9
 # Limit of what the absolute tolerance allows, relative to the energy scale of the scenario.
 ABSOLUTE_ERROR_LIMIT = 1e-8
 
 
 def audit(
-    trajectory: "Trajectory", contact: "DryFriction | None", rtol: float, atol: float, size: float
+    trajectory: "Trajectory",
+    contact: "DryFriction | None",
+    rtol: float,
+    atol: float,
+    size: float,
+    stops: "EndStops | None" = None,
 ) -> dict[str, Check]:
-    """Return the checks that apply, by name; all are relative except the drift, in rad.
+    """Return the checks that apply, by name; all are relative except two, in rad.
 
     Parameters
     ----------
@@ -40,6 +53,7 @@ def audit(
     size : float, J
         Energy scale of the scenario: its kinetic energy at the start plus the work of the largest
         applied torque over one radian.
+    stops : EndStops or None
 
     Returns
     -------
@@ -50,6 +64,10 @@ def audit(
         found["friction_law"] = Check(float(friction_violation(trajectory, contact)), ROUNDING)
         found["dissipation_sign"] = Check(float(driving_power(trajectory)), 0.0)
         found["stick_drift"] = Check(stick_drift(trajectory), 0.0)
+    if stops is not None:
+        found["end_stops"] = end_stops_check(trajectory, stops)
+        if trajectory.velocity_before is not None:
+            found["impact_law"] = Check(impact_violation(trajectory, stops), IMPACT_ERROR)
     return found
 
 
@@ -58,7 +76,17 @@ def energy_limit(rtol: float) -> float:
     return min(ENERGY_ERROR_PER_RTOL * rtol + ROUNDING, MAX_ENERGY_ERROR)
 
 
-def energy_check(trajectory: "Trajectory", rtol: float, atol: float, size: float) -> Check:
+class Energies(Protocol):
+    """The energies of samples, of a mechanism of any interface."""
+
+    @property
+    def energy_integrals(self) -> "dict[str, Array]": ...
+
+    @property
+    def stored_energies(self) -> "dict[str, Array]": ...
+
+
+def energy_check(trajectory: Energies, rtol: float, atol: float, size: float) -> Check:
     """Return the check of the energy balance; the parameters are those of `audit`."""
     limit = energy_limit(rtol)
     return Check(float(energy_residual(trajectory, limit, atol, size)), limit)
@@ -67,7 +95,7 @@ def energy_check(trajectory: "Trajectory", rtol: float, atol: float, size: float
 # The next three also take the samples of many runs, (n, runs), and return one value for each.
 
 
-def energy_residual(trajectory: "Trajectory", limit: Any, atol: Any, size: Any) -> Any:
+def energy_residual(trajectory: Energies, limit: Any, atol: Any, size: Any) -> Any:
     """Return the residual of the energy balance, relative to the largest of the energies.
 
     Small energies are integrated to the absolute tolerance only. It counts up to
@@ -75,7 +103,7 @@ def energy_residual(trajectory: "Trajectory", limit: Any, atol: Any, size: Any) 
 
     Parameters
     ----------
-    trajectory : Trajectory
+    trajectory : Energies
     limit : float
         Allowed residual.
     atol : float
@@ -129,3 +157,26 @@ def stick_drift(trajectory: "Trajectory") -> float:
     between = np.searchsorted(slips, trajectory.time)
     same_stick = sticking & (between[1:] == between[:-1])
     return float(np.max(moved[same_stick], initial=0.0))
+
+
+def end_stops_check(trajectory: "Trajectory", stops: "EndStops") -> Check:
+    """Return the check of the largest distance beyond a stop, rad, but for rounding."""
+    largest = np.max(np.abs(trajectory.position), initial=0.0)
+    beyond = np.max(stops.excess(trajectory.position), initial=0.0)
+    return Check(float(beyond), ROUNDING * float(largest))
+
+
+def impact_violation(trajectory: "Trajectory", stops: "EndStops") -> float:
+    """Return the largest error of the energy after an impact on a stop.
+
+    It is relative to the largest energy before an impact.
+    """
+    assert trajectory.velocity_before is not None  # checked by the caller
+    assert trajectory.velocity_after is not None
+    hits = np.array([event.contact == EVENT for event in trajectory.transitions], dtype=bool)
+    before, after = np.abs(trajectory.velocity_before[hits]), trajectory.velocity_after[hits]
+    rebound = np.where(before >= stops.capture_speed, stops.restitution * before, 0.0)
+    largest = np.max(before, initial=0.0)
+    if largest == 0.0:
+        return 0.0
+    return float(np.max(np.abs((after / largest) ** 2 - (rebound / largest) ** 2)))

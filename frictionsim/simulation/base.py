@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 class Simulation(Protocol):
     """The simulation of one scenario, which is solved once.
 
-    Implemented for mechanisms of one coordinate and for belt drives.
+    Implemented for mechanisms of one coordinate, of several contacts, and for belt drives.
 
     Attributes
     ----------

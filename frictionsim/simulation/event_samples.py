@@ -34,7 +34,9 @@ class Samples(NamedTuple):
     non_finite_tail: bool
 
 
-def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
+def samples_of(
+    buffer: "SampleBuffer", width: int, at_events: bool, several: bool = False
+) -> Samples:
     """Return the finite samples of a run.
 
     Parameters
@@ -44,6 +46,8 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
         Number of columns of a sample.
     at_events : bool
         Add a sample at each event to the regular ones.
+    several : bool
+        The columns are those of several coordinates and contacts.
 
     Returns
     -------
@@ -62,24 +66,35 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool) -> Samples:
     kept = events_finite & (sides[:, 1, TIME] < end)
     sides, transitions = sides[kept], [e for e, keep in zip(transitions, kept, strict=True) if keep]
     before, after = sides[:, 0], sides[:, 1]
-    if at_events:
-        rows = _with_events(rows, before, after, transitions)
+    if at_events and transitions:
+        chosen = _sides_of_several if several else _sides_that_stick
+        rows = _merged(rows, chosen(before, after, transitions))
     return Samples(rows, transitions, before, after, non_finite_tail)
 
 
-def _with_events(rows: Any, before: Any, after: Any, transitions: list[Transition]) -> Any:
-    """Return the regular samples and one at each event, which replaces a regular one at its time.
+def _sides_that_stick(before: Any, after: Any, transitions: list[Transition]) -> Any:
+    """Return one sample for each event: its sticking side, else the side after it.
 
-    It is the sticking side of the event if there is one, else the side after it.
+    Of several events at one time the last that sticks, else the last.
     """
-    if not transitions:
-        return rows
     breaks_away = np.array([e.mode_from == STICK for e in transitions])
     # No sticking side: the run starts beyond the limit, or the contact has moved within the step.
     holds = (before[:, MODE] == STICK) & (before[:, VELOCITY] == after[:, VELOCITY])
     at_events = np.where((breaks_away & holds)[:, None], before, after)
-    # Of several events at one time take the last that sticks, else the last.
-    at_events = at_events[np.lexsort((at_events[:, MODE] == STICK, at_events[:, TIME]))]
+    return at_events[np.lexsort((at_events[:, MODE] == STICK, at_events[:, TIME]))]
+
+
+def _sides_of_several(before: Any, after: Any, transitions: list[Transition]) -> Any:
+    """Return one sample for each event: the side before a breakaway, else the side after it.
+
+    Of several events at one time the last.
+    """
+    breaks_away = np.array([e.mode_from == STICK for e in transitions])
+    return np.where(breaks_away[:, None], before, after)
+
+
+def _merged(rows: Any, at_events: Any) -> Any:
+    """Return the regular samples and those of events, which replace regular ones at their times."""
     time = at_events[:, TIME]
     at_events = at_events[np.append(time[1:] != time[:-1], True)]
     regular = rows[~np.isin(rows[:, TIME], time)]

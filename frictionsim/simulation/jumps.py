@@ -47,12 +47,14 @@ def insert_jumps(result: "Record", name: str, time: Any, values: Any) -> tuple[A
         result, time, values, np.where(sides[0] == sides[1], sides[1], np.nan)
     )
     jumps = sides[0] != sides[1]
-    at = result.events["time"][jumps]
+    # Of several events at one time, the side before the first and that after the last.
+    at, first = np.unique(result.events["time"][jumps], return_index=True)
+    last = np.append(first[1:], np.count_nonzero(jumps))[: at.size] - 1
     others = ~np.isin(time, at)  # replace the sample at a jump, which is one of its sides
     time, values = time[others], values[others]
     places = np.repeat(np.searchsorted(time, at), 3)
     gap = np.full(at.shape, np.nan)
-    jump = np.stack((sides[0][jumps], gap, sides[1][jumps]), axis=1).ravel()
+    jump = np.stack((sides[0][jumps][first], gap, sides[1][jumps][last]), axis=1).ravel()
     return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
 
 

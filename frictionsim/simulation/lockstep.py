@@ -82,13 +82,16 @@ def _is_joined(scenario: "Scenario") -> bool:
     module = mechanism_module(scenario.kind)
     if not hasattr(module, "build"):
         return False
-    mechanism: Mechanism = module.build(scenario)
+    mechanism = module.build(scenario)
+    if not isinstance(mechanism, Mechanism):  # of several coordinates
+        return False
     contact = mechanism.contact
     if (
         contact is None
         or contact.law != SET_VALUED
         or mechanism.prescribed
         or mechanism.switching_surfaces
+        or mechanism.stops is not None
         or type(mechanism.drive) not in FORMS
         or scenario.solver.step is not None
     ):

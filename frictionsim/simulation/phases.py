@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from frictionsim.results import OPEN, SLACK, TAUT
+from frictionsim.results import OPEN, OTHER_MODES, SLACK, STICK, TAUT
+from frictionsim.solvers.end_stops import EVENT as END_STOP
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -11,15 +12,17 @@ if TYPE_CHECKING:
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 # Of a pulley that no body touches, and of a span with and without tension.
 ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
+SLIPS, STICKS, IMPACT, LEFT = "slips", "sticks", "impact", "left"
 
 
-def sticking_phases(result: "Record") -> Iterator[tuple[float, float]]:
-    """Yield start and end of each sticking phase."""
-    if result.axes.get("mode") != "":  # no mode, or several contacts
+def sticking_phases(result: "Record", contact: str | None = None) -> Iterator[tuple[float, float]]:
+    """Yield start and end of each sticking phase of a contact, as of `Record.events_of`."""
+    channel = "mode" if contact is None else OTHER_MODES[contact]
+    if result.axes.get(channel) != "":  # no mode, or several contacts
         return
-    time, events = result.channels["time"], result.events
-    resting_since = time[0] if result.channels["mode"][0] == 0 else None
-    columns = (events[name] for name in ("time", "mode_from", "mode_to"))
+    time, chosen = result.channels["time"], result.events_of(contact)
+    resting_since = time[0] if result.channels[channel][0] == 0 else None
+    columns = (result.events[name][chosen] for name in ("time", "mode_from", "mode_to"))
     for at, before, mode in zip(*columns, strict=True):
         if mode == before:  # a switching surface was crossed, perhaps in creep
             continue
@@ -43,10 +46,21 @@ def event_names(result: "Record") -> list[str]:
 
 
 def _event_name(contact: str, before: float, after: float) -> str:
+    if {before, after} & ENGAGEMENT.keys():
+        name = contact.replace("_rope", " rope")
+        return f"{name}: {IMPACT if before == after else ENGAGEMENT.get(after, 'closed')}"
+    if contact == END_STOP:
+        return f"{contact}: {LEFT if before == STICK else IMPACT if after != STICK else REST}"
     if before == after:
         return contact
-    if {before, after} & ENGAGEMENT.keys():
-        return f"{contact}: {ENGAGEMENT.get(after, 'closed')}"
+    if contact in OTHER_MODES:
+        return f"{contact}: {_of_slip(before, after)}"
     if after == 0:
         return REST
     return BREAKAWAY if before == 0 else REVERSAL
+
+
+def _of_slip(before: float, after: float) -> str:
+    if after == STICK:
+        return STICKS
+    return SLIPS if before == STICK else REVERSAL

@@ -1,14 +1,16 @@
 """Warnings about runs of one coordinate whose results may mislead; each returns [] if sound."""
 
 from itertools import pairwise
-from math import ulp
+from math import pi, ulp
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.results import STICK
 from frictionsim.scenario.settings import MAX_SAMPLES
-from frictionsim.scenario.signal_checks import shorter, too_long
+from frictionsim.scenario.signal_checks import SAMPLES_PER_PERIOD, shorter, too_long
 from frictionsim.simulation.averages import time_mean
+from frictionsim.solvers.end_stops import EVENT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 # Transitions closer than this are one: event location is exact to two units in the last place.
 SAME_EVENT_ULPS = 4.0
+# Torque and limit that differ by less, relatively, are equal but for rounding.
+TIE = 1e-9
 # A signal with more extrema is periodic, or a table as dense as the samples.
 MAX_EXTREMA = 100_000
 
@@ -26,7 +30,9 @@ MAX_EXTREMA = 100_000
 def hidden_stick_slip(
     transitions: "Sequence[Transition]", interval: float, duration: float
 ) -> list[str]:
-    """Warn if the sampling interval does not resolve the changes of mode.
+    """Warn if the sampling interval does not resolve the changes of stick and slip.
+
+    The flights of a body that bounces on an end stop, ever shorter ones, do not count.
 
     Parameters
     ----------
@@ -37,9 +43,10 @@ def hidden_stick_slip(
     -------
     list of str
     """
-    changes = [e.time for e in transitions if e.mode_from != e.mode_to]
+    changes = [e for e in transitions if e.mode_from != e.mode_to]
     apart = SAME_EVENT_ULPS * ulp(duration)
-    shortest = min((b - a for a, b in pairwise(changes) if b - a > apart), default=None)
+    between = (b.time - a.time for a, b in pairwise(changes) if EVENT not in (a.contact, b.contact))
+    shortest = min((time for time in between if time > apart), default=None)
     if shortest is None or not too_long(interval, shortest):
         return []
     return [
@@ -68,11 +75,52 @@ def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]
     applied_torque = np.broadcast_to(
         np.abs(mechanism.applied_torque(u, q, np.zeros_like(u))), q.shape
     )
-    if mechanism.contact is None or not np.any(applied_torque):
+    stops, none = mechanism.stops, not np.any(applied_torque)
+    if none and stops is not None and stops.side(float(q[0])) != STICK:
+        return ["nothing moves: the body rests on its end stop"]
+    if mechanism.contact is None or none:
         return ["nothing moves: no torque is applied"]
     limit = np.broadcast_to(mechanism.contact.static_limit(u, q), q.shape)
+    roundoff = mechanism.contact.roundoff(u, q)
+    hidden = (applied_torque > (1.0 + TIE) * limit) & (applied_torque <= limit + roundoff)
+    if np.any(hidden):
+        return [
+            f"nothing moves: a torque of {np.max(applied_torque[hidden]):.4g} N m is above the"
+            " static limit, but not by more than the rounding of the forces,"
+            f" {np.max(roundoff):.2g} N m; give smaller forces"
+        ]
     ratio = np.max(applied_torque[limit > 0.0] / limit[limit > 0.0], initial=0.0)
     return [f"nothing moves: the largest torque is {100.0 * ratio:.10g} % of the static limit"]
+
+
+def hidden_turns(
+    position: "Array", velocity: "Array", interval: float, duration: float
+) -> list[str]:
+    """Warn if the sampling interval does not resolve the turns of a body whose loads turn.
+
+    Motion within a tenth of a turn does not count, however fast.
+
+    Parameters
+    ----------
+    position : (n,), rad
+    velocity : (n,), rad/s
+    interval, duration : float, s
+
+    Returns
+    -------
+    list of str
+    """
+    fastest = float(np.max(np.abs(velocity), initial=0.0))
+    if np.ptp(position) * SAMPLES_PER_PERIOD <= 2.0 * pi or interval * fastest == 0.0:
+        return []
+    turn = 2.0 * pi / fastest
+    if not too_long(interval, turn):
+        return []
+    return [
+        f"output.interval = {interval:g} s is longer than a tenth of a turn at the largest speed,"
+        f" {turn:.3g} s: the samples do not resolve forces that depend on the angle;"
+        f" {shorter(turn, duration, MAX_SAMPLES)}"
+    ]
 
 
 def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
@@ -99,8 +147,9 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
 def _at_extrema(drive: "Signal", end: float) -> list[float]:
     """Return the values of a signal at its extrema, which the samples may miss."""
     values: list[float] = []
-    t = drive.next_extremum(0.0)
-    while t < end and len(values) < MAX_EXTREMA:
-        values.append(drive(t))
-        t = drive.next_extremum(t)
+    for signal in getattr(drive, "signals", [drive]):  # time as the drive of several signals
+        t, left = signal.next_extremum(0.0), MAX_EXTREMA
+        while t < end and left:
+            values.append(drive(t))
+            t, left = signal.next_extremum(t), left - 1
     return values

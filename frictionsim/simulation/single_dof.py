@@ -1,7 +1,7 @@
 """The simulation of a mechanism of one coordinate, and its results."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -18,46 +18,44 @@ from frictionsim.simulation.checkpoint import (
 )
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
-from frictionsim.solvers import new_solver
+from frictionsim.solvers import end_stops, new_solver
 from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
-from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, unfit
+from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, unfit
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
+    from frictionsim.solvers.base import SteppingSolver
 
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
-# The numbers of a transition in a checkpoint: time, modes before and after it, position.
-TRANSITION = (TIME, DIRECTION, DIRECTION, NUMBER)
 
 
-class SingleDofSimulation:
-    """The `Simulation` of a mechanism of one coordinate.
+class RecordedSimulation:
+    """The parts of a `Simulation` that go by the samples and transitions which its solver records.
 
     Parameters
     ----------
     scenario : Scenario
-    mechanism : Mechanism
-        Built from the scenario.
+    solver : callable
+        Returns the solver for a buffer.
+    width : int
+        Number of columns of a sample.
     """
 
-    def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
-        self._settings, self._mechanism = scenario.solver, mechanism
+    MODE: ClassVar[Values] = DIRECTION
+    mode_columns: ClassVar[slice] = slice(event_samples.MODE, event_samples.MODE + 1)
+
+    def __init__(
+        self, scenario: "Scenario", solver: "Callable[[SampleBuffer], SteppingSolver]", width: int
+    ) -> None:
+        self._settings = scenario.solver
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
-        # Regularised friction creeps instead of sticking; the friction checks do not apply.
-        contact, backend = mechanism.contact, scenario.solver.backend
-        law = "" if contact is None else contact.law
-        regularised = law == methods.REGULARISED and not mechanism.prescribed
-        self._set_valued = None if regularised else contact
-        self._resumable = methods.METHODS[backend].resumable
+        self._resumable = methods.METHODS[scenario.solver.backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
-        self._solver = new_solver(mechanism, scenario.solver, self._recording)
-        self._width = SampleBuffer.COLUMNS + len(mechanism.energy_integrals)
-        self.effects = mechanism.effects
-        self.states = len(mechanism.initial_state)
-        self.channel_info = mechanism.channel_info
+        self._solver = solver(self._recording)
+        self._width = width
         self.axes: Mapping[str, tuple[str, ...]] = {}
 
     def sample_at(self, times: Sequence[float]) -> None:
@@ -90,6 +88,11 @@ class SingleDofSimulation:
         ).reshape(-1, 4)
         return state
 
+    @property
+    def event_names(self) -> tuple[str, ...]:
+        """The names that an event of the scenario may have."""
+        raise NotImplementedError
+
     def restore(self, state: Arrays) -> None:
         """Load the state of another simulation of the same scenario.
 
@@ -115,17 +118,13 @@ class SingleDofSimulation:
         """
         contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
         rows = require_array(state, "transitions", np.float64, ndim=2)
-        if rows.shape != (len(contacts), len(TRANSITION)):
+        # The numbers of a transition: time, modes before and after it, position.
+        values = (TIME, self.MODE, self.MODE, NUMBER)
+        if rows.shape != (len(contacts), len(values)):
             raise unfit("transitions", "is of another type or shape")
-        for column, expected in zip(rows.T, TRANSITION, strict=True):
+        for column, expected in zip(rows.T, values, strict=True):
             require_values(column, "transitions", expected, self._settings.duration)
-        mechanism = self._mechanism
-        contact = "drive" if mechanism.contact is None else mechanism.contact.name
-        known = {
-            name.encode(): name
-            for name in (contact, *(surface.event for surface in mechanism.switching_surfaces))
-            if name
-        }
+        known = {name.encode(): name for name in self.event_names}
         if not known.keys() >= set(contacts):
             raise unfit("transitions.contact", "names no contact of it")
         return [
@@ -153,15 +152,56 @@ class SingleDofSimulation:
                 raise unfit(f"buffer.{name}", "is of another type or shape")
             samples = values.reshape(-1, self._width)
             require_values(samples[:, event_samples.TIME], f"buffer.{name}", time, duration)
-            require_values(samples[:, event_samples.MODE], f"buffer.{name}", DIRECTION, duration)
+            require_values(samples[:, self.mode_columns], f"buffer.{name}", self.MODE, duration)
+
+
+class SingleDofSimulation(RecordedSimulation):
+    """The `Simulation` of a mechanism of one coordinate.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    mechanism : Mechanism
+        Built from the scenario.
+    """
+
+    def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
+        super().__init__(
+            scenario,
+            lambda recording: new_solver(mechanism, scenario.solver, recording),
+            SampleBuffer.COLUMNS + len(mechanism.energy_integrals),
+        )
+        self._mechanism = mechanism
+        # Regularised friction creeps instead of sticking; the friction checks do not apply.
+        contact = mechanism.contact
+        law = "" if contact is None else contact.law
+        regularised = law == methods.REGULARISED and not mechanism.prescribed
+        self._set_valued = None if regularised else contact
+        self.effects = mechanism.effects
+        self.states = len(mechanism.initial_state)
+        self.channel_info = mechanism.channel_info
+
+    @property
+    def event_names(self) -> tuple[str, ...]:
+        mechanism = self._mechanism
+        contact = "drive" if mechanism.contact is None else mechanism.contact.name
+        events = [surface.event for surface in mechanism.switching_surfaces]
+        events += [] if mechanism.stops is None else [end_stops.EVENT]
+        return tuple(name for name in (contact, *events) if name)
 
     def trajectory(self) -> Trajectory:
         """Return the samples before the first non-finite one."""
-        samples = self._samples()
-        return self._trajectory_of(samples.rows, samples.transitions)
+        return self._trajectory_of_samples(self._samples())
 
     def _samples(self) -> Samples:
         return samples_of(self._recording, self._width, self._at_events)
+
+    def _trajectory_of_samples(self, samples: Samples) -> Trajectory:
+        trajectory = self._trajectory_of(samples.rows, samples.transitions)
+        before, after = (
+            side[:, event_samples.VELOCITY] for side in (samples.before, samples.after)
+        )
+        return trajectory._replace(velocity_before=before, velocity_after=after)
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
         """Return the trajectory of rows (n, width)."""
@@ -170,7 +210,7 @@ class SingleDofSimulation:
     def observe(self) -> SimulationResult:
         """Return the finite samples, and quantities, checks and warnings from them."""
         mechanism, settings, samples = self._mechanism, self._settings, self._samples()
-        trajectory = self._trajectory_of(samples.rows, samples.transitions)
+        trajectory = self._trajectory_of_samples(samples)
         return SimulationResult(
             time=trajectory.time,
             channels=_channels(mechanism, trajectory),
@@ -182,6 +222,7 @@ class SingleDofSimulation:
                 settings.rtol,
                 settings.atol,
                 float(energy_scale(mechanism, trajectory)),
+                mechanism.stops,
             ),
             non_finite_tail=samples.non_finite_tail,
             warnings=tuple(self._run_warnings(trajectory)),

@@ -38,7 +38,7 @@ def new_solver(
 
         return PrescribedMotionSolver(mechanism, settings, buffer)
     if mechanism.contact is None:
-        from frictionsim.solvers.base import FrictionlessSolver
+        from frictionsim.solvers.frictionless import FrictionlessSolver
 
         return FrictionlessSolver(mechanism, settings, buffer)
     module = pair_of(SINGLE_DOF, mechanism.contact.law, settings.backend).module

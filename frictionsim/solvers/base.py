@@ -1,4 +1,4 @@
-"""The loop over steps and the samples within them, and the solver without dry friction."""
+"""The loop over steps and the samples within them."""
 
 from collections.abc import Callable, Mapping
 from math import inf
@@ -12,11 +12,10 @@ from frictionsim.solvers.common import (
     SampleBuffer,
     advance,
     new_stepper,
-    rhs_without_friction,
-    row,
     subject_of,
 )
-from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.end_stops import EVENT, StopContact
+from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 from frictionsim.solvers.state_values import FLAG, TIME, Values
 from frictionsim.solvers.stepper import Stepper
 
@@ -88,18 +87,20 @@ class EnergyMonitor:
         return self._kinetic(q, v), put_in
 
 
-class Solver:
-    """Base class of the solvers for a mechanism of one coordinate.
+class SteppingSolver:
+    """The loop over steps and the samples within them, of any solver of a mechanism.
 
     A solver alternates between steps and the samples within the last step. When it calls on_step,
     its state is complete: a run resumed from it gives the same bits.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    stepper : Stepper
     settings : SolverSettings
     buffer : SampleBuffer
         Receives samples and transitions.
+    subject : str
+        Of messages about the motion.
 
     Attributes
     ----------
@@ -114,12 +115,11 @@ class Solver:
     CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {"t": TIME, "started": FLAG}
 
     def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
+        self, stepper: Stepper, settings: "SolverSettings", buffer: SampleBuffer, subject: str
     ) -> None:
-        self.mechanism, self.buffer = mechanism, buffer
+        self.buffer, self._subject = buffer, subject
         self.end = settings.duration
-        self.stepper: Stepper = new_stepper(mechanism, settings)
-        self._energy_monitor = EnergyMonitor(mechanism, settings)
+        self.stepper = stepper
         self.t = 0.0
         self.started = False
 
@@ -149,7 +149,7 @@ class Solver:
             self._run(on_step)
         except ArithmeticError:
             raise NonFinite(
-                f"after t = {self.t:.9g} s {subject_of(self.mechanism)} exceeds the range of double"
+                f"after t = {self.t:.9g} s {self._subject} exceeds the range of double"
                 " precision; check the scenario for forces or inertias that are far too large or"
                 " too small"
             ) from None
@@ -186,6 +186,40 @@ class Solver:
         """Record the state at a time within the last step."""
         raise NotImplementedError
 
+    def covers(self, t: float) -> bool:
+        """Return whether t is within the last step."""
+        return t <= self.stepper.t
+
+    def process_step(self) -> None:
+        """Process the events of the last step, after its samples are taken."""
+
+    def finish(self) -> None:
+        """Record the last sample."""
+
+
+class Solver(SteppingSolver):
+    """Base class of the solvers for a mechanism of one coordinate.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+        Receives samples and transitions.
+
+    Attributes
+    ----------
+    stops : StopContact or None
+    """
+
+    def __init__(
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
+    ) -> None:
+        super().__init__(new_stepper(mechanism, settings), settings, buffer, subject_of(mechanism))
+        self.mechanism = mechanism
+        self._energy_monitor = EnergyMonitor(mechanism, settings)
+        self.stops = None if mechanism.stops is None else StopContact(mechanism)
+
     def row(self, t: float, y: State, mode: int) -> Row:
         """Return the sample of a state.
 
@@ -197,16 +231,6 @@ class Solver:
             Mode of the contact.
         """
         raise NotImplementedError
-
-    def covers(self, t: float) -> bool:
-        """Return whether t is within the last step."""
-        return t <= self.stepper.t
-
-    def process_step(self) -> None:
-        """Process the events of the last step, after its samples are taken."""
-
-    def finish(self) -> None:
-        """Record the last sample."""
 
     def advance(self, limit: float, floor: float = 0.0) -> Crossing | None:
         """Take a step of the integrator and check its energy; return the event at its end.
@@ -222,6 +246,64 @@ class Solver:
         self._energy_monitor.check(self.stepper.t, self.stepper.y)
         self.t = self.stepper.t
         return crossing
+
+    def end_at_impact(self, crossing: Crossing | None, rhs: Rhs) -> Crossing | None:
+        """End the last step at its first impact on a stop; return the event that was at its end.
+
+        Parameters
+        ----------
+        crossing : Crossing or None
+        rhs : callable
+            The right-hand side of the step.
+        """
+        if self.stops is None:
+            return crossing
+        t = self.stops.first_impact(self.stepper, rhs)
+        if t == inf:
+            return crossing
+        self.stepper.truncate(t)
+        self.t = t
+        return None
+
+    def end_of_rest_on_stop(self, limit: float, rhs: Rhs) -> float:
+        """Return until when the next step may last, s: to the end of a rest on a stop.
+
+        Dry friction has no part in that rest: there is none, or it is regularised.
+
+        Parameters
+        ----------
+        limit : float, s
+            The signals are smooth up to there.
+        rhs : callable
+            The right-hand side of the step.
+        """
+        t, y = self.stepper.t, self.stepper.y
+        if self.stops is None or not self.stops.is_at_rest(y):
+            return limit
+        until, direction = self.stops.departure(y[0], t, limit)
+        if until > t:
+            return until
+        if direction != STICK:
+            self.leave_stop(t, y, direction)
+            self.stepper.start(rhs, t, list(y))  # begin with a short step
+        return limit
+
+    def leave_stop(self, t: float, y: State, direction: int) -> None:
+        """Record at t, s, that the body leaves a stop, if that is not a change of a contact."""
+
+    def record_impact(self, y: State, before: int, after: int, y_after: State) -> None:
+        """Record an impact at the present time.
+
+        Parameters
+        ----------
+        y, y_after : (n,)
+            The states before and after it.
+        before, after : int
+            The modes.
+        """
+        t = self.t
+        transition = Transition(t, EVENT, before, after, y_after[0])
+        self.buffer.record_event(transition, self.row(t, y, before), self.row(t, y_after, after))
 
     def record_crossing(self, crossing: Crossing | None) -> None:
         """Record the event at the end of the last step, if there is one; the mode is unchanged."""
@@ -277,27 +359,3 @@ class ContactSolver(Solver):
             raise ValueError("a mechanism without dry friction takes FrictionlessSolver")
         super().__init__(mechanism, settings, buffer)
         self.contact = mechanism.contact
-
-
-class FrictionlessSolver(Solver):
-    """Solver for a mechanism without dry friction: smooth between discontinuities."""
-
-    def start(self) -> None:
-        rhs = rhs_without_friction(self.mechanism)
-        self.stepper.start(rhs, 0.0, self.mechanism.initial_state)
-
-    def resume(self) -> None:
-        self.stepper.resume(rhs_without_friction(self.mechanism))
-
-    def step(self) -> None:
-        limit = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        self.record_crossing(self.advance(limit))
-
-    def sample(self, t: float) -> None:
-        self.buffer.add(self.row(t, self.stepper.interpolate(t), STICK))
-
-    def row(self, t: float, y: State, mode: int) -> Row:
-        mechanism = self.mechanism
-        u = mechanism.drive(t)
-        acceleration = mechanism.applied_torque(u, y[0], y[1]) / mechanism.inertia
-        return row(t, u, y, acceleration, 0.0, mode)

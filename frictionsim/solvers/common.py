@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
 from frictionsim.scenario.methods import METHODS
+from frictionsim.solvers.load_reversal import reversal_in_step
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
@@ -237,6 +238,18 @@ def monotone_segment_end(
     return b
 
 
+def segment_end_at_rest(
+    mechanism: "Mechanism", contact: "DryFriction", q: float, t: float, end: float
+) -> float:
+    """Return a time after t up to which a contact at rest in q breaks away at most once, s.
+
+    If it breaks away, it does not hold at that time. The parameters are those of
+    `monotone_segment_end`.
+    """
+    b = monotone_segment_end(mechanism, contact, t, end)
+    return b if contact.first_excess is None else contact.first_excess(q, t, b)
+
+
 def crossing_bracket(
     excess: Callable[[float], float], a: float, b: float, tie: float, end: float
 ) -> tuple[float, float]:
@@ -302,6 +315,12 @@ def advance(
                 else None
             )
             stepper.truncate(after)
+    contact = mechanism.contact
+    if contact is not None and contact.load is not None:
+        reversal = reversal_in_step(contact.load, mechanism, stepper)
+        if reversal < stepper.t:
+            stepper.truncate(reversal)
+            found = None
     return found
 
 

@@ -19,7 +19,9 @@ from frictionsim.solvers.common import (
     monotone_segment_end,
     rhs_with_friction,
     row,
+    segment_end_at_rest,
 )
+from frictionsim.solvers.end_stops import StopContact
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
 from frictionsim.solvers.state_values import DIRECTION, FLAG, NUMBER, TIME
@@ -64,10 +66,11 @@ class EventDrivenSolver(ContactSolver):
             CHATTERING_WINDOW * min(1.0, settings.duration),
             CHATTERING_EVENTS,
             f"the contact '{contact.name}' changed its mode",
-            "check whether the drive changes too fast",
+            "check whether the drive changes too fast"
+            + (", or give a larger effects.end_stops.capture_speed" if self.stops else ""),
         )
         self.slip_rhs = {s: slip_rhs(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
-        self.y = mechanism.initial_state
+        self.y: State = mechanism.initial_state
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
         self.sampled_until = 0.0  # end, exclusive, of the samples in the last step
         self.phase_ends = False  # the phase ends with the last step
@@ -80,7 +83,9 @@ class EventDrivenSolver(ContactSolver):
         return {**super().checkpoint_parts, "chattering": self.chattering}
 
     def start(self) -> None:
-        if self.mode == STICK:
+        if self.stops is not None and self.stops.is_hit(self.y):
+            self.hit_stop(self.stops)
+        elif self.mode == STICK:
             self.switch_mode(self.mode_from_rest())
         else:
             self.begin_slip()
@@ -107,6 +112,9 @@ class EventDrivenSolver(ContactSolver):
             self.switch_mode(self.direction)
         else:
             self.y = list(self.stepper.interpolate(self.t))
+            if self.stops is not None and self.stops.is_hit(self.y):
+                self.hit_stop(self.stops)
+                return
             self.y[1] = 0.0
             self.switch_mode(self.mode_from_rest())
 
@@ -121,6 +129,16 @@ class EventDrivenSolver(ContactSolver):
             held = self.held if self.mode == STICK else self.t
             self.change_mode(self.t, self.mode, mode, self.y, held)
             self.mode = mode
+        if mode != STICK:
+            self.begin_slip()
+
+    def hit_stop(self, stops: StopContact) -> None:
+        """Switch to the mode after an impact on a stop."""
+        self.chattering.count(self.t)
+        before, self.y = stops.before_impact(self.y), stops.after_impact(self.t, self.y)
+        mode = -self.mode if self.y[1] != 0.0 else self.mode_from_rest()
+        self.record_impact(before, self.mode, mode, self.y)
+        self.mode = mode
         if mode != STICK:
             self.begin_slip()
 
@@ -145,7 +163,7 @@ class EventDrivenSolver(ContactSolver):
     def stick(self) -> None:
         """Stick for a monotone segment of the drive, or up to the breakaway in it."""
         a = self.t
-        b = monotone_segment_end(self.mechanism, self.contact, a, self.end)
+        b = segment_end_at_rest(self.mechanism, self.contact, self.y[0], a, self.end)
         self.sampled_until = b
         for s in (FORWARD, BACKWARD):
             if self.excess_beyond_roundoff(b, s) > 0.0:
@@ -179,7 +197,7 @@ class EventDrivenSolver(ContactSolver):
         return row(t, u, y, acceleration, friction, mode)
 
     def slip(self, s: int) -> None:
-        """Slide in direction s for a step, or up to the stop within it."""
+        """Slide in direction s for a step, or up to the rest or impact within it."""
         stepper = self.stepper
         if stepper.t >= self.segment_end:
             self.segment_end = monotone_segment_end(
@@ -187,10 +205,14 @@ class EventDrivenSolver(ContactSolver):
             )
         crossing = self.advance(self.segment_end)
         rest = self.rest_within_step(s)
+        until = min(stepper.t, rest)
+        if self.stops is not None:
+            impact = self.stops.impact_in_slip(stepper, s, until)
+            rest, until = min(rest, impact), min(until, impact)
         self.phase_ends = rest != inf
         if not self.phase_ends:
             self.record_crossing(crossing)
-        self.sampled_until = min(stepper.t, rest)
+        self.sampled_until = until
 
     def rest_within_step(self, s: int) -> float:
         """Return the time of the first stop in the last step; inf if there is none.

@@ -17,6 +17,7 @@ from frictionsim.scenario.friction_law import TRANSITION_SPEED
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
     from frictionsim.scenario.signals import Signal
+    from frictionsim.solvers.end_stops import EndStops
 
 Value = Any  # float in a step, array in post-processing
 
@@ -40,6 +41,14 @@ class DryFriction(NamedTuple):
     monotonicity_breaks : tuple of float
         Values of u between which s applied_torque(u, q, 0) - static_limit(u, q) is monotone in u,
         for both directions s.
+    first_excess : callable or None
+        For drives without such values: first_excess(q, a, b) returns a time after a, at most b,
+        such that at rest in q the contact breaks away at most once up to it, and does not hold at
+        it if it does. None if `monotonicity_breaks` say it.
+    load : callable or None
+        load(u, q, v), for numbers: the two components of the load to whose size the kinetic limit
+        is proportional. Steps end where it reverses, because its size has a corner at zero. None
+        if it cannot reverse, or if the limits tell where it does.
     law : str
         Friction law, a name in `frictionsim.scenario.methods`.
     transition_speed : float, rad/s
@@ -51,6 +60,8 @@ class DryFriction(NamedTuple):
     kinetic_limit: Callable[[Value, Value, Value, Value], Value]
     roundoff: Callable[[Value, Value], Value]
     monotonicity_breaks: tuple[float, ...] = ()
+    first_excess: Callable[[float, float, float], float] | None = None
+    load: Callable[[float, float, float], tuple[float, float]] | None = None
     law: str = "set-valued"
     transition_speed: float = TRANSITION_SPEED
 
@@ -113,6 +124,8 @@ class Trajectory(NamedTuple):
     stored_energies : dict of (n,), J
         Energies of the state.
     transitions : list of Transition
+    velocity_before, velocity_after : (m,) or None, rad/s
+        Velocity immediately before and after each transition, where it is known.
     """
 
     time: "Array"
@@ -125,6 +138,8 @@ class Trajectory(NamedTuple):
     energy_integrals: dict[str, "Array"]
     stored_energies: dict[str, "Array"]
     transitions: list["Transition"]
+    velocity_before: "Array | None" = None
+    velocity_after: "Array | None" = None
 
 
 class Mechanism(NamedTuple):
@@ -152,6 +167,9 @@ class Mechanism(NamedTuple):
         The initial state.
     switching_surfaces : tuple of SwitchingSurface
         Discontinuities that depend on the state; the drive reports those in time.
+    stops : EndStops or None
+        End stops; applied_torque has their torque at rest on them, and `energy_impact` is among
+        the power flows, with no power: it grows at impacts.
     prescribed : bool
         The drive prescribes the velocity, and u is the torque that this takes, a summand of
         applied_torque.
@@ -182,6 +200,7 @@ class Mechanism(NamedTuple):
     position: float = 0.0
     velocity: float = 0.0
     switching_surfaces: tuple[SwitchingSurface, ...] = ()
+    stops: "EndStops | None" = None
     prescribed: bool = False
 
     @property

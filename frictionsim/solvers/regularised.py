@@ -57,6 +57,7 @@ class RegularisedSolver(ContactSolver):
 
     def start(self) -> None:
         self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
+        self.process_step()
 
     def resume(self) -> None:
         self.stepper.resume(self.rhs)
@@ -64,9 +65,21 @@ class RegularisedSolver(ContactSolver):
     def step(self) -> None:
         if self.t >= self.segment_end:
             self.segment_end = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        crossing = self.advance(self.segment_end)
+        limit = self.end_of_rest_on_stop(self.segment_end, self.rhs)
+        crossing = self.end_at_impact(self.advance(limit), self.rhs)
         self.record_mode_change()
         self.record_crossing(crossing)
+
+    def process_step(self) -> None:
+        stepper = self.stepper
+        if self.stops is None or not self.stops.is_hit(stepper.y):
+            return
+        before = self.stops.before_impact(stepper.y)
+        after = self.stops.after_impact(stepper.t, stepper.y)
+        mode = self.mode_at(after[1])
+        self.record_impact(before, self.mode, mode, after)
+        self.mode = mode
+        stepper.start(self.rhs, stepper.t, after)
 
     def mode_in_motion(self, direction: int) -> int:
         return self.mode_at(self.stepper.y[1])  # it may creep

@@ -18,7 +18,9 @@ from frictionsim.solvers.common import (
     monotone_segment_end,
     rhs_with_friction,
     row,
+    segment_end_at_rest,
 )
+from frictionsim.solvers.end_stops import StopContact
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State
 from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME
@@ -79,7 +81,9 @@ class SetValuedSolver(ContactSolver):
 
     def start(self) -> None:
         self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
-        if self.mode == STICK:
+        if self.stops is not None and self.stops.is_hit(self.stepper.y):
+            self.hit_stop(self.stops)
+        elif self.mode == STICK:
             self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
 
     def resume(self) -> None:
@@ -89,9 +93,7 @@ class SetValuedSolver(ContactSolver):
         stepper = self.stepper
         if stepper.t >= self.segment_end:
             # The drive is monotone on the segment, so that no breakaway is missed within a step.
-            self.segment_end = monotone_segment_end(
-                self.mechanism, self.contact, stepper.t, self.end
-            )
+            self.segment_end = self.next_segment_end()
         floor = JUMP_ULPS * ulp(stepper.t)
         crossing = self.advance(self.segment_end, floor)
         slowest = self.time_of_possible_rest()
@@ -99,8 +101,19 @@ class SetValuedSolver(ContactSolver):
             # Take the step again, to there: a rest between its stages would go unnoticed.
             stepper.start(self.rhs, stepper.t_old, list(stepper.y_old))
             crossing = self.advance(slowest, floor)
+        if self.mode != STICK:  # from rest on a stop the body only leaves it
+            crossing = self.end_at_impact(crossing, self.rhs)
         self.record_crossing(crossing)
         self.is_new = True
+
+    def next_segment_end(self) -> float:
+        """Return the end of the segment that starts at the present time, s."""
+        stepper = self.stepper
+        if self.mode == STICK:
+            return segment_end_at_rest(
+                self.mechanism, self.contact, stepper.y[0], stepper.t, self.end
+            )
+        return monotone_segment_end(self.mechanism, self.contact, stepper.t, self.end)
 
     def time_of_possible_rest(self) -> float:
         """Return when the last step was slowest, s, if it may have been at rest there; else inf.
@@ -128,6 +141,8 @@ class SetValuedSolver(ContactSolver):
         if self.is_new:
             self.is_new = False
             self.update_mode()
+            if self.stops is not None and self.stops.is_hit(self.stepper.y):
+                self.hit_stop(self.stops)
 
     def update_mode(self) -> None:
         """Update the mode after the last step, and restart the integrator if it changed."""
@@ -170,6 +185,22 @@ class SetValuedSolver(ContactSolver):
                 at_rest = at_switch
             self.change_mode(t, before, mode, [at_rest[0], 0.0, *at_rest[2:]], held)
         stepper.start(self.rhs, stepper.t, stepper.y)
+        if mode == STICK and self.contact.first_excess is not None:
+            self.segment_end = stepper.t  # where the contact breaks away depends on the position
+
+    def hit_stop(self, stops: StopContact) -> None:
+        """Switch to the mode after an impact on a stop."""
+        stepper = self.stepper
+        before, y = stops.before_impact(stepper.y), stops.after_impact(stepper.t, stepper.y)
+        mode_before, self.mode = self.mode, STICK
+        if y[1] != 0.0:
+            self.mode = FORWARD if y[1] > 0.0 else BACKWARD
+        else:
+            self.mode = self.mode_from_rest(stepper.t, y)
+        self.record_impact(before, mode_before, self.mode, y)
+        stepper.start(self.rhs, stepper.t, y)
+        if self.contact.first_excess is not None:
+            self.segment_end = stepper.t  # where the contact breaks away depends on the position
 
     def mode_from_rest(self, t: float, y: State) -> int:
         """Return the mode that follows from rest at time t, s, in the position of y."""

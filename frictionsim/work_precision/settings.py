@@ -1,4 +1,4 @@
-"""The settings and references of a study for mechanisms of one coordinate."""
+"""The settings and references of a study for mechanisms without a mesh."""
 
 from collections.abc import Iterable
 from copy import deepcopy
@@ -10,15 +10,19 @@ from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, metho
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
+from frictionsim.solvers.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.mechanism import Mechanism
+    from frictionsim.solvers.multi_contact import MultiContactMechanism
+
+    AnyMechanism = Mechanism | MultiContactMechanism
 
 # Tolerance of the references, relative to the tightest tolerance of the study.
 REFERENCE_REFINEMENT = 0.1
 # Offset one reference by a factor of two so that both do not share an error.
 REFERENCE_OFFSET = 0.5
+REFERENCE_STEP = 1e-3  # longest of the second reference of a single method, over the duration
 TIGHTEST, LOOSEST = 1e-12, 0.1
 STEPS = (1e-2, 1e-3, 1e-4)  # fixed steps, relative to the duration
 # Transition speeds, rad/s; the next one would take an explicit method up to ten times the steps.
@@ -87,9 +91,9 @@ class ScenarioVariants:
 
 
 def ladders(
-    scenario: "Scenario", tolerances: Iterable[float], mechanism: "Mechanism"
+    scenario: "Scenario", tolerances: Iterable[float], mechanism: "AnyMechanism"
 ) -> list[Setting]:
-    """Return the settings of every law and method for a mechanism of one coordinate.
+    """Return the settings of every law and method for a mechanism without a mesh.
 
     Adaptive methods have several tolerances, fixed-step methods several steps, and the regularised
     law several transition speeds at one tolerance. Without dry friction, or with a prescribed
@@ -100,17 +104,17 @@ def ladders(
     scenario : Scenario
     tolerances : iterable of float
         Relative tolerances.
-    mechanism : Mechanism
+    mechanism : Mechanism or MultiContactMechanism
 
     Returns
     -------
     list of Setting
     """
-    if mechanism.contact is None or mechanism.prescribed:
-        names = methods_of(scenario.PAIRS)
+    if _is_smooth(mechanism):
+        names = methods_of(scenario.pairs)
         return [with_tolerance(name, rtol) for name in names for rtol in tolerances]
     settings: list[Setting] = []
-    for (law, name), pair in scenario.PAIRS.items():
+    for (law, name), pair in scenario.pairs.items():
         if pair.fixed_step:
             duration = scenario.solver.duration
             of_pair = [_with_step(name, fraction * duration) for fraction in STEPS]
@@ -124,21 +128,29 @@ def ladders(
 
 
 def references(
-    scenario: "Scenario", mechanism: "Mechanism", rtol: float
+    scenario: "Scenario", mechanism: "AnyMechanism", rtol: float
 ) -> tuple[Setting, Setting]:
-    """Return two references with different methods for a mechanism of one coordinate.
+    """Return two references with different methods for a mechanism without a mesh.
+
+    Where there is one method only, the second has short steps, too.
 
     Parameters
     ----------
     scenario : Scenario
-    mechanism : Mechanism
+    mechanism : Mechanism or MultiContactMechanism
     rtol : float
 
     Returns
     -------
     tuple of Setting
     """
-    smooth = mechanism.contact is None or mechanism.prescribed
+    if methods_of(scenario.pairs) == ("events",):
+        step = REFERENCE_STEP * scenario.solver.duration
+        first, second = (with_tolerance("events", x * rtol) for x in (REFERENCE_OFFSET, 1.0))
+        label, overrides = f"{second.label}, max_step {short(step)}", f"solver.max_step={step:.6g}"
+        second = second._replace(label=label, overrides=(*second.overrides, overrides))
+        return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
+    smooth = _is_smooth(mechanism)
     # Without dry friction, `events` and `rkf45` are the same method.
     other = "dop853" if smooth else "rkf45"
     first = with_tolerance("events", REFERENCE_OFFSET * rtol)
@@ -146,6 +158,13 @@ def references(
     if smooth:
         return first, second
     return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
+
+
+def _is_smooth(mechanism: "AnyMechanism") -> bool:
+    """Return whether there is no friction law to choose, so that every method is possible."""
+    if isinstance(mechanism, Mechanism):
+        return mechanism.contact is None or mechanism.prescribed
+    return False
 
 
 def _with_step(backend: str, step: float) -> Setting:

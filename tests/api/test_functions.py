@@ -128,7 +128,7 @@ def test_plot_takes_the_place_of_axes(result: fs.Result) -> None:
 def test_plot_refuses_a_view_that_there_is_not(result: fs.Result) -> None:
     with pytest.raises(fs.InputError) as caught:
         fs.plot(result, view="torque")
-    assert str(caught.value) == "unknown view 'torque' of kind 'pulley'; known: response"
+    assert str(caught.value) == "unknown view 'torque' of kind 'pulley'; known: response, traction"
     with pytest.raises(fs.InputError, match="ax: expected matplotlib Axes, got int"):
         fs.plot(result, ax=3)  # type: ignore[arg-type]
     with pytest.raises(fs.InputError, match="the view 'response' shows no single body"):

@@ -322,7 +322,7 @@ FAULTS: Mapping[str, tuple[Any, Any, list[str]]] = {
         None,
         [
             "scenario: kind: the scenario is empty; it starts with kind, one of 'pulley',"
-            " 'marble_machine', 'epicyclic', 'belt_drive'"
+            " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'"
         ],
     ),
 }

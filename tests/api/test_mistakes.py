@@ -93,7 +93,10 @@ def test_a_run_without_events_has_the_variables_of_events() -> None:
         (lambda r: fs.load(fs.new("pulley")), "got its text; loads takes text"),
         (lambda r: fs.solve(r), "got Result; its scenario is result.scenario"),
         (lambda r: fs.load(r.scenario), "got PulleyScenario; its method replace changes keys"),
-        (lambda r: fs.plot(r, "all"), "unknown view 'all' of kind 'pulley'; known: response"),
+        (
+            lambda r: fs.plot(r, "all"),
+            "unknown view 'all' of kind 'pulley'; known: response, traction",
+        ),
     ],
     ids=["text", "result", "scenario", "view"],
 )

@@ -12,9 +12,11 @@ TOKENS = [
     *("=", "\n", "\x00", "é", "[effects]", "[solver]\n", 'kind = "epicyclic"\n', "1979-05-27"),
     *("[" * 900, "a.b.c = 1\n", "{sine={amplitude=1e308, frequency_hz=1e308}}", '{csv="s.toml"}'),
     *("drive.force = 1\n", "max_steps = 3\n", "duration = 1e-300\n", "interval = 1e-9\n"),
+    *('name = "load"\n', "[[forces]]\n", "[[couples]]\n", "{angle_deg=[0], value=[1]}"),
     *("a." * 500 + "a = 1\n", "\x1b]0;title\x07", "\u202e", '{csv="/dev/zero"}', '{csv="."}'),
 ]
-KEYS = ["kind", "title", "solver", "output", "mechanism", "drive", "effects", "a-b", '"q q"', "''"]
+KEYS = ["kind", "title", "solver", "output", "mechanism", "drive", "effects", "forces", "couples"]
+KEYS = [*KEYS, "a-b", '"q q"', "''"]
 
 
 @cache
@@ -45,7 +47,8 @@ def value(rng: random.Random, depth: int) -> str:
 
 def grammatical(rng: random.Random) -> str:
     """Return a text of tables and keys that is TOML, mostly, and hardly a scenario."""
-    lines = [f'kind = "{rng.choice(["pulley", "belt_drive", "epicyclic", "marble_machine"])}"']
+    kinds = ["pulley", "belt_drive", "epicyclic", "marble_machine", "shaft"]
+    lines = [f'kind = "{rng.choice(kinds)}"']
     for _ in range(rng.randint(1, 12)):
         name = ".".join(rng.choices(KEYS, k=rng.randint(1, 4)))
         if rng.random() < 0.4:

@@ -10,7 +10,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.validation import ValidationFailure
+from frictionsim.scenario.model_validation import ValidationFailure, key_text
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import SCENARIOS, Scenario
 
@@ -30,7 +30,7 @@ FRICTION = "effects.belt_friction"
 FAULTS: dict[str, tuple[Scenario, str, str]] = {
     "pulleys that overlap": (
         of_pulleys(1, center=[0.1, 0.0]),
-        "mechanism.pulleys.1",
+        "mechanism.pulleys.driven",
         "pulleys driver and driven overlap by 0.06 m",
     ),
     "a name twice": (
@@ -40,7 +40,7 @@ FAULTS: dict[str, tuple[Scenario, str, str]] = {
     ),
     "a radius of nothing": (
         of_pulleys(1, radius=0.0),
-        "mechanism.pulleys.1.radius",
+        "mechanism.pulleys.driven.radius",
         "expected a number above 0 m, got 0.0",
     ),
     "pretension and length": (
@@ -195,7 +195,7 @@ def test_a_fault_is_refused_with_its_key(name: str) -> None:
     data, key, message = FAULTS[name]
     with pytest.raises(ValidationFailure) as caught:
         scenario_of(data)
-    faults = {".".join(map(str, path)): text for path, text in caught.value.faults}
+    faults = {key_text(path): text for path, text in caught.value.faults}
     assert message in faults[key]
 
 

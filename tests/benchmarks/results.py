@@ -37,6 +37,12 @@ COSTS: dict[str, tuple[str, ...]] = {
 }
 
 
+OF_THE_LIFT = (
+    *("drive_torque", "rope_tension_car", "friction_torque"),
+    *("angular_velocity", "car_velocity", "cord_slip"),
+)
+
+
 def pictures() -> None:
     """Draw what the project's README shows."""
     for name in PICTURES:
@@ -47,6 +53,8 @@ def pictures() -> None:
     law = ["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"]
     command("solve", scenario, *law, "-o", target, "--quiet")
     command("plot", target)
+    command("solve", "scenarios/lift.toml", "--quiet")
+    command("plot", "results/lift.h5", "--channels", ",".join(OF_THE_LIFT))
 
 
 def cost() -> None:

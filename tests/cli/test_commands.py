@@ -311,7 +311,8 @@ def test_static_prints_forces_and_writes_nothing(
 ) -> None:
     assert run_command_line(["static", PULLEY, "--json"]) == 0
     found = json_of(capsys)
-    assert found.keys() == {"scenario", "kind", "quantities"}
+    assert found.keys() == {"scenario", "kind", "quantities", "notes"}
+    assert found["notes"] == []
     assert found["quantities"]["force_to_lift"]["unit"] == "N"
     # Eq 24 by hand: 2224.1 (0.0508 + r)/(0.0508 - r) with r = 0.0254 0.2/sqrt(1.04), 7 digits.
     assert found["quantities"]["force_to_lift"]["value"] == pytest.approx(2707.703, rel=1e-7)
@@ -513,6 +514,20 @@ def test_a_command_imports_no_more_than_it_needs(
     loaded = loaded_by(program, tmp_path)
     assert "frictionsim.cli.commands" in loaded
     assert not unwanted & loaded
+
+
+def test_check_needs_no_arrays_for_any_mechanism_of_few_coordinates(tmp_path: Path) -> None:
+    names = ["epicyclic", "lift", "marble_machine", "pulley", "shaft", "swing_door"]
+    program = (
+        "from frictionsim.cli.commands import run_command_line\n"
+        f"for name in {names}:\n"
+        f"    scenario = {str(SCENARIOS)!r} + '/' + name + '.toml'\n"
+        "    assert run_command_line(['check', scenario]) == 0\n"
+        "    assert 'numpy' not in sys.modules, name"
+    )
+    loaded = loaded_by(program, tmp_path)
+    assert "frictionsim.mechanisms.shaft.stops" in loaded
+    assert not {*HEAVY, "rich", "logging"} & loaded
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")

@@ -44,7 +44,7 @@ def offered(*words: str, cwd: Path) -> list[str]:
         (["new", "pul"], ["pulley", "pulley_horizontal", "pulley_return"]),
         (["new", "hard/belt_s"], ["hard/belt_slack", "hard/belt_squeal", "hard/belt_stiff_contact",
          "hard/belt_stiff_damping", "hard/belt_sudden_stop"]),
-        (["plot", "a.h5", "--view", "t"], ["torque", "tension"]),
+        (["plot", "a.h5", "--view", "t"], ["traction", "torque", "tension"]),
         (["plot", "a.h5", "--view", "a"], ["all"]),
         (["solve", "a.toml", "--backend", "rk"], ["rkf45", "rk45"]),
         (["sweep", "a.toml", "--method", ""], ["sobol", "lhs", "random"]),

@@ -185,7 +185,7 @@ def test_the_standard_input_may_be_one_of_several(
         (
             b"",
             "<stdin>:1: kind: the scenario is empty; it starts with kind, one of 'pulley',"
-            " 'marble_machine', 'epicyclic', 'belt_drive'",
+            " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'",
         ),
         (
             b"#" * (16 * 2**20 + 1),

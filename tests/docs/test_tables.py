@@ -20,6 +20,7 @@ from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import RunResult, run
 from tests.attacks.campaign import SHARES
 from tests.docs.pages import DOCS, PAGES, names, table
+from tests.support.lifts import CORD, SHAFT, lift, solved
 from tests.support.scenarios import ROOT, SCENARIOS
 
 sys.path.insert(0, str(DOCS / "_ext"))
@@ -33,6 +34,14 @@ SHORT = {
     "pulley": ("pulley_return", []),
     "marble_machine": ("marble_machine", ["solver.duration=0.5"]),
     "epicyclic": ("epicyclic", ["solver.duration=0.5"]),
+    "shaft": (
+        "shaft",
+        [
+            "solver.duration=0.5",
+            "statics.unknown=forces.effort.size",
+            "effects.end_stops.highest_angle_deg=100",
+        ],
+    ),
 }
 
 
@@ -139,6 +148,16 @@ def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
     assert own <= {"uniform_torque_mean_at_final_speed"}  # takes another normal_load
 
 
+@pytest.mark.parametrize("cord", [None, CORD])
+def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page(
+    cord: dict[str, float] | None,
+) -> None:
+    done = solved(lift(effects__shaft_friction=SHAFT, effects__cord_friction=cord))
+    found = {**done.quantities, **mechanism_module("pulley").statics(done.scenario)}
+    tables = ("all runs", "one coordinate", "pulley", "masses on a cord")
+    assert {name: q.unit for name, q in found.items()}.items() <= quantity_units(*tables).items()
+
+
 def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
     found = mechanism_module("belt_drive").statics(load(SCENARIOS / "belt_drive.toml"))
     shown = {**quantity_units("a belt at rest")}
@@ -200,7 +219,8 @@ def test_the_failures_are_those_of_the_page() -> None:
 
 
 def test_the_audits_are_those_of_the_page() -> None:
-    assert set(first_names("docs/accuracy.md", "audits")) == set(short_run("pulley").checks)
+    of_stops = run(load(SCENARIOS / "swing_door.toml", ["solver.duration=0.1"]), lambda t: None)
+    assert set(first_names("docs/accuracy.md", "audits")) == set(of_stops.checks)
 
 
 def test_the_views_are_those_of_the_page() -> None:

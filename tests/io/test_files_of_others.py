@@ -65,13 +65,19 @@ def message_of_folder(path: Path) -> str:
 
 
 def last_entry_of_heap(raw: bytes) -> int:
-    """Return where the free entry of the first global heap begins, which ends a walk through it."""
-    start = raw.index(b"GCOL")
-    place = start + 16
-    while struct.unpack_from("<H", raw, place)[0]:
-        size = struct.unpack_from("<Q", raw, place + 8)[0]
-        place += 16 + (size + 7) // 8 * 8
-    return place
+    """Return where the free entry of a global heap begins, which ends a walk through it.
+
+    A heap that is full has none.
+    """
+    for found in re.finditer(b"GCOL", raw):
+        place = found.start() + 16
+        end = found.start() + struct.unpack_from("<Q", raw, found.start() + 8)[0]
+        while place + 16 <= end:
+            number, size = struct.unpack_from("<H6xQ", raw, place)
+            if number == 0:
+                return place
+            place += 16 + (size + 7) // 8 * 8
+    raise AssertionError("all heaps are full")
 
 
 @pytest.mark.parametrize("seal", [b"", None], ids=["no checksum", "made anew"])

@@ -15,9 +15,19 @@ from frictionsim.io import hdf5_writer
 from frictionsim.results import Quantities
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.simulation.simulate import RunResult
-from tests.support.drawn_scenarios import gears, marble_machines, of_size, pulleys, signals, some
+from tests.support.drawn_scenarios import (
+    gears,
+    marble_machines,
+    of_size,
+    pulleys,
+    shafts,
+    signals,
+    some,
+    switched,
+)
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
 from tests.support.second_way import Record, Seen, Table, misfits, motion, read
+from tests.support.second_way_bodies import body, body_statics
 from tests.support.second_way_gears import epicyclic, gear_statics
 from tests.support.second_way_shafts import (
     first_breakaway,
@@ -31,11 +41,13 @@ READERS: dict[str, Callable[[Record], dict[str, Seen]]] = {
     "pulley": pulley,
     "marble_machine": marble_machine,
     "epicyclic": epicyclic,
+    "shaft": body,
 }
 STATICS: dict[str, Callable[[Table], dict[str, Seen]]] = {
     "pulley": pulley_statics,
     "marble_machine": machine_statics,
     "epicyclic": gear_statics,
+    "shaft": body_statics,
 }
 
 
@@ -64,7 +76,7 @@ def assert_second_way(data: Scenario, folder: Path) -> Record:
     assert disagreements(done.quantities, READERS[data["kind"]](record)) == {}
     for name, seen in motion(record).items():
         assert seen.agrees(float(record.channels[name][-1])), name
-    if "mode" in record.channels and "speed" not in record.scenario["drive"]:
+    if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
         assert misfits(record) == []
     found = mechanism_module(data["kind"]).statics(done.scenario)
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
@@ -137,6 +149,67 @@ def gears_with_points(draw: st.DrawFn) -> Scenario:
             "dwell_distance": draw(st.sampled_from([1e-3, 1e-2])),
         }
     return data
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> Scenario:
+    """Bodies on a shaft under forces of all forms, with or without an unknown of statics."""
+    number = st.floats(-20.0, 20.0).map(lambda x: round(x, 6))
+    sizes = st.one_of(visible_signals(20.0, jumps=True), number, bent())
+    arms = st.floats(0.1, 0.5)
+
+    def force(name: str) -> dict[str, Any]:
+        size, direction = draw(sizes), [draw(st.floats(-1.0, 1.0)), draw(arms)]
+        found = {"name": name, "size": size, "direction": direction}
+        if draw(st.integers(0, 3)) == 0:
+            return found | {"cord_radius": draw(st.sampled_from([-0.2, 0.3]))}
+        turns = {"point_turns": draw(st.booleans()), "direction_turns": draw(st.booleans())}
+        return found | {"point": [draw(arms), draw(st.floats(-0.5, 0.5))]} | turns
+
+    gravity = {"gravity": {"g": 9.81}} if draw(st.booleans()) else {}
+    effects = {
+        "shaft_friction": shafts(0.1),
+        "viscous_damping": st.just({"coefficient": 0.3}),
+        "torsion_spring": st.just({"stiffness": 4.0, "free_angle_deg": 20.0}),
+        "eccentric_mass": st.just({"mass": 1.5, "radius": 0.2, "azimuth_deg": 50.0}),
+    }
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {
+            "inertia": draw(of_size(0.5, 10.0)),
+            "mass": draw(st.sampled_from([0.0, 2.0])),
+            "initial_angle_deg": round(draw(st.floats(-90.0, 90.0)), 6),
+            "initial_angular_velocity": draw(st.sampled_from([0.0, 0.0, 3.0, -3.0])),
+        },
+        "forces": [force(name) for name in ("one", "two")[: draw(st.integers(1, 2))]],
+        "couples": [{"name": "motor", "size": draw(sizes)}],
+        "effects": gravity | switched(draw, effects),
+        "solver": {"backend": draw(st.sampled_from(["events", "rkf45"])), "duration": 1.0},
+        "output": {"interval": 1e-3},
+    }
+    if draw(st.booleans()):
+        data["statics"] = {
+            "unknown": draw(st.sampled_from(["couples.motor.size", "forces.one.size"]))
+        }
+    if draw(st.booleans()) and "statics" in data:
+        data["statics"] |= {"angle_deg": round(draw(angles), 6), "time": draw(st.floats(0.0, 1.0))}
+    return data
+
+
+def bent() -> Any:
+    """Return sizes over speed and over angle."""
+    number = st.floats(-20.0, 20.0).map(lambda x: round(x, 6))
+    values = st.lists(number, min_size=3, max_size=3)
+    over_speed = st.builds(lambda v: {"speed": [-2.0, 0.0, 2.0], "value": v}, values)
+    return st.one_of(
+        over_speed, st.builds(lambda v: {"angle_deg": [-90.0, 10.0, 120.0], "value": v}, values)
+    )
+
+
+@some(60)
+@given(bodies())
+def test_quantities_of_bodies_on_a_shaft(folder: Path, data: Scenario) -> None:
+    assert_second_way(data, folder)
 
 
 @some(60)

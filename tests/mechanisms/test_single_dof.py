@@ -13,10 +13,13 @@ from tests.support.scenarios import SCENARIOS
 pytestmark = pytest.mark.quick
 
 
+COUNTS = {"carried_marbles"}
+
+
 @pytest.mark.parametrize(
     ("kind", "integers"),
     [
-        (pulley, {"mode"}),
+        (pulley, {"mode", "cord_mode", "slack"}),
         (marble_machine, {"mode", "carried_marbles"}),
         (epicyclic, {"mode"}),
     ],
@@ -26,7 +29,7 @@ def test_modes_and_counts_are_integers(kind: Any, integers: set[str]) -> None:
     info = kind.CHANNELS
     assert {name for name, channel in info.items() if channel.integer} == integers
     assert info["mode"].flags == ((-1, "sliding_backward"), (0, "stick"), (1, "sliding_forward"))
-    assert {name for name, channel in info.items() if channel.flags} == {"mode"}
+    assert {name for name, channel in info.items() if channel.flags} == integers - COUNTS
 
 
 def test_recorded_integers_are_whole_numbers_with_a_meaning() -> None:

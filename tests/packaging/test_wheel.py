@@ -22,7 +22,7 @@ pytestmark = pytest.mark.packaging
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = "Scripts" if sys.platform == "win32" else "bin"
-FOR_TESTS = ("pytest", "hypothesis", "jsonschema", "taplo")
+FOR_TESTS = ("pytest", "hypothesis", "jsonschema", "taplo", "mpmath")
 # In turn, in one folder that is empty at first.
 COMMANDS = {
     "frictionsim --version": __version__,

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import frictionsim as fs
-from frictionsim.plots import VIEWS, draw
+from frictionsim.plots import OF_EFFECT, VIEWS, draw
 from frictionsim.plots.style import axis_label, unit_text, with_unit
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.results import Record
@@ -25,13 +25,16 @@ UNITS = "N m|rad/s²|rad/s|rad|m/s|m|N|s|%|J|kg m²"
 WITHOUT = {  # numbers without a unit
     *("largest relative error", "right-hand-side evaluations", "turns from the horizontal"),
     *("runs", "part of the variance", "mu s", "effects.friction.mu_s", "run"),
+    "tension of the counterweight over that of the car",
 }
 
 
 def views() -> Iterator[Callable[[], Figure]]:
-    for name in ("pulley", "marble_machine", "epicyclic", "belt"):
-        kind = "belt_drive" if name == "belt" else name
+    for name in ("pulley", "lift", "marble_machine", "epicyclic", "shaft", "belt"):
+        kind = {"belt": "belt_drive", "lift": "pulley"}.get(name, name)
         for view in VIEWS[kind]:
+            if (kind, view) in OF_EFFECT and name != "lift":
+                continue
             yield lambda name=name, view=view: draw(records(name), view)  # type: ignore[misc]
 
 

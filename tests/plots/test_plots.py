@@ -11,15 +11,15 @@ import pytest
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.plots import VIEWS, plot, plot_all, views_of
-from frictionsim.plots.time_history import label_rows
+from frictionsim.plots import OF_EFFECT, VIEWS, plot, plot_all, views_of
+from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
 from frictionsim.results import Record
 from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
-KINDS_SHIPPED = {"pulley", "marble_machine", "epicyclic"}
+KINDS_SHIPPED = {"pulley", "marble_machine", "epicyclic", "shaft"}
 SHIPPED = {
     path.stem: data["kind"]
     for path in sorted(SCENARIOS.glob("*.toml"))
@@ -47,7 +47,11 @@ def drawn(run: RunResult, tmp_path: Path, view: str | None = None, body: int | N
 
 def views() -> list[tuple[str, str]]:
     kinds = SHIPPED | dict.fromkeys(BELTS, "belt_drive")
-    return [(name, view) for name, kind in kinds.items() for view in VIEWS[kind]]
+    return [(name, view) for name, kind in kinds.items() for view in views_of_run(name, kind)]
+
+
+def views_of_run(name: str, kind: str) -> list[str]:
+    return [view for view in VIEWS[kind] if name == "lift" or (kind, view) not in OF_EFFECT]
 
 
 @pytest.mark.parametrize(("name", "view"), views())
@@ -122,7 +126,10 @@ def test_view_all_skips_views_without_channels(cli: Callable, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--view", "tension"], "unknown view 'tension' of kind 'pulley'; known: response"),
+        (
+            ["--view", "tension"],
+            "unknown view 'tension' of kind 'pulley'; known: response, traction",
+        ),
         (["--body", "3"], "the view 'response' shows no single body"),
         (
             ["--view", "all", "-o", "a.jpg"],
@@ -162,7 +169,7 @@ def test_one_sample_is_enough(tmp_path: Path) -> None:
             tmp_path / "a.h5",
         )
         written, reasons = plot_all(hdf5_reader.read(tmp_path / "a.h5"), tmp_path / f"{name}.png")
-        assert (len(written), reasons) == (len(VIEWS[kind]), [])
+        assert (len(written), reasons) == (len(views_of_run(name, kind)), [])
 
 
 def test_sticking_and_events_are_labelled(tmp_path: Path) -> None:
@@ -235,6 +242,24 @@ def test_views_name_their_missing_channels(
     kept = {channel: run.channels[channel] for channel in channels}
     with pytest.raises(InputError, match=needed):
         drawn(run._replace(channels=kept), tmp_path, view)
+
+
+def test_lines_of_dense_events_are_thinner() -> None:
+    assert list(line_widths([0.0, 1.0, 2.0], 0.1)) == [1.0, 1.0, 1.0]
+    assert list(line_widths([0.0, 0.05, 2.0], 0.1)) == [1.0, 1.0, 1.0]
+    dense = line_widths(np.array([0.0, 0.05, 0.1, 0.10001, 0.10002, 3.0]), 0.1)
+    assert dense == pytest.approx([1.0, 0.5, 0.5, 0.25, 1.0, 1.0])
+    assert list(line_widths([0.0, 0.0, 0.0], 0.0)) == [1.0, 1.0, 1.0]
+    assert list(line_widths([], 0.1)) == []
+
+
+def test_each_event_of_an_end_stop_looks_different() -> None:
+    words = ("impact", "comes to rest", "left")
+    looks = {str(sorted(EVENT_LINES[f"stop: {word}"].items())) for word in words}
+    others = {str(sorted(look.items())) for look in EVENT_LINES.values()}
+    assert len(looks) == 3
+    # Nor like that of any other contact; a rope on each side looks the same.
+    assert len(others) == len(EVENT_LINES) - 3
 
 
 def test_label_rows_avoid_overlap() -> None:

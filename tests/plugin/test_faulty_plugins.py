@@ -15,7 +15,7 @@ from tests.support.plugins import BRAKE, install, searched, write_metadata
 from tests.support.scenarios import ROOT, SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
-BUILT_IN = "pulley, marble_machine, epicyclic, belt_drive"
+BUILT_IN = "pulley, marble_machine, epicyclic, shaft, belt_drive"
 
 # A module that is complete, of which the tests leave out or replace something.
 COMPLETE = """

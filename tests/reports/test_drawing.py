@@ -17,7 +17,7 @@ from tests.support.motions import scenario
 
 # Of bodies in the plane: a guided string has points between its bodies.
 IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
-KINDS = ("pulley", "marble_machine", "epicyclic")
+KINDS = ("pulley", "marble_machine", "epicyclic", "shaft")
 # Of the page: a drawing of its own, so that nothing here depends on how a report shows its own.
 MAKE = """() => {
   const canvas = document.createElement("canvas");
@@ -75,7 +75,12 @@ def test_the_pose_is_that_of_the_file(drawn: tuple[str, Any, Any]) -> None:
             assert bodies["driven"]["angle"] == pytest.approx(file["pulley_angle"][i, 1])
             continue
         angle = file["angle"][i]
-        main = {"pulley": "pulley", "marble_machine": "gear", "epicyclic": "crank"}[kind]
+        main = {
+            "pulley": "pulley",
+            "marble_machine": "gear",
+            "epicyclic": "crank",
+            "shaft": "body",
+        }[kind]
         assert bodies[main]["angle"] == pytest.approx(angle)
         shown = {readout["name"]: readout["value"] for readout in pose["readouts"]}
         assert shown["angle"] == pytest.approx(angle)
@@ -239,10 +244,12 @@ def test_a_drawing_has_its_content_as_text(drawn: tuple[str, Any, Any]) -> None:
                              ".slice(0, 2).map((end) => parseFloat(end.textContent))")  # fmt: skip
         assert ends == pytest.approx([low, high], abs=0.01 * (high - low))
         return
-    assert "slips forward" in text
-    shown = f"{file['angle'][-1]:.4g}".replace("-", "\N{MINUS SIGN}")
+    assert ("sticks" if kind == "shaft" else "slips forward") in text
+    digits = ".4f" if kind == "shaft" else ".4g"
+    shown = f"{file['angle'][-1]:{digits}}".replace("-", "\N{MINUS SIGN}")
     assert shown in text
-    assert {"pulley": "shaft", "marble_machine": "pinion", "epicyclic": "crank"}[kind] in text
+    parts = {"pulley": "shaft", "marble_machine": "pinion", "epicyclic": "crank", "shaft": "effort"}
+    assert parts[kind] in text
 
 
 def test_a_name_with_markup_stays_text(browser: Any, tmp_path: Path) -> None:

@@ -158,6 +158,27 @@ def test_the_buttons_of_a_chart_are_those_that_stay_in_the_page(page: Any) -> No
     assert titles == ["Zoom", "Pan", "Zoom in", "Zoom out", "Reset axes", "Download plot as a PNG"]
 
 
+def test_the_buttons_of_a_chart_are_over_it_only_under_a_pointer(browser: Any, files: Path) -> None:
+    # Plotly hides them only where a pointer can hover, which a touch screen has not.
+    touched = {"viewport": {"width": 1100, "height": 900}, "has_touch": True, "is_mobile": True}
+    with opened(browser, files / "pulley.html", **touched) as page:
+        page.evaluate(SETTLED)
+        buttons = page.locator(".plot .modebar").first
+        assert buttons.evaluate("(bar) => getComputedStyle(bar).opacity") == "0"
+        page.locator(".plot").first.hover()
+        wait_until(
+            page, "getComputedStyle(document.querySelector('.plot .modebar')).opacity === '1'"
+        )
+
+
+def test_the_events_fit_beside_the_charts(browser: Any, files: Path) -> None:
+    with opened(browser, files / "pulley.html", viewport={"width": 1100, "height": 900}) as page:
+        region = page.locator("#events .scrolled")
+        assert region.locator("thead th").last.text_content() == "angle, rad"
+        wide, needed = region.evaluate("(div) => [div.clientWidth, div.scrollWidth]")
+        assert needed <= wide
+
+
 def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> None:
     box = page.locator(".plot .nsewdrag").first.bounding_box()
     middle = box["y"] + box["height"] / 2

@@ -57,7 +57,9 @@ def reference(name: str) -> dict[str, Any]:
 
 def test_every_hard_scenario_has_a_test() -> None:
     others = {"breakaway_limit", "jump_from_csv", "many_cycles", "long_stick"}
-    shafts = {path.stem for path in HARD.glob("*.toml") if not path.stem.startswith("belt")}
+    others |= {"bouncing_body", "stop_load_through_zero"}
+    elsewhere = ("belt", "lift", "shaft_")
+    shafts = {path.stem for path in HARD.glob("*.toml") if not path.stem.startswith(elsewhere)}
     assert shafts == KNOWN.keys() | others
 
 
@@ -151,6 +153,50 @@ def test_breakaway_from_an_exact_balance_is_at_the_start(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time(backend: str) -> None:
+    done = outcome("bouncing_body", backend)
+    friction = 0.01 * 0.15 / sqrt(1.0 + 0.15**2) * (20.0 + 2.0 * 9.81)  # r_k R
+    up, down = (20.0 * 0.05 + friction) / 0.05, (20.0 * 0.05 - friction) / 0.05
+    time = sqrt(pi / down)  # a fall of pi/2
+    speed, expected = down * time, [0.0, time]
+    while speed >= 1e-3:
+        speed *= 0.7
+        expected += [time + speed / up, time + speed / up + speed / sqrt(up * down)]
+        time, speed = expected[-1], speed * sqrt(down / up)
+    assert len(expected) == 46  # 23 impacts, 22 rebounds
+    assert modes(done) == [(0, -1), *[(-1, 1), (1, -1)] * 22, (-1, 0)]
+    assert [e.contact for e in done.transitions] == ["shaft", "stop"] * 23
+    late = 1e-9 if backend == "events" else 1e-8
+    assert [e.time for e in done.transitions] == pytest.approx(expected, abs=late)
+    resting = done.time >= done.transitions[-1].time
+    assert resting.sum() > 200
+    assert not np.any(done.channels["angle"][resting])
+    assert np.unique(done.channels["stop_torque"][resting]).tolist() == [20.0 * 0.05]
+    assert not np.any(done.channels["friction_torque"][resting])
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_body_leaves_its_stop_when_the_load_passes_through_zero(backend: str) -> None:
+    done = outcome("stop_load_through_zero", backend)
+    # Torque, load and friction have one sine as a factor: q'' = -c cos(w t).
+    omega = 0.5 * pi
+    c = 50.0 * (0.1 - 0.02 * 0.2 / sqrt(1.0 + 0.2**2)) / 2.0
+    begin, end = 0.0, 2.0  # s since it left; q = c (x - sin(w x)/w)/w
+    for _ in range(100):
+        x = 0.5 * (begin + end)
+        far = c * (x - sin(omega * x) / omega) / omega > 2.0 * pi / 3.0
+        begin, end = (begin, x) if far else (x, end)
+    expected = [t + d for t in range(1, 21, 2) for d in (0.0, end)][:-1]
+    within = 1e-9 if backend == "events" else 1e-8
+    assert [e.time for e in done.transitions] == pytest.approx(expected, abs=within)
+    assert modes(done) == ([(0, -1), (-1, 0), (0, 1), (1, 0)] * 5)[:-1]
+    for leaving in done.transitions[::2]:
+        before = (done.time < leaving.time) & (done.time > leaving.time - 0.3)
+        assert np.unique(done.channels["angle"][before]).tolist() == [leaving.position]
+        assert abs(leaving.position) == radians(60.0)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_thousands_of_stick_slip_cycles_are_equal(backend: str) -> None:
     # Sampled once per period, all samples of the force are equal, and a warning is expected.
     done = outcome("many_cycles", backend, "output.interval=0.1", "output.at_events=false")
@@ -185,6 +231,9 @@ def test_samples_resolve_each_stick_slip_cycle() -> None:
 EXPECTED_WARNINGS = {
     "breakaway_limit": ["nothing moves"],
     "long_stick": ["nothing moves"],
+    "lift_moment_of_slack": ["falls slack"],
+    "lift_slack_rope": ["falls slack"],
+    "shaft_tie": ["nothing moves"],
     "load_through_zero": ["cannot push"],
     "motor_stalls": ["not above", "stands still"],
     "motor_runs_back": ["not above", "ran back"],

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 from tests.support.drawn_scenarios import (
     assert_sound,
     assert_splitting_changes_nothing,
+    bodies,
     marble_machines,
     scenarios,
     some,
 )
 from tests.support.scenarios import Scenario, simulate
+from tests.support.shaft_scenes import delayed, in_units, mirrored, scene
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +50,58 @@ def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) ->
     done, mirrored = simulate(data), simulate(data | {"drive": {"torque": -0.01}})
     assert np.array_equal(mirrored.channels["angle"], -done.channels["angle"])
     assert [-e.mode_to for e in mirrored.transitions] == [e.mode_to for e in done.transitions]
+
+
+@some(25)
+@given(bodies())
+def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> None:
+    data = data | {"solver": {"duration": 0.5, "rtol": 1e-10, "max_steps": 20_000}}
+    done, other = simulate(data), simulate(mirrored(data))
+    assert other.status == done.status
+    assert [-e.mode_to for e in other.transitions] == [e.mode_to for e in done.transitions]
+    angle = done.channels["angle"][-1]
+    assert other.channels["angle"][-1] == pytest.approx(-angle, rel=1e-8, abs=1e-8)
+
+
+@some(25)
+@given(bodies(), st.integers(-9, 9), st.integers(-3, 3))
+def test_a_body_on_a_shaft_moves_alike_in_other_units(
+    data: Scenario, mass: int, length: int
+) -> None:
+    """Of mass and length; the tolerance of the energies remains in joules, the steps change."""
+    data = data | {"solver": {"duration": 0.5, "rtol": 1e-9, "max_steps": 20_000}}
+    done, other = simulate(data), simulate(in_units(data, 2.0**mass, 2.0**length, 1.0))
+    assert other.status == done.status
+    assert [e.mode_to for e in other.transitions] == [e.mode_to for e in done.transitions]
+    angle = done.channels["angle"][-1]
+    assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
+
+
+@some(25)
+@given(
+    st.lists(st.floats(-20.0, 20.0), min_size=2, max_size=4),
+    st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=4),
+    st.floats(0.01, 3.0),
+)
+def test_a_body_on_a_shaft_that_is_moved_later_moves_alike(
+    torques: list[float], sizes: list[float], seconds: float
+) -> None:
+    """It rests until then: a load through the axis presses it on its shaft."""
+    times = [0.1, 0.2, 0.25, 0.4]
+    force = {"direction": [0.6, -0.8], "point": [0.1, 0.0]}
+    data = scene(
+        [{**force, "size": {"time": [0.05, *times[: len(sizes)]], "value": [0.0, *sizes]}},
+         {**force, "size": 50.0, "point": [0.0, 0.0]}],
+        [{"time": [0.05, *times[: len(torques)]], "value": [0.0, *torques]}],
+    )  # fmt: skip
+    data["solver"] = {"duration": 0.6, "rtol": 1e-9}
+    done, other = simulate(data), simulate(delayed(data, seconds))
+    modes = [(e.mode_from, e.mode_to) for e in done.transitions]
+    assert [(e.mode_from, e.mode_to) for e in other.transitions] == modes
+    for one, two in zip(done.transitions, other.transitions, strict=True):
+        assert two.time - seconds == pytest.approx(one.time, abs=1e-7)
+    angle = done.channels["angle"][-1]
+    assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.long

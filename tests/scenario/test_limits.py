@@ -25,7 +25,8 @@ PULLEY = (SCENARIOS / "pulley.toml").read_text()
 
 def test_divisors_next_to_zero_are_refused_with_their_key() -> None:
     with pytest.raises(
-        ScenarioError, match=r"mechanism\.pulleys\.1\.inertia: expected at least 1e-50, got 1e-60"
+        ScenarioError,
+        match=r"mechanism\.pulleys\.driven\.inertia: expected at least 1e-50, got 1e-60",
     ):
         load(BELT, ["mechanism.pulleys.1.inertia=1e-60"])
 

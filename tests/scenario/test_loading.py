@@ -77,7 +77,7 @@ EDITS = [
     (f"{OUTPUT}'angle'", ":15: output.channels: expected a list of names in brackets, got 'angle'"),
     (f"{OUTPUT}[1]", ":15: output.channels.0: expected text in quotes, got 1"),
     (f"{OUTPUT}['angel']", ":15: output.channels: unknown channel 'angel' (did you mean 'angle'?)"),
-    (f"{OUTPUT}['x']", ":15: output.channels: unknown channel 'x'; known: angle, ...damping"),
+    (f"{OUTPUT}['x']", ":15: output.channels: unknown channel 'x'; known: angle, ...impact"),
     ("0.0, 0.8 -> 0.8, 0.8", ":7: drive.force.time: times must increase from point to point, ..."),
     ("0.0, 0.8 -> 0.8, 0.0", ":7: drive.force.time: ...point 2 at 0.0 s follows one at 0.8 s"),
     ("0.0, 0.8 -> 0, 1, 2", ":7: drive.force.value: 2 values for 3 times; give one for each"),

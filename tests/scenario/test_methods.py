@@ -19,6 +19,7 @@ SHIPPED = {
     "pulley": "pulley",
     "marble_machine": "marble_machine",
     "epicyclic": "epicyclic",
+    "shaft": "shaft",
     "belt_drive": "belt_verification",
 }
 # Required parameters of a law.

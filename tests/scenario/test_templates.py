@@ -30,6 +30,7 @@ from scenario_keys import table_model, tables
 
 TEXTS = {kind: new_scenario(kind) for kind in KINDS}
 WIDTH = 100
+NEEDS = {"cord_friction": "hanging_masses"}
 
 
 def loaded(text: str) -> Scenario:
@@ -89,6 +90,7 @@ def test_it_loads_with_any_of_the_effects(data: st.DataObject) -> None:
     kind = data.draw(st.sampled_from(sorted(KINDS)))
     left_out = effects_left_out(kind)
     names = data.draw(st.lists(st.sampled_from(left_out), unique=True)) if left_out else []
+    names = sorted({*names, *(NEEDS[name] for name in names if name in NEEDS)})
     text = with_effects(TEXTS[kind], names)
     before, after = loaded(TEXTS[kind]).effect_names, loaded(text).effect_names
     assert set(after) == {*before, *names}
@@ -144,6 +146,12 @@ def test_a_key_has_its_unit_meaning_and_choices() -> None:
     assert "# # g = 9.81  # m/s^2: Acceleration of gravity.\n" in belt
     assert "# [effects.belt_friction.pulleys.NAME]\n" in belt
     assert "# N m, signal or {speed = [...], value = [...]}: Torque, pos" in belt
+    shaft = TEXTS["shaft"]
+    assert "400.0               # N, signal: Size of the force; a neg" in shaft
+    assert "[[forces]]  # A force at a point of the body, or of a cord on it.\n" in shaft
+    assert "# [[couples]]  # A torque on the body. It does not load the shaft, nor" in shaft
+    assert '{csv = "file.csv"}, {speed = [...], value = [...]} or {angle_deg = [...], va' in shaft
+    assert "angle_deg = [" not in belt
     assert "atol" not in belt.replace("rtol", "")  # which belts refuse
 
 

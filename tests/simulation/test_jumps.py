@@ -40,3 +40,21 @@ def test_an_event_outside_of_the_samples_adds_no_value(records: dict[bool, Recor
     assert len(time) == 11
     none = {name: values[:0] for name, values in record.channels.items()}
     assert len(with_jumps(record._replace(channels=none), "angle")[0]) == 0
+
+
+def test_two_events_at_one_time_are_one_jump(records: dict[bool, Record]) -> None:
+    record = records[True]
+    first = {name: np.asarray(values)[:1] for name, values in record.events.items()}
+    first["angular_velocity_before"], first["angular_velocity_after"] = np.ones(1), np.full(1, 3.0)
+    twice = {name: np.repeat(values, 2, axis=0) for name, values in first.items()}
+    once = with_jumps(record._replace(events=first), "angular_velocity")
+    for found, expected in zip(
+        with_jumps(record._replace(events=twice), "angular_velocity"), once, strict=True
+    ):
+        assert np.array_equal(found, expected, equal_nan=True)
+    chain = twice | {
+        "angular_velocity_before": np.array([1.0, 2.0]),
+        "angular_velocity_after": np.array([2.0, 3.0]),
+    }
+    found = with_jumps(record._replace(events=chain), "angular_velocity")[1]
+    assert np.array_equal(found, once[1], equal_nan=True)

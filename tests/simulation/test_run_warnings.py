@@ -116,6 +116,59 @@ def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -
             assert not warnings_with(simulate(changed(data, output__interval=better)), STICK_SLIP)
 
 
+TURN = "is longer than a tenth of a turn"
+WEIGHT = {"name": "w", "size": 10.0, "direction": [0.0, -1.0]}
+ECCENTRIC = {"mass": 1.0, "radius": 0.05, "azimuth_deg": 30.0}
+CONSTANT = {"name": "c", "size": -0.1}
+OVER_ANGLE = {"angle_deg": [0.0, 90.0], "value": [0.1, -0.1]}
+COAST = {
+    "kind": "shaft",
+    "mechanism": {"inertia": 0.02, "mass": 5.0, "initial_angular_velocity": 40.0},
+    "effects": {"gravity": {}, "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.2, "mu_k": 0.15}},
+    "solver": {"duration": 2.0, "rtol": 1e-6},
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "due"),
+    [
+        ({}, False),
+        ({"effects__eccentric_mass": ECCENTRIC}, True),
+        ({"effects__eccentric_mass": {"mass": 0.0, "radius": 0.05}}, False),
+        ({"effects": {"eccentric_mass": ECCENTRIC}, "couples": [CONSTANT]}, True),
+        ({"forces": [{**WEIGHT, "point": [0.05, 0.0]}]}, True),
+        ({"forces": [{**WEIGHT, "point": [0.05, 0.0], "point_turns": False}]}, False),
+        ({"forces": [{**WEIGHT, "point": [0.0, 0.0], "direction_turns": True}]}, True),
+        ({"forces": [{**WEIGHT, "cord_radius": 0.05}]}, False),
+        ({"couples": [{"name": "c", "size": OVER_ANGLE}]}, True),
+        ({"couples": [{"name": "c", "size": {"time": [0.0, 1.0], "value": [0.0, 0.1]}}]}, False),
+    ],
+)
+def test_warns_of_an_interval_too_long_for_loads_that_turn(
+    change: dict[str, Any], due: bool
+) -> None:
+    data = changed(COAST, output__interval=0.02, **change)
+    found = simulate(data)
+    warnings = warnings_with(found, TURN)
+    assert bool(warnings) is due
+    if not due:
+        return
+    turn = 2.0 * pi / np.max(np.abs(found.channels["angular_velocity"]))
+    assert warnings == [
+        f"output.interval = 0.02 s {TURN} at the largest speed, {turn:.3g} s: the samples do not"
+        " resolve forces that depend on the angle; give 0.015 s or less"
+    ]
+    assert not warnings_with(simulate(changed(data, output__interval=0.015)), TURN)
+
+
+def test_a_body_that_stays_within_a_tenth_of_a_turn_is_resolved() -> None:
+    lever = {**WEIGHT, "point": [0.05, 0.0]}
+    for highest, due in ((35.0, False), (37.0, True)):
+        stops = {"lowest_angle_deg": 0.0, "highest_angle_deg": highest, "restitution": 0.5}
+        data = changed(COAST, forces=[lever], effects__end_stops=stops, output__interval=0.02)
+        assert bool(warnings_with(simulate(data), TURN)) is due
+
+
 def test_regularised_friction_gets_no_stick_slip_warning() -> None:
     data = pulley(
         drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
@@ -128,6 +181,28 @@ def test_regularised_friction_gets_no_stick_slip_warning() -> None:
 
 
 # --- nothing moves ------------------------------------------------------------------------------
+
+
+def test_says_that_a_torque_is_below_the_rounding_of_forces_that_cancel() -> None:
+    """A couple of 3 mN m beside two forces of 1e14 N, whose sum loads the shaft with nothing."""
+    pair = [
+        {"name": name, "size": 1e14, "direction": [0.0, up], "point": [0.2, 0.0]}
+        for name, up in (("one", -1.0), ("other", 1.0))
+    ]
+    found = simulate(
+        {
+            "kind": "shaft",
+            "mechanism": {"inertia": 0.05},
+            "forces": pair,
+            "couples": [{"name": "small", "size": 0.003}],
+            "effects": {"shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5}},
+            "solver": {"duration": 1.0},
+        }
+    )
+    assert found.warnings == (
+        "nothing moves: a torque of 0.003 N m is above the static limit, but not by more than the"
+        " rounding of the forces, 0.15 N m; give smaller forces",
+    )
 
 
 @pytest.mark.parametrize(

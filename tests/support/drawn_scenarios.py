@@ -168,9 +168,71 @@ def gears(draw: st.DrawFn) -> Scenario:
     }
 
 
+def sizes(size: float) -> Any:
+    """Return signals over time, and tables over angle and speed."""
+    values = st.lists(st.floats(-size, size), min_size=3, max_size=3)
+    return st.one_of(
+        signals(size),
+        st.builds(lambda value: {"angle_deg": [-90.0, 0.0, 40.0], "value": value}, values),
+        st.builds(lambda value: {"speed": [-4.0, 0.0, 3.0], "value": value}, values),
+    )
+
+
+@st.composite
+def forces(draw: st.DrawFn) -> dict[str, Any]:
+    azimuth = draw(st.sampled_from([0.0, np.pi / 2, 1.1, 4.0]))
+    force = {
+        "size": draw(sizes(500.0)),
+        "direction": [float(np.cos(azimuth)), float(np.sin(azimuth))],
+    }
+    if draw(st.booleans()):
+        return force | {"cord_radius": draw(st.sampled_from([0.1, -0.05]))}
+    return force | {
+        "point": [draw(st.sampled_from([0.2, -0.1])), draw(st.sampled_from([0.0, 0.15]))],
+        "point_turns": draw(st.booleans()),
+        "direction_turns": draw(st.booleans()),
+    }
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> Scenario:
+    """Return bodies on a shaft, under forces and couples."""
+    inertia = draw(of_size(1e-2, 1e2))
+    mechanism = {
+        "inertia": inertia,
+        "mass": draw(st.sampled_from([0.0, 10.0])),
+        "initial_angle_deg": draw(st.sampled_from([0.0, 40.0, -200.0])),
+        "initial_angular_velocity": draw(st.sampled_from([0.0, 0.0, 3.0, -3.0])),
+    }
+    eccentric = {"mass": of_size(1e-2, 10.0), "radius": of_size(1e-2, 0.3)}
+    spring = {"stiffness": of_size(1e-2, 1e3), "free_angle_deg": st.just(10.0)}
+    found = {
+        "forces": draw(st.lists(forces(), min_size=1, max_size=3)),
+        "couples": draw(st.lists(st.fixed_dictionaries({"size": sizes(30.0)}), max_size=2)),
+    }
+    for table, parts in found.items():
+        for i, part in enumerate(parts):
+            part["name"] = f"{table}_{i}"
+    return {
+        "kind": "shaft",
+        "mechanism": mechanism,
+        **found,
+        "effects": switched(
+            draw,
+            {
+                "gravity": st.just({"g": 9.81}),
+                "shaft_friction": shafts(0.04),
+                "viscous_damping": st.fixed_dictionaries({"coefficient": st.just(inertia)}),
+                "eccentric_mass": st.fixed_dictionaries(eccentric),
+                "torsion_spring": st.fixed_dictionaries(spring),
+            },
+        ),
+    }
+
+
 @st.composite
 def scenarios(draw: st.DrawFn) -> Scenario:
-    data = draw(st.one_of(pulleys(), marble_machines(), gears()))
+    data = draw(st.one_of(pulleys(), marble_machines(), gears(), bodies()))
     solver = {
         "backend": draw(st.sampled_from(["events", "rkf45", PUBLISHED])),
         "duration": DURATION,
@@ -180,7 +242,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     data |= {"output": {"interval": draw(st.sampled_from([0.01, 0.3]))}}
     if solver["backend"] != PUBLISHED:
         return data | {"solver": solver}
-    if data["kind"] != "pulley":
+    if data["kind"] not in ("pulley", "shaft"):
         return data | {"solver": solver | {"backend": "events"}}
     return with_method(data | {"solver": solver}, PUBLISHED, "rkf45")
 
@@ -213,7 +275,7 @@ def assert_lawful(done: RunResult) -> None:
     )
     assert {name: check for name, check in checks.items() if not check.ok} == {}
     if "mode" not in done.channels or "speed" in getattr(
-        done.scenario.drive, "model_fields_set", ()
+        getattr(done.scenario, "drive", None), "model_fields_set", ()
     ):
         return
     friction, velocity = done.channels["friction_torque"], done.channels["angular_velocity"]

@@ -169,7 +169,11 @@ def of_any_motion(record: Record) -> dict[str, Seen]:
 
 def motion(record: Record) -> dict[str, Seen]:
     """Return the last angle and velocity as the integrals of velocity and acceleration."""
-    time, geometry, drive = record.time, record.scenario["mechanism"], record.scenario["drive"]
+    time, geometry, drive = (
+        record.time,
+        record.scenario["mechanism"],
+        record.scenario.get("drive", {}),
+    )
     turned = integral(time, record.channels["angular_velocity"])
     if "speed" in drive:
         speed = closed(float(signal(drive["speed"], time)[-1]))

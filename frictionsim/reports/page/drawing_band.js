@@ -64,11 +64,11 @@ frictionsim.DrawnBand = class {
   }
 
   drawCord({ context, colours, px }, at) {
-    const { travel, spacing, closed } = this.band;
+    const { travel, spacing, closed, role } = this.band;
     const width = frictionsim.BELT.cord * px;
     context.lineJoin = "round";
     context.lineCap = "butt";
-    context.strokeStyle = colours.edge;
+    context.strokeStyle = role ? colours[role] : colours.edge;
     context.lineWidth = width;
     this.line(context);
     context.stroke();

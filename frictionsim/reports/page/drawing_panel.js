@@ -42,8 +42,10 @@ frictionsim.DrawingPanel = class {
     for (const readout of this.motion.readouts) {
       const number = frictionsim.made("dd", "");
       list.append(frictionsim.made("dt", "", readout.name), number);
-      const { value, unit } = readout;
-      this.numbers.push({ ...readout, number, line: this.lineOf(readout), write: frictionsim.formatOf(value, unit) });
+      const { value, unit, words } = readout;
+      const named = Object.keys(words).length > 0;
+      const write = named ? (found) => words[found] ?? "" : frictionsim.formatOf(value, unit);
+      this.numbers.push({ ...readout, number, line: this.lineOf(readout), write });
     }
     return list;
   }
@@ -80,7 +82,7 @@ frictionsim.DrawingPanel = class {
         } else if (part.touching) entries.set("touches the pulley", { core: "#ffffff", around: "#000000" });
         if (part.patch) entries.set("patch with other friction", { patch: true });
         if (part.marks) entries.set("marks on the belt", { marks: true });
-      } else entries.set(part.name, { cord: true });
+      } else if (part.name) entries.set(part.name, { cord: true });
     }
     return entries;
   }

@@ -1,0 +1,224 @@
+"""The free-body diagram of a body on a shaft: where each force acts, how large it is, the reaction.
+
+Sizes, moments and resultants are those of the equation of motion; only the points of application
+are found here. A cord of arm r that leaves the body in the unit direction d touches it at the point
+p with p x d = r, which is r (d_y, -d_x).
+"""
+
+from math import hypot, radians
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from frictionsim.mechanisms.shaft.equation import (
+    damping_of,
+    load_on_shaft,
+    loads_of,
+    spring_of,
+    terms_of,
+)
+from frictionsim.solvers.mechanism import Trajectory
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.shaft.loads import Load
+    from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
+
+    Array = npt.NDArray[np.floating[Any]]
+
+# Names with spaces, which no force or couple of a scenario has.
+WEIGHT, ECCENTRIC_WEIGHT = "weight of the body", "weight of the eccentric mass"
+INERTIA_FORCE = "inertia force of the eccentric mass"
+SPRING, DAMPING = "torsion spring", "viscous damping"
+VANISHES = 1e-9  # of the sum of the sizes: a resultant that is not larger is rounding
+
+
+class AppliedForce(NamedTuple):
+    """A force on the body at some times.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"force", "cord", "weight", "inertia"}
+    x, y : (n,), m
+        Where it acts, from the axis.
+    size : (n,), N
+        Negative where the scenario's size is.
+    along_x, along_y : (n,)
+        Unit vector of a force of positive size.
+    """
+
+    name: str
+    kind: Literal["force", "cord", "weight", "inertia"]
+    x: "Array"
+    y: "Array"
+    size: "Array"
+    along_x: "Array"
+    along_y: "Array"
+
+    @property
+    def across(self) -> "Array":
+        """Component to the right, N."""
+        return self.size * self.along_x
+
+    @property
+    def up(self) -> "Array":
+        """Component upwards, N."""
+        return self.size * self.along_y
+
+
+class AppliedCouple(NamedTuple):
+    """A couple on the body at some times, (n,) in N m, positive counter-clockwise."""
+
+    name: str
+    size: "Array"
+
+
+class FreeBody(NamedTuple):
+    """All that acts on the body at some times.
+
+    Attributes
+    ----------
+    forces : tuple of AppliedForce
+        With the inertia force of an eccentric mass, which loads the shaft as a force does.
+    couples : tuple of AppliedCouple
+        With those of spring and damping.
+    moment : (n,), N m
+        Of all applied forces and couples about the axis.
+    across, up : (n,), N
+        Components of the resultant of the applied forces.
+    reaction_across, reaction_up : (n,), N
+        Components of the force of the shaft on the body.
+    scale : (n,), N
+        Sum of the sizes of all forces, to which a resultant is small or not.
+    """
+
+    forces: tuple[AppliedForce, ...]
+    couples: tuple[AppliedCouple, ...]
+    moment: "Array"
+    across: "Array"
+    up: "Array"
+    reaction_across: "Array"
+    reaction_up: "Array"
+    scale: "Array"
+
+    def vanishes(self, size: "Array") -> Any:
+        """Return whether a force is nothing but rounding, (n,) of bool."""
+        return np.abs(size) <= VANISHES * self.scale
+
+
+def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
+    """Return the channels without which the free body of a result is not known."""
+    effects, found = scenario.effects, ["angle"]
+    over_speed = any(load.over == "speed" for load in loads_of(scenario))
+    if over_speed or effects.viscous_damping is not None or effects.eccentric_mass is not None:
+        found.append("angular_velocity")
+    if effects.eccentric_mass is not None:
+        found.append("angular_acceleration")
+    if effects.shaft_friction is not None:
+        found.append("friction_torque")
+    return tuple(found)
+
+
+def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Array]") -> FreeBody:
+    """Return what acts on the body.
+
+    Parameters
+    ----------
+    scenario : ShaftScenario
+    motion : four arrays (n,)
+        Time, s, angle, rad, and its first and second derivative; the derivatives count where
+        `channels_needed` names them.
+    """
+    time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
+    zero = np.zeros_like(time)
+    terms, state = terms_of(scenario), (time, angle, velocity)
+    across, up, moment = (
+        term(*state) + zero for term in (terms.across, terms.up, terms.applied_torque)
+    )
+    trajectory = Trajectory(time, time, angle, velocity, acceleration, zero, zero, {}, {}, [])
+    load_across, load_up = (
+        component + zero for component in load_on_shaft(scenario, terms, trajectory)
+    )
+    forces = _forces(scenario, state)
+    eccentric = scenario.effects.eccentric_mass
+    if eccentric is not None:
+        place = _turned((eccentric.radius, 0.0), angle + radians(eccentric.azimuth_deg))
+        inert = load_across - across, load_up - up
+        size = np.hypot(*inert)
+        along = (component / np.where(size > 0.0, size, 1.0) for component in inert)
+        forces.append(AppliedForce(INERTIA_FORCE, "inertia", *place, size, *along))
+    return FreeBody(
+        tuple(forces),
+        tuple(_couples(scenario, state)),
+        moment,
+        across,
+        up,
+        -load_across,
+        -load_up,
+        sum((np.abs(force.size) for force in forces), zero),
+    )
+
+
+def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedForce]:
+    loads = loads_of(scenario)
+    weights = loads[len(scenario.forces) + len(scenario.couples) :]
+    found = []
+    for force, load in zip(scenario.forces, loads, strict=False):
+        kind: Literal["force", "cord"] = "force" if force.cord_radius is None else "cord"
+        found.append(_force(force.name, kind, load, _point(force, state[1]), state))
+    angle, eccentric = state[1], scenario.effects.eccentric_mass
+    zero = np.zeros_like(angle)
+    places = [(zero, zero)]
+    if eccentric is not None:
+        azimuth = angle + radians(eccentric.azimuth_deg)
+        places.append(_turned((eccentric.radius, 0.0), azimuth))
+    named = zip((WEIGHT, ECCENTRIC_WEIGHT), weights, places, strict=False)
+    found += [_force(name, "weight", load, place, state) for name, load, place in named]
+    return [force for force in found if force.kind != "weight" or np.any(force.size != 0.0)]
+
+
+def _force(
+    name: str,
+    kind: Any,
+    load: "Load",
+    place: "tuple[Array, Array]",
+    state: "tuple[Array, Array, Array]",
+) -> AppliedForce:
+    size = load.function()(*state) + np.zeros_like(state[1])
+    angle = state[1]
+    along = (
+        a + b * np.cos(angle) + c * np.sin(angle)
+        for a, b, c in zip(*(triple[1:] for triple in load.arms), strict=True)
+    )
+    return AppliedForce(name, kind, *place, size, *along)
+
+
+def _point(force: "Force", angle: "Array") -> "tuple[Array, Array]":
+    """Return where a force acts."""
+    if force.cord_radius is not None:
+        length = hypot(*force.direction)
+        x, y = (component / length for component in force.direction)
+        zero = np.zeros_like(angle)
+        return zero + force.cord_radius * y, zero - force.cord_radius * x
+    assert force.point is not None  # checked by the model of the force
+    return _turned(force.point, angle if force.point_turns else np.zeros_like(angle))
+
+
+def _turned(point: tuple[float, float], angle: "Array") -> "tuple[Array, Array]":
+    """Return a point that has turned about the axis."""
+    (x, y), cosine, sine = point, np.cos(angle), np.sin(angle)
+    return cosine * x - sine * y, sine * x + cosine * y
+
+
+def _couples(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedCouple]:
+    loads, zero = loads_of(scenario)[len(scenario.forces) :], np.zeros_like(state[1])
+    found = [
+        AppliedCouple(couple.name, load.function()(*state) + zero)
+        for couple, load in zip(scenario.couples, loads, strict=False)
+    ]
+    for name, term in ((SPRING, spring_of(scenario)), (DAMPING, damping_of(scenario))):
+        if term is not None:
+            found.append(AppliedCouple(name, term(*state) + zero))
+    return found

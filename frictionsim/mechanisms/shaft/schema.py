@@ -1,0 +1,369 @@
+"""The tables of a scenario of kind `shaft`."""
+
+from collections.abc import Mapping
+from math import hypot, inf, radians
+from sys import float_info
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from frictionsim.mechanisms.effects import Gravity, ViscousDamping
+from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.shaft.loads import arms_of_force, largest_arm
+from frictionsim.mechanisms.shaft.unknowns import check_unknown, one_key
+from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
+from frictionsim.results import Channel
+from frictionsim.scenario.methods import PUBLISHED
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.signal_tables import MotionSignal
+
+MAX_LOADS = 1000
+# Of unknowns, the endings of those that decide whether a force acts within the friction circle.
+RADII = ".shaft_radius", ".mu_s", ".cord_radius", ".distance"
+# Closer to 1, the impacts at ordinary speeds lose no more than the rounding of the flights gives.
+MAX_RESTITUTION = 1.0 - 1e-9
+
+CHANNELS = base_channels("body") | {
+    "angle": Channel("rad", "angle of the body, positive counter-clockwise"),
+    "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
+    "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
+    "shaft_reaction": Channel("N", "reaction of the shaft"),
+    "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
+    "reaction_y": Channel("N", "reaction of the shaft on the body, component upwards"),
+    "energy_input": Channel("J", "work of the forces and couples"),
+    "energy_kinetic": Channel("J", "kinetic energy of the body"),
+    "energy_potential": Channel("J", "potential energy of the eccentric mass and the spring"),
+    "energy_damping": Channel("J", "heat of viscous damping"),
+    "energy_impact": Channel("J", "energy lost in impacts on the end stops"),
+}
+
+
+class ShaftParameters(Params):
+    """`[mechanism]`."""
+
+    inertia: float = unit_field(
+        "kg m^2",
+        "Moment of inertia of the body about the axis, without an eccentric mass.",
+        gt=0,
+    )
+    mass: float = unit_field(
+        "kg", "Mass of the body, whose centre is on the axis, without an eccentric mass.", 0.0, ge=0
+    )
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
+
+
+_NAME: Any = Field(
+    min_length=1, pattern=r"^[\w-]+$", description="Name, for quantities, pictures and --set."
+)
+
+
+class Force(Params):
+    """`[[forces]]`: a force at a point of the body, or of a cord on it.
+
+    x points to the right, y upwards; points and directions are those at the angle 0 of the body.
+    """
+
+    name: str = _NAME
+    size: MotionSignal = unit_field("N", "Size of the force; a negative one pushes the other way.")
+    direction: tuple[float, float] = unit_field(
+        "1", "Direction, x to the right and y upwards; its length does not matter.", strict=False
+    )
+    direction_turns: bool = Field(False, description="The direction turns with the body.")
+    point: tuple[float, float] | None = unit_field(
+        "m", "Point of application from the axis, x and y; give this or cord_radius.", None,
+        strict=False,
+    )  # fmt: skip
+    point_turns: bool = Field(True, description="The point turns with the body.")
+    cord_radius: float | None = unit_field(
+        "m",
+        "Of a cord that leaves the body at this radius in the direction: its constant arm, positive"
+        " if it turns the body counter-clockwise.",
+        None,
+    )
+
+    @model_validator(mode="after")
+    def _it_is_a_force(self) -> Self:
+        if hypot(*self.direction) < float_info.min:  # smaller numbers have no digits left
+            raise inconsistent(
+                ("direction",),
+                f"expected a direction, found one of length {hypot(*self.direction):.3g}, which"
+                " points nowhere; give x and y, as in [0.0, -1.0]",
+            )
+        if (self.point is None) == (self.cord_radius is None):
+            found = "neither" if self.point is None else "both"
+            raise inconsistent(
+                (), f"expected either point or cord_radius, found {found}; give one of them"
+            )
+        if self.cord_radius is not None and self.direction_turns:
+            raise inconsistent(
+                ("direction_turns",),
+                "a cord leaves the body in a fixed direction; give point, or remove this key",
+            )
+        return self
+
+
+class Couple(Params):
+    """`[[couples]]`: a torque on the body. It does not load the shaft, nor oppose the motion."""
+
+    name: str = _NAME
+    size: MotionSignal = unit_field("N m", "Size of the couple, positive counter-clockwise.")
+
+
+class EccentricMass(Params):
+    """A point mass on the body, beside the axis."""
+
+    mass: float = unit_field("kg", "Mass, in addition to the mass of the body.", ge=0)
+    radius: float = unit_field("m", "Distance from the axis.", ge=0)
+    azimuth_deg: float = unit_field(
+        "deg", "Where it is at the angle 0 of the body; 0 is to the right, 90 above.", 0.0
+    )
+
+    @property
+    def first_moment(self) -> float:
+        """m e, kg m."""
+        return self.mass * self.radius
+
+
+class TorsionSpring(Params):
+    """A torsion spring between body and ground: a torque -k (q - q_0)."""
+
+    stiffness: float = unit_field("N m/rad", "Torque per angle.", ge=0)
+    free_angle_deg: float = unit_field("deg", "Angle at which it is free.", 0.0)
+
+
+class EndStops(Params):
+    """End stops: the body stays between two angles, and loses energy in impacts on them.
+
+    A stop is a couple on the body and does not load the shaft. It takes all torque that presses a
+    body at rest into it, and dry friction none.
+    """
+
+    lowest_angle_deg: float | None = unit_field(
+        "deg", "Angle of the stop against clockwise motion; without it there is none.", None
+    )
+    highest_angle_deg: float | None = unit_field(
+        "deg", "Angle of the stop against counter-clockwise motion; without it there is none.", None
+    )
+    restitution: float = unit_field(
+        "1",
+        "Speed after an impact, relative to that before it; at most 1 - 1e-9.",
+        0.0,
+        ge=0,
+        lt=1,
+    )
+    capture_speed: float = unit_field(
+        "rad/s", "After an impact below this speed the body does not rebound.", 1e-3, gt=0
+    )
+
+    @field_validator("restitution")
+    @classmethod
+    def _an_impact_loses_energy(cls, value: float) -> float:
+        if value > MAX_RESTITUTION:
+            raise ValueError(
+                f"expected a number of at most 1 - 1e-9, got {value!r}: rounding hides the loss of"
+                " an impact"
+            )
+        return value
+
+    @property
+    def lowest(self) -> float:
+        """Lowest angle, rad; -inf without a stop."""
+        return -inf if self.lowest_angle_deg is None else radians(self.lowest_angle_deg)
+
+    @property
+    def highest(self) -> float:
+        """Highest angle, rad; inf without a stop."""
+        return inf if self.highest_angle_deg is None else radians(self.highest_angle_deg)
+
+    @model_validator(mode="after")
+    def _stops_are_apart(self) -> Self:
+        if self.lowest_angle_deg is None and self.highest_angle_deg is None:
+            raise inconsistent(
+                (), "expected lowest_angle_deg or highest_angle_deg, or both; found neither"
+            )
+        if not self.lowest < self.highest:
+            raise inconsistent(
+                ("lowest_angle_deg",),
+                f"{self.lowest_angle_deg} is not below highest_angle_deg ="
+                f" {self.highest_angle_deg}; the body turns between them",
+            )
+        return self
+
+
+class ShaftEffects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    gravity: Gravity | None = None
+    eccentric_mass: EccentricMass | None = None
+    shaft_friction: ShaftFriction | None = None
+    viscous_damping: ViscousDamping | None = None
+    torsion_spring: TorsionSpring | None = None
+    end_stops: EndStops | None = None
+
+
+class Statics(Params):
+    """`[statics]`: what `frictionsim static` computes."""
+
+    unknown: str | None = Field(
+        None,
+        description="Key for which eq 24 is solved: `forces.NAME.size`, `.cord_radius` or"
+        " `.distance`, `couples.NAME.size`, `effects.shaft_friction.mu_s` and others.",
+    )
+    angle_deg: float | None = unit_field(
+        "deg", "Angle of the body; that of the start without it.", None
+    )
+    time: float = unit_field("s", "Time of the sizes that change over time.", 0.0, ge=0)
+
+    @field_validator("unknown", mode="before")
+    @classmethod
+    def _unknown_is_one(cls, unknown: Any) -> Any:
+        return one_key(unknown)
+
+
+class ShaftScenario(SingleDofScenario):
+    """A scenario of kind `shaft`."""
+
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
+    kind: Literal["shaft"]
+    mechanism: ShaftParameters
+    forces: tuple[Force, ...] = Field((), max_length=MAX_LOADS, strict=False)
+    couples: tuple[Couple, ...] = Field((), max_length=MAX_LOADS, strict=False)
+    effects: ShaftEffects = ShaftEffects()
+    statics: Statics | None = None
+
+    @property
+    def signals(self) -> dict[str, Any]:
+        """The input signals, by their keys in the scenario."""
+        forces = {f"forces.{force.name}.size": force.size for force in self.forces}
+        return forces | {f"couples.{couple.name}.size": couple.size for couple in self.couples}
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether a weight acts on the body."""
+        eccentric, gravity = self.effects.eccentric_mass, self.effects.gravity
+        mass = self.mechanism.mass + (eccentric.mass if eccentric else 0.0)
+        return gravity is not None and mass * gravity.g > 0.0
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia about the axis, with an eccentric mass, kg m^2."""
+        eccentric = self.effects.eccentric_mass
+        added = eccentric.first_moment * eccentric.radius if eccentric else 0.0
+        return self.mechanism.inertia + added
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> Self:
+        names: list[str] = []
+        for table in ("forces", "couples"):
+            for i, part in enumerate(getattr(self, table)):
+                if part.name in names:
+                    raise inconsistent(
+                        (table, i, "name"),
+                        f"there is a force or couple '{part.name}' already; give another name",
+                    )
+                names.append(part.name)
+        return self
+
+    @model_validator(mode="after")
+    def _something_acts(self) -> Self:
+        if not (self.forces or self.couples or self.has_weight or self.effects.torsion_spring):
+            raise inconsistent(
+                (),
+                "no force acts on the body: give [[forces]], [[couples]], a mass with"
+                " [effects.gravity], or [effects.torsion_spring]",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _it_starts_between_stops(self) -> Self:
+        stops, start = self.effects.end_stops, self.mechanism.initial_angle_deg
+        if stops is None:
+            return self
+        if self.law == PUBLISHED:
+            raise inconsistent(
+                ("effects", "shaft_friction", "law"),
+                "law = 'published' does not rest, on an end stop either; use law = 'set-valued', or"
+                " remove effects.end_stops",
+            )
+        _check_between(stops, start, ("mechanism", "initial_angle_deg"), "start")
+        if self.statics is not None and self.statics.angle_deg is not None:
+            where = ("statics", "angle_deg")
+            _check_between(stops, self.statics.angle_deg, where, "give an angle")
+        return self
+
+    @property
+    def largest_arm(self) -> float:
+        """The largest arm of the forces and weights over a turn, m."""
+        eccentric = self.effects.eccentric_mass
+        arms = [largest_arm(arms_of_force(force)) for force in self.forces]
+        arms += [eccentric.radius] if eccentric is not None and self.has_weight else []
+        return max(arms, default=0.0)
+
+    def warnings(self) -> list[str]:
+        """Return the warnings; also of a shaft as thick as the arms of the forces."""
+        journal, arm = self.effects.shaft_friction, self.largest_arm
+        warnings = super().warnings()
+        if journal is not None and 0.0 < arm <= journal.shaft_radius:
+            warnings.insert(
+                0,
+                f"shaft_radius = {journal.shaft_radius} m is not below the largest arm of the"
+                f" forces, {arm:.6g} m; the friction radius is {journal.static_radius:.6g} m",
+            )
+        return warnings
+
+    @model_validator(mode="after")
+    def _it_does_not_lock(self) -> Self:
+        """Refuse a body at rest under one force that friction holds, whatever its size.
+
+        |M| = a R <= r_s R. Of several forces R may be smaller than their sum. Of a radius or
+        mu_s that is the unknown of the statics, the value here does not count.
+        """
+        journal, arm = self.effects.shaft_friction, self.largest_arm
+        others = self.couples or self.effects.torsion_spring or self.has_weight
+        moves = self.mechanism.initial_angular_velocity != 0.0
+        if journal is None or others or moves or len(self.forces) != 1:
+            return self
+        unknown = None if self.statics is None else self.statics.unknown
+        if 0.0 < arm <= journal.static_radius and not str(unknown).endswith(RADII):
+            raise inconsistent(
+                ("effects", "shaft_friction", "shaft_radius"),
+                f"{journal.shaft_radius} m with mu_s = {journal.mu_s} gives a friction radius of"
+                f" {journal.static_radius:.6g} m, not below the arm of the only force, {arm:.6g} m:"
+                " the body locks, whatever the force; make the shaft thinner or the arm longer",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _it_slides_in_one_way(self) -> Self:
+        journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
+        if journal is None or eccentric is None:
+            return self
+        product = eccentric.first_moment * journal.kinetic_radius
+        if product >= self.inertia:
+            raise inconsistent(
+                ("effects", "eccentric_mass"),
+                f"mass x radius x kinetic friction radius = {product:.6g} kg m^2 is not below the"
+                f" moment of inertia, {self.inertia:.6g} kg m^2: sliding has no unique"
+                " acceleration; increase mechanism.inertia",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _unknown_enters(self) -> Self:
+        if self.statics is not None and self.statics.unknown is not None:
+            check_unknown(self)
+        return self
+
+
+def _check_between(stops: EndStops, angle: float, where: tuple[str, ...], way_out: str) -> None:
+    """Check that an angle, deg, is between the end stops."""
+    for name, beyond in (("lowest", -1.0), ("highest", 1.0)):
+        stop = getattr(stops, f"{name}_angle_deg")
+        if stop is not None and beyond * (angle - stop) > 0.0:
+            raise inconsistent(
+                where,
+                f"{angle} is beyond the end stop effects.end_stops.{name}_angle_deg = {stop};"
+                f" {way_out} between the stops, or at one of them",
+            )

@@ -1,0 +1,274 @@
+"""The statics of a body on a dry shaft: its balance, impending motion, the worst over a turn.
+
+The modules with its numbers of many digits are imported where they are used: a run needs none.
+"""
+
+from math import radians
+from typing import TYPE_CHECKING
+
+from frictionsim.mechanisms.shaft.equation import contact_of, terms_of
+from frictionsim.mechanisms.shaft.unknowns import place_of
+from frictionsim.results import Quantities, Quantity, StaticQuantities
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+    from frictionsim.mechanisms.shaft.balance import Balance
+    from frictionsim.mechanisms.shaft.impending_motion import Roots
+    from frictionsim.mechanisms.shaft.schema import ShaftScenario
+    from frictionsim.mechanisms.shaft.unknowns import Unknown
+    from frictionsim.mechanisms.shaft.worst_over_turn import Extreme, Turn
+
+DIRECTIONS = {1: "counter_clockwise", -1: "clockwise"}
+WORDS = {1: "counter-clockwise", -1: "clockwise"}
+STOPS = {1: "upper", -1: "lower"}  # that which keeps the body from turning in a direction
+
+
+def breakaway_values(scenario: "ShaftScenario") -> Quantities:
+    """Return the roots of eq 24 for the unknown of a scenario; none without an unknown."""
+    from frictionsim.mechanisms.shaft.many_digits import many_digits
+
+    if scenario.statics is None or scenario.statics.unknown is None:
+        return {}
+    with many_digits():
+        return _Problem(scenario).roots()
+
+
+def statics(scenario: "ShaftScenario") -> StaticQuantities:
+    """Return the balance of a scenario and, for an unknown, the roots of eq 24."""
+    from frictionsim.mechanisms.shaft.many_digits import many_digits
+
+    found = at_rest(scenario)
+    if scenario.statics is None or scenario.statics.unknown is None:
+        return found
+    with many_digits():
+        problem = _Problem(scenario)
+        found |= problem.roots()
+        found |= problem.worst()
+    found.notes = (*found.notes, *problem.notes)
+    return found
+
+
+def at_rest(scenario: "ShaftScenario") -> StaticQuantities:
+    """Return moment, reaction, lever arm and limit of friction, and whether the body rests."""
+    from decimal import Decimal
+
+    from frictionsim.mechanisms.shaft.balance import balance_of
+    from frictionsim.mechanisms.shaft.many_digits import many_digits
+
+    journal, terms = scenario.effects.shaft_friction, terms_of(scenario)
+    time, angle = place_of(scenario)
+    with many_digits():
+        balance = balance_of(scenario, None, time)
+        moment, across, up = balance.given.at(Decimal(angle))
+        reaction = (across * across + up * up).sqrt()
+        limit = balance.friction_radius * reaction
+        arm = float(moment / reaction) if reaction else None
+        torque, margin = float(moment), float(limit - abs(moment))
+    tie = 0.0
+    if journal is not None:  # as in a run
+        tie = contact_of(scenario, terms).roundoff(time, radians(angle))
+    direction = 0 if margin >= -tie else 1 if torque > 0.0 else -1
+    on_stop = stop_at(scenario, angle)
+    pressed = on_stop != 0 and on_stop * torque >= 0.0  # a stop takes all that presses into it
+    if pressed:
+        direction = 0
+    found = StaticQuantities(
+        angle=Quantity(radians(angle), "rad"),
+        applied_torque=Quantity(torque, "N m"),
+        shaft_reaction=Quantity(float(reaction), "N"),
+        lever_arm=Quantity(arm, "m"),
+        static_limit=Quantity(float(limit), "N m"),
+        static_margin=Quantity(margin, "N m"),
+        breakaway_direction=Quantity(float(direction), "1"),
+        friction_radius_static=Quantity(journal.static_radius if journal else 0.0, "m"),
+        friction_radius_kinetic=Quantity(journal.kinetic_radius if journal else 0.0, "m"),
+    )
+    if scenario.effects.end_stops is not None:
+        found["stop_torque"] = Quantity(0.0 - torque if pressed else 0.0, "N m")
+    at = f"at {angle:.6g} deg and {time:.6g} s"
+    rests = f"{at}, the body rests"
+    if pressed:
+        rests += f" on its {STOPS[on_stop]} end stop, which takes {abs(torque):.6g} N m"
+    found.notes = (f"{at}, it breaks away {WORDS[direction]}" if direction else rests,)
+    if arm is None:
+        found.notes += (f"{at}, the shaft has no load: there is no lever arm",)
+    return found
+
+
+def stop_at(scenario: "ShaftScenario", degrees: float) -> int:
+    """Return in which direction a stop keeps the body from turning at an angle; 0 for none."""
+    stops = scenario.effects.end_stops
+    if stops is None:
+        return 0
+    if degrees == stops.highest_angle_deg:
+        return 1
+    return -1 if degrees == stops.lowest_angle_deg else 0
+
+
+class _Problem:
+    """Eq 24 of a scenario with an unknown, and what is to be said about its roots."""
+
+    def __init__(self, scenario: "ShaftScenario") -> None:
+        from decimal import Decimal
+
+        from frictionsim.mechanisms.shaft.balance import balance_of
+        from frictionsim.mechanisms.shaft.unknowns import unknown_of
+
+        assert scenario.statics is not None  # asked by the caller
+        assert scenario.statics.unknown is not None
+        self.unknown: Unknown = unknown_of(scenario, scenario.statics.unknown)
+        time, angle = place_of(scenario)
+        self._balance: Balance = balance_of(scenario, self.unknown, time)
+        self._angle = Decimal(angle)
+        self._on_stop = stop_at(scenario, angle)
+        begin, end = self._angle - 180, self._angle + 180
+        self._range, self._where = (begin, end), "over a turn"
+        stops = scenario.effects.end_stops
+        if stops is not None:
+            lowest, highest = stops.lowest_angle_deg, stops.highest_angle_deg
+            begin = begin if lowest is None else max(begin, Decimal(lowest))
+            end = end if highest is None else min(end, Decimal(highest))
+        if self._range != (begin, end):
+            self._range, self._where = (begin, end), "between the end stops"
+        self.notes: list[str] = []
+
+    def roots(self) -> Quantities:
+        """Return the roots at the angle of the statics, by their directions."""
+        from frictionsim.mechanisms.shaft.impending_motion import roots_at
+
+        roots = roots_at(self._balance, self._angle)
+        found = {}
+        for s, direction in DIRECTIONS.items():
+            first, second = (*roots.of(s), None, None)[:2]
+            name = f"{self.unknown.label}_{direction}"
+            found[name] = self._quantity(first)
+            if second is not None:
+                found[f"{name}_second"] = self._quantity(second)
+        self.notes += self._about(roots)
+        if self._on_stop:
+            self.notes.append(
+                f"at {float(self._angle):.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
+                f" body from turning {WORDS[self._on_stop]} with any {self.unknown.key}"
+            )
+        return found
+
+    def _quantity(self, value: "Decimal | None") -> Quantity:
+        from frictionsim.mechanisms.shaft.many_digits import rounded
+
+        return Quantity(rounded(value), self.unknown.unit)
+
+    def _text(self, value: "Decimal") -> str:
+        unit = "" if self.unknown.unit == "1" else f" {self.unknown.unit}"
+        return f"{float(value) + 0.0:.6g}{unit}"
+
+    def _range_of(self, low: "Decimal", high: "Decimal") -> str:
+        """Return from which to which value, in so many digits that they differ."""
+        unit = "" if self.unknown.unit == "1" else f" {self.unknown.unit}"
+        for digits in (6, 9, 12, 17):
+            ends = [f"{float(x) + 0.0:.{digits}g}{unit}" for x in (low, high)]
+            if ends[0] != ends[1]:
+                return f"from {ends[0]} to {ends[1]}"
+        return f"= {self._text(low)}"
+
+    def _about(self, roots: "Roots") -> list[str]:
+        """Return what the roots mean, and why there are none."""
+        key, at = self.unknown.key, f"at {float(self._angle):.6g} deg"
+        values = [root.value for root in roots.found]
+        if roots.every:
+            return [f"{at}, the body is about to move with every {key}"]
+        if self.unknown.label in ("mu_s", "shaft_radius"):
+            return self._about_friction(roots)
+        if not values:
+            return [f"{at}, no {key} makes the body move: the friction exceeds the moment with any"]
+        range_ = self._range_of(values[0], values[-1])
+        found = []
+        if roots.leading > 0 and range_.startswith("="):
+            found = [f"{at}, the body rests with {key} {range_} only, and moves with any other"]
+        elif roots.leading > 0:
+            found = [f"{at}, the body rests with {key} {range_}"]
+        elif roots.leading < 0:
+            words = WORDS.get(roots.found[0].direction)
+            moves = (
+                f"the body moves {words} with {key} {range_}"
+                if words
+                else (f"the body is about to move with {key} = {self._text(values[0])}")
+            )
+            found = [f"{at}, {moves} and rests with any other value"]
+        found += [
+            f"{at}, no {key} makes it move {words}: friction grows with it as fast as the moment"
+            for s, words in WORDS.items()
+            if not roots.of(s)
+        ]
+        if not self.unknown.signed and values[0] < 0:
+            found.append(f"{key} below zero is a root of the equation, but not possible")
+        return found
+
+    def _about_friction(self, roots: "Roots") -> list[str]:
+        key, at = self.unknown.key, f"at {float(self._angle):.6g} deg"
+        if not roots.found:
+            return [f"{at}, the body moves with every {key}: its lever arm is too large"]
+        root = roots.found[0]
+        if not root.value:
+            return [f"{at}, the body rests with every {key}: there is no moment"]
+        return [
+            f"{at}, the body moves {WORDS[root.direction]} with {key} below"
+            f" {self._text(root.value)}, and with no value {WORDS[-root.direction]}"
+        ]
+
+    def worst(self) -> Quantities:
+        """Return the smallest and the largest root of each direction over a turn.
+
+        With end stops, over the part of it between them.
+        """
+        from frictionsim.mechanisms.shaft.impending_motion import roots_at
+        from frictionsim.mechanisms.shaft.worst_over_turn import over_turn
+
+        balance = self._balance
+        begin, end = self._range
+        turn: Turn = over_turn(
+            lambda degrees: roots_at(balance, degrees),
+            self._range,
+            balance.knots,
+            end - begin == 360 and balance.given.is_periodic and balance.sought.is_periodic,
+        )
+        if end - begin != 360:
+            self.notes.append(
+                f"the smallest and the largest {self.unknown.key} are those {self._where}, from"
+                f" {_degrees(begin)} to {_degrees(end)} deg"
+            )
+        found: Quantities = {}
+        for s, direction in DIRECTIONS.items():
+            for side, extremes in (("smallest", turn.smallest), ("largest", turn.largest)):
+                name = f"{self.unknown.label}_{direction}_{side}"
+                found |= self._extreme(name, extremes[s])
+                self.notes += self._about_extreme(side, s, extremes[s])
+            self.notes += [
+                f"{self._where}, no {self.unknown.key} makes the body about to move {WORDS[s]} from"
+                f" {_degrees(begin)} to {_degrees(end)} deg"
+                for begin, end in turn.missing[s]
+            ]
+        return found
+
+    def _about_extreme(self, side: str, direction: int, extreme: "Extreme") -> list[str]:
+        """Return why an extreme has no bound, or is not reached."""
+        value, angle, reached = extreme
+        if angle is None:
+            return []
+        what = f"{self._where}, the {side} {self.unknown.key} to move {WORDS[direction]}"
+        if value is None:
+            goes = "grows" if side == "largest" else "falls"
+            return [f"{what} has no bound: it {goes} towards {_degrees(angle)} deg"]
+        approaches = f"{what} approaches {self._text(value)} at {_degrees(angle)} deg"
+        if self.unknown.label in ("mu_s", "shaft_radius") and not value:
+            return [f"{approaches}, where the moment vanishes"]
+        return [] if reached else [f"{approaches}, but it is no root there"]
+
+    def _extreme(self, name: str, extreme: "Extreme") -> Quantities:
+        value, angle = extreme.value, extreme.angle
+        degrees = None if angle is None else radians(float(angle))
+        return {name: self._quantity(value), f"{name}_angle": Quantity(degrees, "rad")}
+
+
+def _degrees(angle: "Decimal | None") -> str:
+    return "" if angle is None else f"{float(angle) + 0.0:.6g}"

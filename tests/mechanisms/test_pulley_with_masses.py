@@ -1,0 +1,496 @@
+"""A pulley with masses on its cord against closed forms."""
+
+from itertools import pairwise
+from math import exp, hypot, log, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.mechanisms import pulley
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.simulation.simulate import RunResult
+from tests.support.lifts import CORD, GRAVITY, SHAFT, events, lift, ramp, solved, times
+from tests.support.scenarios import SCENARIOS, Scenario
+
+R, INERTIA, M1, M2 = 0.25, 2.0, 100.0, 80.0
+R_S, R_K = 0.05 * 0.3 / hypot(1.0, 0.3), 0.05 * 0.2 / hypot(1.0, 0.2)
+EPS = 1e-12
+
+
+def balance(direction: int, torque: float, force: float = 0.0) -> tuple[float, float, float]:
+    """Return acceleration and tensions of a taut cord: the three equations, solved as they are."""
+    r_f = direction * R_K
+    matrix = [
+        [INERTIA, R + r_f, -R + r_f],  # I w' = (T2 - T1) r + tau - s r_k (T1 + T2)
+        [M1 * R, -1.0, 0.0],  # m1 r w' = T1 - m1 g
+        [M2 * R, 0.0, 1.0],  # m2 r w' = P + m2 g - T2
+    ]
+    found = np.linalg.solve(matrix, [torque, -M1 * GRAVITY, force + M2 * GRAVITY])
+    return float(found[0]), float(found[1]), float(found[2])
+
+
+@pytest.mark.parametrize(("torque", "direction"), [(0.0, BACKWARD), (150.0, FORWARD)])
+def test_masses_and_friction_accelerate_as_the_equations_say(torque: float, direction: int) -> None:
+    data = lift(drive__torque=torque, effects__shaft_friction=SHAFT)
+    result = solved(data)
+    acceleration, t1, t2 = balance(direction, torque)
+    assert events(result) == [("shaft", STICK, direction)]
+    channels, time = result.channels, result.time
+    assert channels["angle"] == pytest.approx(0.5 * acceleration * time**2, abs=1e-11)
+    assert channels["rope_tension_car"][1:] == pytest.approx(t1, rel=EPS)
+    assert channels["rope_tension_counterweight"][1:] == pytest.approx(t2, rel=EPS)
+    assert channels["shaft_reaction"][1:] == pytest.approx(t1 + t2, rel=EPS)
+    assert channels["friction_torque"][1:] == pytest.approx(-direction * R_K * (t1 + t2), rel=EPS)
+    travel = 0.5 * R * acceleration * 4.0
+    assert result.quantities["car_travel"].value == pytest.approx(travel, abs=1e-11)
+    assert result.quantities["car_acceleration_max"].value == pytest.approx(
+        R * abs(acceleration), rel=EPS
+    )
+
+
+def test_an_atwood_machine_without_friction_falls_as_in_the_textbook() -> None:
+    result = solved(lift(mechanism__inertia=1e-9))
+    fall = -GRAVITY * (M1 - M2) / (M1 + M2)
+    assert result.channels["car_acceleration"] == pytest.approx(fall, rel=1e-9)
+    assert result.channels["car_position"][-1] == pytest.approx(0.5 * fall * 4.0, rel=1e-9)
+    assert result.channels["counterweight_position"][-1] == pytest.approx(-2.0 * fall, rel=1e-9)
+    tension = 2.0 * M1 * M2 * GRAVITY / (M1 + M2)
+    assert result.quantities["rope_tension_car_max"].value == pytest.approx(tension, rel=1e-9)
+
+
+def test_the_friction_is_not_that_of_the_weights() -> None:
+    # With the load at rest instead of the tensions, the acceleration would differ by 0.4 %.
+    acceleration, t1, t2 = balance(BACKWARD, 0.0)
+    at_rest = (M1 + M2) * GRAVITY
+    assert abs(t1 + t2 - at_rest) > 1e-3 * at_rest
+    result = solved(lift(effects__shaft_friction=SHAFT))
+    assert result.channels["angular_acceleration"][5] == pytest.approx(acceleration, rel=EPS)
+
+
+def test_a_shaft_breaks_away_at_the_torque_of_its_statics() -> None:
+    data = lift(drive__torque=ramp((0.0, 50.0), (1.0, 150.0)), effects__shaft_friction=SHAFT)
+    result = solved(data)
+    torque = GRAVITY * (R * (M1 - M2) + R_S * (M1 + M2))
+    assert result.quantities["torque_to_lift"].value == pytest.approx(torque, rel=EPS)
+    assert events(result) == [("shaft", STICK, FORWARD)]
+    assert times(result)[0] == pytest.approx((torque - 50.0) / 100.0, abs=1e-12)
+    held = result.time <= times(result)[0]
+    assert np.all(result.channels["angle"][held] == 0.0)
+
+
+@pytest.mark.parametrize("side", ["lift", "hold"])
+def test_the_force_of_the_statics_is_the_limit_of_rest(side: str) -> None:
+    data = lift(drive={"force": 0.0}, effects__shaft_friction=SHAFT)
+    found = pulley.statics(validate(data, SCENARIOS))[f"force_to_{side}"].value
+    assert found is not None
+    way = 1.0 if side == "lift" else -1.0
+    t1, t2 = M1 * GRAVITY, found + M2 * GRAVITY
+    assert way * (t2 - t1) * R == pytest.approx(R_S * (t1 + t2), rel=EPS)
+    for share, mode in ((0.999999, STICK), (1.000001, int(way))):
+        force = found + way * (share - 1.0) * t2
+        result = solved(lift(drive={"force": force}, effects__shaft_friction=SHAFT))
+        assert result.channels["mode"][-1] == mode
+
+
+def test_a_cord_slips_at_the_ratio_of_euler_and_eytelwein_and_keeps_it() -> None:
+    slipping = CORD | {"mu_k": CORD["mu_s"]}
+    locked = {"shaft_radius": 0.2, "mu_s": 1.0, "mu_k": 0.9}
+    data = lift(
+        drive={"force": ramp((0.0, 200.0), (1.0, 1200.0))},
+        effects__shaft_friction=locked,
+        effects__cord_friction=slipping,
+    )
+    result = solved(data)
+    ratio = exp(0.12 * pi)
+    assert result.quantities["tension_ratio_allowed"].value == pytest.approx(ratio, rel=EPS)
+    assert events(result) == [("cord", STICK, FORWARD)]
+    force = ratio * M1 * GRAVITY - M2 * GRAVITY
+    assert result.quantities["force_to_lift"].value == pytest.approx(force, rel=EPS)
+    start = (force - 200.0) / 1000.0
+    assert times(result)[0] == pytest.approx(start, abs=1e-12)
+    channels, slips = result.channels, result.time > start
+    found = channels["rope_tension_counterweight"][slips] / channels["rope_tension_car"][slips]
+    assert found == pytest.approx(ratio, rel=EPS)
+    # Until the end of the ramp (m2 + E m1) x'' = m2 P' t E/(...) grows with the time from start.
+    t = result.time[slips & (result.time <= 1.0)] - start
+    jerk = 1000.0 / (M2 + ratio * M1)
+    assert channels["cord_slip"][slips & (result.time <= 1.0)] == pytest.approx(
+        jerk * t**3 / 6.0, abs=1e-11
+    )
+    assert np.all(channels["angle"] == 0.0)
+    assert result.quantities["cord_slip_max"].value == channels["cord_slip"][-1]
+
+
+def test_a_cord_that_slips_turns_by_its_kinetic_ratio() -> None:
+    data = lift(drive__torque=600.0, effects__cord_friction=CORD, effects__shaft_friction=SHAFT)
+    result = solved(data)
+    assert events(result) == [("shaft", STICK, FORWARD), ("cord", STICK, BACKWARD)]
+    ratio = exp(-0.1 * pi)
+    t1 = 2.0 * GRAVITY * M1 * M2 / (M2 + ratio * M1)
+    channels = result.channels
+    assert channels["rope_tension_car"][1:] == pytest.approx(t1, rel=EPS)
+    assert channels["car_acceleration"][1:] == pytest.approx(t1 / M1 - GRAVITY, rel=1e-11)
+    turning = ((ratio - 1.0) * t1 * R + 600.0 - R_K * (1.0 + ratio) * t1) / INERTIA
+    assert channels["angular_acceleration"][1:] == pytest.approx(turning, rel=EPS)
+
+
+def test_two_contacts_that_reach_their_limits_together_do_not_chatter() -> None:
+    # (r + r_s)/(r - r_s) = exp(mu phi) at the same force; sliding, the shaft needs less.
+    mu = log((R + R_S) / (R - R_S)) / pi
+    for kinetic in (1.0, 0.7):
+        data = lift(
+            drive={"force": ramp((0.0, 200.0), (1.0, 1200.0))},
+            effects__shaft_friction=SHAFT | {"mu_k": 0.3 * kinetic},
+            effects__cord_friction={"mu_s": mu, "mu_k": mu * kinetic},
+        )
+        result = solved(data)
+        start = ((R + R_S) / (R - R_S) * M1 * GRAVITY - M2 * GRAVITY - 200.0) / 1000.0
+        assert times(result)[0] == pytest.approx(start, abs=1e-9)
+        assert len(result.transitions) <= 2
+        assert FORWARD in (result.channels["mode"][-1], result.channels["cord_mode"][-1])
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        (
+            {
+                "drive__torque": ramp((0.0, 0.0), (1.0, 40.0)),
+                "effects__shaft_friction": SHAFT,
+                "effects__cord_friction": {"mu_s": 0.05, "mu_k": 0.02},
+            },
+            [("shaft", STICK, FORWARD), ("cord", STICK, BACKWARD)],
+        ),
+        (
+            {"drive": {"force": ramp((0.0, 50.0), (0.8, 0.0), (1.2, -100.0))}},
+            [
+                ("car_rope", TAUT, SLACK),
+                ("counterweight_rope", TAUT, SLACK),
+                ("car_rope", SLACK, TAUT),
+            ],
+        ),
+    ],
+    ids=["from rest", "moving"],
+)
+def test_a_load_that_vanishes_at_one_instant_is_no_chattering(
+    changes: Scenario, expected: list[tuple[str, int, int]]
+) -> None:
+    # Without weight all limits are zero where the drive is: every contact is at its limit.
+    result = solved(lift(effects__hanging_masses__g=0.0, **changes))
+    assert events(result) == expected
+    assert len(set(times(result))) == 1
+
+
+def impact_speeds(
+    w: float, car: float, restitution: float, other: float = 0.0
+) -> tuple[float, float]:
+    """Return the speeds of pulley and car after the impact, from two equations."""
+    inertia = INERTIA + other * R * R
+    matrix = [[inertia, R * M1], [-R, 1.0]]  # momentum about the axis; rate of the gap
+    known = [inertia * w + R * M1 * car, -restitution * (car - R * w)]
+    found = np.linalg.solve(matrix, known)
+    return float(found[0]), float(found[1])
+
+
+def gap_of_polynomials(torque: Scenario, start: float) -> tuple[Any, Any, Any]:
+    """Return rate of the pulley, rate of the car and gap after `start`, as sums of polynomials.
+
+    Until then the cord is taut; the torque is given by points at 0, 1, 2 s.
+    """
+    a = np.polyfit(torque["time"][:2], torque["value"][:2], 1)
+    b = np.polyfit(torque["time"][1:], torque["value"][1:], 1)
+    taut = np.polyint(np.polysub(a, [M1 * GRAVITY * R]) / (INERTIA + M1 * R * R))
+    w0 = np.polyval(taut, start)
+
+    def spin(t: float) -> float:
+        first = np.polyint(a / INERTIA)
+        until = min(t, 1.0)
+        found = w0 + np.polyval(first, until) - np.polyval(first, start)
+        if t > 1.0:
+            second = np.polyint(b / INERTIA)
+            found += np.polyval(second, t) - np.polyval(second, 1.0)
+        return float(found)
+
+    def turned(t: float) -> float:  # Gauss's rule is exact for these cubics
+        ends = [start, min(t, 1.0)] if t <= 1.0 else [start, 1.0, t]
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        return sum(
+            0.5
+            * (y - x)
+            * float(weights @ [spin(0.5 * (x + y) + 0.5 * (y - x) * z) for z in nodes])
+            for x, y in pairwise(ends)
+        )
+
+    def gap(t: float) -> float:
+        free = R * w0 * (t - start) - 0.5 * GRAVITY * (t - start) ** 2
+        return free - R * turned(t)
+
+    return spin, lambda t: R * w0 - GRAVITY * (t - start), gap
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_slack_begins_and_ends_when_polynomials_say_so(restitution: float) -> None:
+    torque = ramp((0.0, 600.0), (1.0, -400.0), (2.0, 1600.0))
+    data = lift(
+        drive__torque=torque,
+        effects__hanging_masses__counterweight=0.0,
+        effects__hanging_masses__restitution=restitution,
+    )
+    result = solved(data)
+    # T1 = m1 (g + r w') = 0, with w' = (tau - m1 g r)/(I + m1 r^2) taut.
+    start = (600.0 + GRAVITY * INERTIA / R) / 1000.0
+    assert events(result)[0] == ("car_rope", TAUT, SLACK)
+    assert times(result)[0] == pytest.approx(start, abs=1e-11)
+    spin, car, gap = gap_of_polynomials(torque, start)
+    end = times(result)[1]
+    assert abs(gap(end)) < 1e-10
+    assert all(gap(t) > 0.0 for t in np.linspace(start + 1e-3, end - 1e-6, 50))
+    slack = (result.time > start) & (result.time < end)
+    assert result.channels["rope_tension_car"][slack] == pytest.approx(0.0, abs=1e-12)
+    before = spin(end), car(end)
+    assert result.sides["angular_velocity_before"][1] == pytest.approx(before[0], rel=1e-10)
+    after = impact_speeds(*before, restitution)
+    assert result.sides["angular_velocity_after"][1] == pytest.approx(after[0], rel=1e-10)
+    assert result.sides["car_velocity_after"][1] == pytest.approx(after[1], rel=1e-10)
+    assert events(result)[1] == ("car_rope", SLACK, SLACK if restitution else TAUT)
+    lost = energy(before) - energy(after)
+    at_end = np.searchsorted(result.time, end)
+    found = result.channels["energy_impact"]
+    assert found[at_end] - found[at_end - 1] == pytest.approx(lost, rel=1e-9)
+
+
+def energy(speeds: tuple[float, float]) -> float:
+    return 0.5 * (INERTIA * speeds[0] ** 2 + M1 * speeds[1] ** 2)
+
+
+def test_an_impact_with_the_other_side_taut_carries_its_mass_along() -> None:
+    points = ((0.0, 90.0), (1.0, 300.0), (2.0, 300.0), (2.05, -900.0), (2.5, -900.0), (2.6, 90.0))
+    data = lift(
+        mechanism__load=100.0,
+        effects__hanging_masses__rope=10.0,
+        drive__torque=ramp(*points),
+        effects__shaft_friction=SHAFT,
+        solver__duration=4.0,
+    )
+    result = solved(data)
+    number = events(result).index(("counterweight_rope", SLACK, TAUT))
+    assert result.sides["slack_before"][number] == 2  # the car's side is taut
+    assert result.sides["slack_after"][number] == 0
+    w, x2 = (
+        float(result.sides[f"{name}_before"][number])
+        for name in ("angular_velocity", "counterweight_velocity")
+    )
+    m1, m2 = M1 + 5.0, M2 + 5.0
+    # Euler's equation with the impulses of both ropes, J2 = m2 dx2 and J1 = m1 r dw, and friction
+    # against w < 0 in proportion to their sum; and the rate of the gap x2 + r theta.
+    assert w < 0.0
+    matrix = [[INERTIA + m1 * R * (R - R_K), -m2 * (R + R_K)], [R, 1.0]]
+    after = np.linalg.solve(matrix, [np.dot(matrix[0], [w, x2]), 0.0])
+    assert after[0] < 0.0
+    assert result.sides["angular_velocity_after"][number] == pytest.approx(after[0], rel=1e-12)
+    assert result.sides["counterweight_velocity_after"][number] == pytest.approx(
+        after[1], rel=1e-12
+    )
+
+
+def test_bounces_end_below_the_capture_speed() -> None:
+    data = lift(
+        drive__torque=ramp((0.0, 600.0), (1.0, -400.0), (1.2, 300.0)),
+        effects__hanging_masses__counterweight=0.0,
+        effects__hanging_masses__restitution=0.5,
+        effects__hanging_masses__capture_speed=0.01,
+        solver__duration=4.0,
+    )
+    result = solved(data)
+    taken = [i for i, e in enumerate(result.transitions) if e.mode_from == SLACK]
+    rates = [
+        float(
+            result.sides["car_velocity_before"][i] - R * result.sides["angular_velocity_before"][i]
+        )
+        for i in taken
+    ]
+    assert len(taken) > 4
+    assert all(rate < -0.01 for rate in rates[:-1])
+    assert -0.01 < rates[-1] < 0.0
+    assert result.transitions[taken[-1]].mode_to == TAUT
+
+
+def mirrored(data: Scenario) -> Scenario:
+    masses = data["effects"]["hanging_masses"]
+    torque = data["drive"]["torque"]
+    return data | {
+        "drive": {"torque": torque | {"value": [-value for value in torque["value"]]}},
+        "effects": data["effects"]
+        | {
+            "hanging_masses": masses
+            | {"car": masses["counterweight"], "counterweight": masses["car"]}
+        },
+    }
+
+
+@pytest.mark.parametrize("cord", [None, CORD])
+def test_the_mirrored_pulley_moves_the_other_way(cord: Scenario | None) -> None:
+    torque = ramp((0.0, 20.0), (0.4, 600.0), (0.8, -900.0), (1.2, 100.0))
+    data = lift(drive__torque=torque, effects__shaft_friction=SHAFT, effects__cord_friction=cord)
+    one, other = solved(data), solved(mirrored(data))
+    assert times(one) == pytest.approx(times(other), abs=1e-11)
+    other_side = {"car_rope": "counterweight_rope", "counterweight_rope": "car_rope"}
+    assert [
+        (other_side.get(c, c), *((a, b) if c in other_side else (-a, -b)))
+        for c, a, b in events(one)
+    ] == events(other)
+    assert len(events(one)) >= 3
+    scale = float(np.max(np.abs(one.channels["angle"])))
+    assert one.channels["angle"] == pytest.approx(-other.channels["angle"], abs=1e-10 * scale)
+    assert one.channels["rope_tension_car"] == pytest.approx(
+        other.channels["rope_tension_counterweight"], abs=1e-7
+    )
+
+
+def test_sticking_is_exact_in_both_contacts() -> None:
+    data = lift(
+        drive__torque=ramp((0.0, 70.0), (0.3, 250.0), (0.6, -600.0), (1.0, 70.0)),
+        effects__shaft_friction=SHAFT,
+        effects__cord_friction=CORD,
+        effects__viscous_damping={"coefficient": 3.0},
+        solver__duration=6.0,
+    )
+    result = solved(data)
+    channels = result.channels
+    for mode, position in (("mode", "angle"), ("cord_mode", "cord_slip")):
+        sticks = channels[mode] == STICK
+        both = sticks[1:] & sticks[:-1]
+        assert both.sum() > 5
+        assert np.all(np.diff(channels[position])[both] == 0.0)
+    assert {c for c, _, _ in events(result)} == {"shaft", "cord"}
+
+
+def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
+    load, arm = 200.0, 0.25
+    data: Scenario = {
+        "kind": "pulley",
+        "mechanism": {"cord_radius": arm, "inertia": 2.0, "load": load},
+        "drive": {"torque": ramp((0.0, 48.0), (1.0, 88.0))},
+        "effects": {"shaft_friction": SHAFT},
+        "solver": {"duration": 1.0},
+    }
+    result = solved(data)
+    limit = load * (arm + R_S)
+    assert result.quantities["torque_to_lift"].value == pytest.approx(limit, rel=EPS)
+    assert times(result) == [pytest.approx((limit - 48.0) / 40.0, abs=1e-12)]
+    work = result.channels["energy_input"][-1]
+    assert work > 0.0
+    assert np.all(result.channels["shaft_reaction"] == load)
+    found = pulley.statics(validate(data, SCENARIOS))
+    assert found["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
+
+
+FAULTS = [
+    (
+        {"drive": {"force": 100.0, "direction": "horizontal"}},
+        "drive.direction: masses hang on both sides of the pulley: with hanging_masses it is"
+        " vertical",
+    ),
+    (
+        {"effects__hanging_masses": None, "effects__cord_friction": CORD},
+        "effects.cord_friction: a cord slips by the tensions of its two sides: add"
+        " [effects.hanging_masses]",
+    ),
+    (
+        {"effects__hanging_masses__counterweight": 0.0, "effects__cord_friction": CORD},
+        "effects.hanging_masses.counterweight: a cord that may slip needs a mass at its other end:"
+        " give counterweight or rope, or leave cord_friction out",
+    ),
+    (
+        {"drive": {"force": ramp((0.0, 10.0), (1.0, -5.0))}, "effects__cord_friction": CORD},
+        "drive.force: it has a minimum of -5 N, and a cord that may slip cannot push: give a force"
+        " that is not negative, or leave cord_friction out",
+    ),
+    (
+        {
+            "drive": {"force": ramp((0.0, 10.0), (1.0, -5.0))},
+            "effects__hanging_masses__counterweight": 0.0,
+        },
+        "drive.force: it has a minimum of -5 N, and the end of a cord without mass cannot push:"
+        " give a force that is not negative, or a counterweight",
+    ),
+    (
+        {"effects__shaft_friction": SHAFT | {"law": "regularised"}},
+        "effects.shaft_friction.law: 'regularised' does not go with hanging_masses, whose slip and"
+        " slack are located events: use law = 'set-valued'",
+    ),
+    (
+        {"solver__backend": "rkf45"},
+        "solver.backend: 'rkf45' does not support a pulley with hanging_masses; use one of: events"
+        " (--set solver.backend=events)",
+    ),
+    (
+        {"solver__step": 0.1},
+        "solver.step: 'events' chooses its steps by the tolerances; remove step, or use max_step",
+    ),
+    (
+        {"drive": {"force": 1.0, "torque": 1.0}},
+        "drive: expected either force or torque; found both",
+    ),
+    (
+        {"drive": {"torque": 5.0, "direction": "horizontal"}, "effects__hanging_masses": None},
+        "drive.direction: it is the direction of force, and the drive is a torque; remove this key",
+    ),
+    ({"drive": {}}, "drive: expected either force or torque; found neither"),
+    (
+        {"effects__cord_friction": CORD | {"mu_k": 0.5}},
+        "effects.cord_friction.mu_k: 0.5 is above mu_s = 0.12; kinetic friction must not exceed"
+        " static friction, so give 0 <= mu_k <= mu_s",
+    ),
+    (
+        {"effects__cord_friction": CORD | {"wrap_deg": 1e6}},
+        "effects.cord_friction.wrap_deg: the ratio of tensions exp(mu_s wrap) exceeds exp(100):"
+        " such a cord never slips; leave cord_friction out",
+    ),
+    (
+        {"effects__shaft_friction": {"shaft_radius": 1.0, "mu_s": 1.0, "mu_k": 1.0}},
+        "effects.shaft_friction.shaft_radius: the kinetic friction radius 0.707107 m is so far"
+        " above cord_radius = 0.25 m that the car of 100 kg would turn the pulley backward by"
+        " accelerating it: the equations have no unique solution; give a thinner shaft",
+    ),
+    (
+        {"effects__hanging_masses__restitution": 1.0},
+        "effects.hanging_masses.restitution: expected a number below 1, got 1.0",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), FAULTS)
+def test_what_does_not_go_together_is_one_sentence(changes: Scenario, message: str) -> None:
+    with pytest.raises(ValidationFailure) as failure:
+        validate(lift(**changes), SCENARIOS)
+    assert failure.value.lines() == [message]
+
+
+def test_slack_is_a_warning() -> None:
+    data = lift(
+        drive__torque=ramp((0.0, 600.0), (1.0, -400.0), (2.0, 1600.0)),
+        effects__hanging_masses__counterweight=0.0,
+    )
+    result: RunResult = solved(data)
+    assert result.warnings == (
+        "the rope of the car falls slack once, at 0.67848 s; where it is taken up, the impact is"
+        " that of a rigid rope: its force has no value, and the energy lost depends on restitution",
+    )
+
+
+def test_slack_of_both_ropes_is_a_warning_of_each() -> None:
+    points = ((0.0, 0.0), (0.3, 900.0), (0.5, -900.0), (0.9, 900.0), (1.4, -900.0), (2.0, 0.0))
+    result: RunResult = solved(lift(drive__torque=ramp(*points), output__interval=0.02))
+    taken = {
+        name: [e.time for e in result.transitions if e.contact == name and e.mode_from == TAUT]
+        for name in ("car_rope", "counterweight_rope")
+    }
+    assert [len(times) for times in taken.values()] == [3, 2]
+    assert [text.partition(";")[0] for text in result.warnings if "slack" in text] == [
+        f"the rope of the car falls slack 3 times, first at {taken['car_rope'][0]:.6g} s",
+        "the rope of the counterweight falls slack 2 times, first at"
+        f" {taken['counterweight_rope'][0]:.6g} s",
+    ]

@@ -1,0 +1,213 @@
+"""Kind `shaft` against two independent programs: located integration, and closed forms."""
+
+from math import radians
+from typing import Any
+
+import pytest
+
+from tests.support.problems import cases
+from tests.support.scenarios import Scenario, changed, simulate, with_method
+from tests.support.shaft_reference import solution
+from tests.support.shaft_reference_closed import closed_form
+from tests.support.shaft_scenes import (
+    delayed,
+    drawn,
+    in_units,
+    mirrored,
+    ramp,
+    scene,
+    sine,
+    step,
+    turned,
+)
+
+TIME, ANGLE = 1e-9, 1e-8  # s, rad, at rtol 1e-11
+CASES = {case["name"]: case for case in cases("shaft")}
+THROUGH_THE_AXIS = {"point": [0.0, 0.0]}
+
+
+def seen(data: Scenario) -> tuple[list[tuple[float, int, int, float]], list[float]]:
+    """Return the transitions and the final state of a run that passes its audit."""
+    done = simulate(data)
+    assert (done.status, done.reason) == ("done", "")
+    assert {name: check for name, check in done.checks.items() if not check.ok} == {}
+    final = [float(done.channels[name][-1]) for name in ("angle", "angular_velocity")]
+    return [(e.time, e.mode_from, e.mode_to, e.position) for e in done.transitions], final
+
+
+def assert_same(
+    found: Any, expected: Any, time: float = TIME, angle: float = ANGLE, size: float = 1.0
+) -> None:
+    """Compare transitions and final states; `size` is that of the velocity."""
+    (events, final), (wanted, wanted_final) = found, expected
+    assert [list(e[1:3]) for e in events] == [list(e[1:3]) for e in wanted]
+    for one, other in zip(events, wanted, strict=True):
+        assert one[0] == pytest.approx(other[0], abs=time)
+        assert one[3] == pytest.approx(other[3], abs=angle)
+    assert final[0] == pytest.approx(wanted_final[0], abs=angle)
+    assert final[1] == pytest.approx(wanted_final[1], rel=angle, abs=10.0 * angle * size)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_drawn_scene_gives_the_reference(name: str) -> None:
+    case = CASES[name]
+    assert case["event_count"] == len(case["events"])
+    assert_same(seen(case["scenario"]), (case["events"], case["final"]))
+
+
+@pytest.mark.parametrize("number", [0, 11, 12, 33, 14, 15, 16, 18])
+def test_the_stored_scenes_are_those_of_the_independent_program(number: int) -> None:
+    name, data = drawn(number)
+    found = solution(data)
+    case = CASES[name]
+    assert case["scenario"] == data
+    assert_same((found["events"], found["final"]), (case["events"], case["final"]), 1e-12, 1e-11)
+
+
+CLOSED_FORMS = {
+    "a ramp of torque, up and down": scene(
+        [{"size": 100.0, "direction": [0.0, -1.0], **THROUGH_THE_AXIS}],
+        [ramp(0.0, 0.0, 0.4, 2.0, 0.7, -1.0, 1.0, 0.0)],
+    ),
+    "a load that reverses twice": scene(
+        [{"size": ramp(0.0, -20.0, 0.5, 30.0, 1.0, -60.0), "direction": [0.6, -0.8],
+          "cord_radius": 0.03}],
+        [0.1], effects={"viscous_damping": {"coefficient": 0.2}},
+    ),
+    "a resultant that vanishes while it rests": scene(
+        [{"size": 100.0, "direction": [0.6, 0.8], **THROUGH_THE_AXIS},
+         {"size": ramp(0.0, 0.0, 1.0, 200.0), "direction": [-0.6, -0.8], **THROUGH_THE_AXIS}],
+        [0.3], mechanism={"initial_angular_velocity": -3.0},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
+    expected = closed_form(CLOSED_FORMS[name])
+    assert expected["events"]
+    assert_same(
+        seen(CLOSED_FORMS[name]), (expected["events"], expected["final"]), time=1e-11, angle=1e-11
+    )
+
+
+def resultant_that_vanishes(times: float) -> Scenario:
+    """Return a scene that slides while two opposite forces balance so often in a second."""
+    return scene(
+        [{"size": 900.0, "direction": [0.3, 1.0], **THROUGH_THE_AXIS},
+         {"size": sine(900.0, 700.0, 0.5 * times), "direction": [-0.3, -1.0], **THROUGH_THE_AXIS}],
+        [3.0], mechanism={"inertia": 0.02, "initial_angular_velocity": 20.0},
+        effects={"viscous_damping": {"coefficient": 0.05}},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_friction_of_a_load_that_passes_zero_is_accurate(backend: str) -> None:
+    """The size of the load has a corner there; no step goes across it."""
+    data = resultant_that_vanishes(20.0)
+    found = solution(data)
+    # Without it, the error of the angle is 3e-8 rad.
+    assert_same(
+        seen(with_method(data, "set-valued", backend)), (found["events"], found["final"]),
+        angle=1e-9,
+    )  # fmt: skip
+
+
+CHOSEN = ["any_loads_10", "load_through_zero_51", "resultant_vanishes_12", "tables_16"]
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_rkf45_gives_the_reference_to_its_accuracy(name: str) -> None:
+    case = CASES[name]
+    found = seen(with_method(case["scenario"], "set-valued", "rkf45"))
+    assert_same(found, (case["events"], case["final"]), time=1e-6, angle=1e-5)
+
+
+@pytest.mark.parametrize("name", ["any_loads_10", "load_through_zero_51"])
+@pytest.mark.parametrize("backend", ["rkf45", "lsoda"])
+def test_the_regularised_law_approaches_the_reference(name: str, backend: str) -> None:
+    case = CASES[name]
+    errors = []
+    for speed in (1e-2, 1e-3):
+        data = with_method(case["scenario"], "regularised", backend)
+        data["effects"]["shaft_friction"]["transition_speed"] = speed
+        done = simulate(changed(data, solver__rtol=1e-8))
+        assert done.status == "done"
+        errors.append(abs(float(done.channels["angle"][-1]) - case["final"][0]))
+    assert errors[1] < 0.2 * errors[0]
+    assert errors[1] < 1e-3
+
+
+def test_the_published_law_agrees_while_it_slides_one_way() -> None:
+    """Eq 30 differs where the body comes to rest, and not before."""
+    data = scene(
+        [{"size": 100.0, "direction": [0.0, -1.0], "cord_radius": 0.1}],
+        [sine(1.0, 0.5, 3.0)], mechanism={"mass": 2.0}, effects={"gravity": {"g": 9.81}},
+    )  # fmt: skip
+    law = simulate(with_method(data, "published", "rkf45"))
+    done = simulate(data)
+    assert law.status == "done"
+    assert law.channels["angle"][-1] == pytest.approx(done.channels["angle"][-1], abs=1e-9)
+
+
+VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "narrow_peak_15"]
+
+
+@pytest.mark.parametrize("name", VIEWED)
+def test_a_scene_in_a_mirror_moves_as_in_a_mirror(name: str) -> None:
+    data = CASES[name]["scenario"]
+    events, final = seen(data)
+    expected = [(t, -a, -b, -q) for t, a, b, q in events], [-value for value in final]
+    assert_same(seen(mirrored(data)), expected, time=1e-11, angle=1e-10)
+
+
+@pytest.mark.parametrize("name", VIEWED)
+def test_the_unit_of_mass_and_length_does_not_matter(name: str) -> None:
+    """Powers of two change no digit: with the same unit of energy, every step is the same."""
+    data = CASES[name]["scenario"]
+    found = seen(data)
+    assert seen(in_units(data, 2.0**20, 2.0**-10, 1.0)) == found
+    assert_same(seen(in_units(data, 1e6, 1e2, 1.0)), found, 1e-10, 1e-9)
+
+
+@pytest.mark.parametrize(("name", "unit"), [(VIEWED[0], 1e3), (VIEWED[2], 1e-3)])
+def test_the_unit_of_time_does_not_matter(name: str, unit: float) -> None:
+    data = CASES[name]["scenario"]
+    (events, final), found = seen(data), seen(in_units(data, 1.0, 1.0, unit))
+    expected = [(t * unit, *rest) for t, *rest in events], [final[0], final[1] / unit]
+    assert_same(found, expected, 1e-9 * unit, 1e-8, size=1.0 / unit)
+
+
+@pytest.mark.parametrize("name", VIEWED)
+def test_the_directions_of_the_picture_do_not_matter(name: str) -> None:
+    data = changed(CASES[name]["scenario"], effects__gravity=None)
+    assert_same(seen(turned(data, 73.0)), seen(data), 1e-11, 1e-10)
+
+
+def test_a_later_start_of_all_signals_moves_all_events() -> None:
+    data = scene(
+        [{"size": step(80.0, 20.0, 0.1, 0.7), "direction": [0.0, -1.0], "point": [0.004, 0.0]},
+         {"size": ramp(0.0, 0.0, 0.5, 40.0), "direction": [1.0, 0.0], "point": [0.0, 0.1]}],
+        [ramp(0.0, 0.0, 0.3, 1.2, 0.6, -1.0)], effects={"torsion_spring": {"stiffness": 2.0}},
+    )  # fmt: skip
+    (events, final), found = seen(data), seen(delayed(data, 0.25))
+    assert len(events) > 1
+    assert_same(found, ([(t + 0.25, *rest) for t, *rest in events], final), 1e-11, 1e-10)
+
+
+@pytest.mark.parametrize("start", [15.0, -20.0])
+@pytest.mark.parametrize("velocity", [2.0, -2.0])
+def test_a_kink_over_angle_is_passed_both_ways_and_started_on(
+    start: float, velocity: float
+) -> None:
+    over_angle = {"angle_deg": [-20.0, 15.0], "value": [30.0, -30.0]}
+    data = scene(
+        [{"size": over_angle, "direction": [0.0, 1.0], "point": [0.1, 0.0]},
+         {"size": 20.0, "direction": [1.0, 0.0], **THROUGH_THE_AXIS}],
+        [], mechanism={"initial_angle_deg": start, "initial_angular_velocity": velocity},
+    )  # fmt: skip
+    found = solution(data)
+    assert len(found["events"]) > 1
+    assert_same(seen(data), (found["events"], found["final"]))
+    angles = [q for *_, q in found["events"]]
+    assert min(angles) < radians(-20.0) or max(angles) > radians(15.0)

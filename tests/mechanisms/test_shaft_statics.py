@@ -1,0 +1,335 @@
+"""Eq 24 of a body on a shaft for one unknown, against references in many digits."""
+
+from collections.abc import Iterator
+from math import nextafter
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+
+import frictionsim as fs
+from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.shaft.statics import breakaway_values
+from tests.support import shaft_balance
+from tests.support.drawn_scenarios import some
+from tests.support.scenarios import Scenario, changed
+
+pytestmark = pytest.mark.quick
+
+DIRECTIONS = {"counter_clockwise": 1, "clockwise": -1}
+TOLERANCE = mpf("1e-12")
+LABELS = {"one", "two", "three", "couple"}
+
+
+@pytest.fixture(autouse=True)
+def many_digits() -> Iterator[None]:
+    with mp.workdps(shaft_balance.DIGITS):
+        yield
+
+
+def solved(data: Scenario) -> Any:
+    """Return the roots of a scenario by name; None if its unknown does not enter eq 24."""
+    try:
+        scenario = fs.load(data)
+    except ScenarioError as error:
+        if "does not enter eq 24" not in str(error):
+            raise
+        return None
+    return breakaway_values(scenario)
+
+
+def found_roots(found: Any) -> list[tuple[float, int]]:
+    """Return the roots at the angle, in ascending order, with their directions."""
+    roots = [
+        (quantity.value, sign)
+        for name, quantity in found.items()
+        for direction, sign in DIRECTIONS.items()
+        if name.removesuffix("_second").removesuffix(direction) != name.removesuffix("_second")
+        and not name.removesuffix("_second").endswith(f"_counter_{direction}")
+        and quantity.value is not None
+    ]
+    return sorted(roots)
+
+
+def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> list[Any]:
+    """Return the wanted roots, with directions, that are not found to the tolerance."""
+
+    def near(x: float, value: Any) -> bool:
+        return abs(x - value) <= TOLERANCE * abs(value)
+
+    return [
+        (value, sign)
+        for value, sign in wanted
+        if not all(
+            any(near(x, value) and s == direction for x, s in found)
+            for direction in ((sign,) if sign else (1, -1))
+        )
+    ]
+
+
+@some(200)
+@given(shaft_balance.scenarios())
+def test_roots_are_those_of_many_digits(data: Scenario) -> None:
+    found = solved(data)
+    if found is None:
+        return
+    roots = found_roots(found)
+    wanted = shaft_balance.roots(data, data["statics"]["angle_deg"])
+    assert misses(roots, wanted) == []
+    assert len(roots) == sum(1 if sign else 2 for _, sign in wanted)
+
+
+def quadratic_size(data: Scenario, value: float, degrees: float) -> Any:
+    """Return the sum of the magnitudes of the terms of eq 24 with a value of the unknown."""
+    without, with_it = (
+        shaft_balance.balance(shaft_balance.placed(data, mpf(x)), degrees) for x in (0, value)
+    )
+    r = shaft_balance.friction_radius(data)
+    sizes = [abs(x) + abs(y - x) for x, y in zip(without, with_it, strict=True)]
+    return sizes[0] ** 2 + r * r * (sizes[1] ** 2 + sizes[2] ** 2)
+
+
+@some(100)
+@given(shaft_balance.scenarios())
+def test_a_root_substituted_gives_eq_24(data: Scenario) -> None:
+    found, degrees = solved(data), data["statics"]["angle_deg"]
+    for value, sign in found_roots(found or {}):
+        excess = shaft_balance.excess(data, mpf(value), degrees)
+        if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
+            size = shaft_balance.balance(data, degrees)[0] ** 2
+        else:
+            size = quadratic_size(data, value, degrees)
+        # A root is rounded to double precision, and eq 24 is of the second degree.
+        assert abs(excess) <= mpf("1e-15") * size
+        moment = shaft_balance.balance(shaft_balance.placed(data, mpf(value)), degrees)[0]
+        assert sign * moment >= -mpf("1e-15") * mpmath.sqrt(size)
+
+
+@some(150)
+@given(shaft_balance.scenarios(), st.data())
+def test_without_a_root_friction_exceeds_the_moment_with_every_value(
+    data: Scenario, drawn: st.DataObject
+) -> None:
+    """And with two roots, it does on one side of each only."""
+    if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
+        return
+    found, degrees = solved(data), data["statics"]["angle_deg"]
+    if found is None:
+        return
+    values = sorted({value for value, _ in found_roots(found)})
+    if len(values) == 2:
+        low, high = map(mpf, values)
+        inside, outside = (low + high) / 2, (2 * low - high, 2 * high - low)
+        rests = shaft_balance.excess(data, inside, degrees) < 0
+        assert all((shaft_balance.excess(data, x, degrees) > 0) == rests for x in outside)
+    if not values:
+        size = mpf(max(abs(force["size"]) for force in data["forces"]) or 1.0)
+        exponents = drawn.draw(st.lists(st.floats(-30.0, 30.0), min_size=8, max_size=8))
+        for exponent in exponents:
+            for sign in (1, -1):
+                value = sign * size * mpf(10) ** exponent
+                assert shaft_balance.excess(data, value, degrees) <= 0
+
+
+def mirrored(data: Scenario) -> Scenario:
+    """Return the scenario seen in a mirror, x -> -x, which exchanges the directions of turning."""
+    found = changed(data, statics__angle_deg=-data["statics"]["angle_deg"])
+    for force in found["forces"]:
+        # Two forces may have the same list.
+        force["direction"] = [-force["direction"][0], force["direction"][1]]
+        if "point" in force:
+            force["point"] = [-force["point"][0], force["point"][1]]
+        else:
+            force["cord_radius"] *= -1
+    for couple in found["couples"]:
+        couple["size"] *= -1
+    effects = found["effects"]
+    if "eccentric_mass" in effects:
+        azimuth = effects["eccentric_mass"]["azimuth_deg"]
+        effects["eccentric_mass"]["azimuth_deg"] = 180.0 - azimuth
+    if "torsion_spring" in effects:
+        effects["torsion_spring"]["free_angle_deg"] *= -1
+    return found
+
+
+# These turn the other way in a mirror; a size, a distance or a coefficient is the same.
+REVERSED = ("couple.size", "cord_radius", "free_angle_deg")
+
+
+@some(100)
+@given(shaft_balance.scenarios())
+def test_a_mirror_exchanges_the_directions(data: Scenario) -> None:
+    found, seen = solved(data), solved(mirrored(data))
+    assert (found is None) == (seen is None)
+    side = -1 if data["statics"]["unknown"].endswith(REVERSED) else 1
+    there = [(side * value, -sign) for value, sign in found_roots(seen or {})]
+    here = found_roots(found or {})
+    assert len(here) == len(there)
+    assert misses([(float(x), s) for x, s in here], [(mpf(x), s) for x, s in there]) == []
+
+
+# --- degenerate cases
+
+
+def crank(**changes: Any) -> Scenario:
+    """Return a body with a load on a cord of radius 0.5 m and an effort on one of 1 m.
+
+    The friction radius is 0.3 m: 0.5 m x 0.75/1.25, all of them exact.
+    """
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "forces": [
+            {"name": "load", "size": 8.0, "direction": [0.0, -1.0], "cord_radius": -0.5},
+            {"name": "effort", "size": 1.0, "direction": [0.0, -1.0], "cord_radius": 1.0},
+        ],
+        "couples": [{"name": "motor", "size": 0.0}],
+        "effects": {"shaft_friction": {"shaft_radius": 0.25, "mu_s": 0.75, "mu_k": 0.0}},
+        "statics": {"unknown": "forces.effort.size"},
+    }
+    return changed(data, **changes)
+
+
+def of(data: Scenario) -> dict[str, float | None]:
+    return {name: quantity.value for name, quantity in breakaway_values(fs.load(data)).items()}
+
+
+def with_effort(**keys: Any) -> Scenario:
+    data = crank()
+    data["forces"][1] |= keys
+    return data
+
+
+def test_a_crank_by_hand() -> None:
+    # 1 x - 0.5 8 = +-0.15 (x + 8)
+    assert of(crank()) == {
+        "effort_counter_clockwise": pytest.approx(5.2 / 0.85, rel=1e-15),
+        "effort_clockwise": pytest.approx(2.8 / 1.15, rel=1e-15),
+    }
+
+
+def test_an_arm_as_large_as_the_friction_radius_leaves_one_root() -> None:
+    """x r_s - 4 = -r_s (x + 8): a linear equation; that of the other sign has no root."""
+    data = with_effort(cord_radius=0.15)
+    data["effects"]["shaft_friction"]["shaft_radius"] = 0.25
+    radius = mpf("0.25") * mpf("0.75") / mpf("1.25")
+    assert of(data) == {
+        "effort_counter_clockwise": None,
+        "effort_clockwise": pytest.approx(float((4 - 8 * radius) / (2 * radius)), rel=1e-14),
+    }
+
+
+@pytest.mark.parametrize(("down", "up"), [([0.0, -1.0], [0.0, 1.0]), ([1.0, 0.0], [-1.0, 0.0])])
+def test_an_arm_below_the_friction_radius_leaves_two_roots_of_one_direction(
+    down: list[float], up: list[float]
+) -> None:
+    """A light effort holds the load, a heavy one in the shaft is held by its own friction."""
+    data = with_effort(cord_radius=-0.1, direction=up)
+    data["forces"][0]["direction"] = down
+    found = of(data)
+    # 4 + 0.1 x = 0.15 |x - 8|, clockwise: x = -56 or 104/... by hand
+    assert found == {
+        "effort_counter_clockwise": None,
+        "effort_clockwise": pytest.approx(-2.8 / 0.25, rel=1e-14),
+        "effort_clockwise_second": pytest.approx(5.2 / 0.05, rel=1e-14),
+    }
+
+
+def test_a_force_through_the_axis_may_leave_no_root() -> None:
+    """Its moment vanishes, and a load on the axis is held by any friction."""
+    data = with_effort(cord_radius=0.0, direction=[1.0, 0.0])
+    data["forces"][0]["cord_radius"] = -0.1
+    assert of(data) == {"effort_counter_clockwise": None, "effort_clockwise": None}
+    assert fs.static(fs.load(data)).notes[:2] == (
+        "at 0 deg and 0 s, the body rests",
+        "at 0 deg, no forces.effort.size makes the body move: the friction exceeds the moment with"
+        " any",
+    )
+
+
+def test_where_load_and_moment_vanish_together_both_directions_have_the_root() -> None:
+    data = with_effort(cord_radius=0.5, direction=[0.0, 1.0])
+    assert of(data) == {"effort_counter_clockwise": 8.0, "effort_clockwise": 8.0}
+
+
+def test_a_double_root_is_one() -> None:
+    """The couple of 0.75 N m is the limit 0.15 m x 5 N: an effort across the load adds to that.
+
+    A rounding of the load, of 2e-16, moves the two roots apart by its square root. Therefore the
+    discriminant counts as zero only within the square of a rounding.
+    """
+    data = with_effort(cord_radius=0.0, direction=[1.0, 0.0])
+    load = data["forces"][0]
+    load["cord_radius"], data["couples"][0]["size"] = 0.0, 0.75
+    load["size"] = 5.0
+    assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": None}
+    load["size"] = nextafter(5.0, 0.0)
+    root = float(mpmath.sqrt(25 - mpf(load["size"]) ** 2))  # 0.75^2 = 0.15^2 (load^2 + x^2)
+    assert of(data) == {
+        "effort_counter_clockwise": pytest.approx(-root, rel=1e-15),
+        "effort_counter_clockwise_second": pytest.approx(root, rel=1e-15),
+        "effort_clockwise": None,
+    }
+    load["size"] = nextafter(5.0, 6.0)
+    assert of(data) == {"effort_counter_clockwise": None, "effort_clockwise": None}
+
+
+def test_every_value_may_be_a_root() -> None:
+    data = with_effort(cord_radius=0.15)
+    data["effects"]["shaft_friction"]["shaft_radius"] = 0.25
+    data["forces"][0]["size"] = 0.0
+    scenario = fs.load(data)
+    assert {q.value for q in breakaway_values(scenario).values()} == {None}
+    assert fs.static(scenario).notes[1] == (
+        "at 0 deg, the body is about to move with every forces.effort.size"
+    )
+
+
+def test_a_body_without_friction_is_balanced_in_both_directions() -> None:
+    data = crank(effects={})
+    assert of(data) == {"effort_counter_clockwise": 4.0, "effort_clockwise": 4.0}
+
+
+@pytest.mark.parametrize("mu", [1e-3, 1e-9, 1e-30, 1e-300])
+def test_roots_tend_to_the_balance_without_friction(mu: float) -> None:
+    data = crank()
+    data["effects"]["shaft_friction"]["mu_s"] = mu
+    high, low = of(data).values()
+    assert high == pytest.approx(4.0, rel=mu)  # r (4 + 8)/4 = 0.75 mu
+    assert low == pytest.approx(4.0, rel=mu)
+
+
+def test_loads_that_cancel_leave_no_rounding_in_a_root() -> None:
+    """0.1 N at 0.3 m against 0.03 N at 1 m: 1e-18 N m, of which double precision has no digit."""
+    data = crank(effects={})
+    data["forces"] = [
+        {"name": "one", "size": 0.1, "direction": [0.0, 1.0], "cord_radius": 0.3},
+        {"name": "two", "size": 0.03, "direction": [0.0, 1.0], "cord_radius": -1.0},
+    ]
+    data["statics"]["unknown"] = "couples.motor.size"
+    exact = float(mpf(0.03) - mpf(0.1) * mpf(0.3))
+    assert abs(exact) < 1e-17
+    assert of(data) == {"motor_counter_clockwise": exact, "motor_clockwise": exact}
+
+
+def test_an_arm_vanishes_exactly_at_a_quarter_turn() -> None:
+    data = crank(statics__angle_deg=90.0, effects={})
+    data["forces"][1] = {
+        "name": "effort", "size": 1.0, "direction": [0.0, 1.0], "point": [1.0, 0.0],
+    }  # fmt: skip
+    with pytest.raises(ScenarioError, match="does not enter eq 24 at 90 deg and 0 s"):
+        fs.load(data)
+
+
+def test_roots_that_are_zero_are_no_rounding() -> None:
+    """The load is above the axis, where cosine and sine of 45 deg differ by a rounding."""
+    data = crank(statics__angle_deg=45.0)
+    data["forces"] = [
+        {"name": "load", "size": 8.0, "direction": [0.0, -1.0], "point": [0.5, 0.5]},
+        {"name": "effort", "size": 1.0, "direction": [0.0, -1.0], "cord_radius": 1.0},
+    ]
+    data["effects"] = {}
+    assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": 0.0}

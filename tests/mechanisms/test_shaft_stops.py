@@ -1,0 +1,196 @@
+"""The effect `end_stops` of a body on a shaft: keys, channels, audit, warnings."""
+
+from math import radians, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionsim.results import Check
+from frictionsim.scenario.loading import load
+from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.simulation.audit import audit
+from frictionsim.simulation.simulate import run
+from frictionsim.simulation.single_dof import SingleDofSimulation
+from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate
+from tests.support.stopped_bodies import stopped, with_friction
+
+OF_EFFECT = {"stop_torque", "energy_impact"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "message"),
+    [
+        (
+            {"effects__end_stops": {"restitution": 0.5}},
+            "effects.end_stops",
+            "expected lowest_angle_deg or highest_angle_deg, or both; found neither",
+        ),
+        (
+            {"effects__end_stops__lowest_angle_deg": 60.0},
+            "effects.end_stops.lowest_angle_deg",
+            "60.0 is not below highest_angle_deg = 60.0; the body turns between them",
+        ),
+        (
+            {"mechanism__initial_angle_deg": 60.1},
+            "mechanism.initial_angle_deg",
+            "60.1 is beyond the end stop effects.end_stops.highest_angle_deg = 60.0; start between"
+            " the stops, or at one of them",
+        ),
+        (
+            {"mechanism__initial_angle_deg": -51.0},
+            "mechanism.initial_angle_deg",
+            "-51.0 is beyond the end stop effects.end_stops.lowest_angle_deg = -50.0; start"
+            " between the stops, or at one of them",
+        ),
+        (
+            {"effects__end_stops__restitution": 1.0},
+            "effects.end_stops.restitution",
+            "expected a number below 1, got 1.0",
+        ),
+        (
+            {"effects__end_stops__restitution": 1.0 - 1e-10},
+            "effects.end_stops.restitution",
+            "expected a number of at most 1 - 1e-9, got 0.9999999999: rounding hides the loss of an"
+            " impact",
+        ),
+        (
+            {"effects__end_stops__capture_speed": 0.0},
+            "effects.end_stops.capture_speed",
+            "expected a number above 0 rad/s, got 0.0",
+        ),
+    ],
+)
+def test_what_stops_cannot_be_is_said(changes: dict[str, Any], key: str, message: str) -> None:
+    with pytest.raises(ValidationFailure) as caught:
+        validate(stopped(0.5, **changes), SCENARIOS)
+    assert [f"{'.'.join(map(str, at))}: {text}" for at, text in caught.value.faults] == [
+        f"{key}: {message}"
+    ]
+
+
+def test_the_published_law_has_no_stops() -> None:
+    data = with_friction(stopped(0.5, solver__backend="rkf45"), 0.1, 0.1, law="published")
+    with pytest.raises(ValidationFailure) as caught:
+        validate(data, SCENARIOS)
+    assert [text for _, text in caught.value.faults] == [
+        "law = 'published' does not rest, on an end stop either; use law = 'set-valued', or remove"
+        " effects.end_stops"
+    ]
+    validate(changed(data, effects__end_stops=None), SCENARIOS)
+
+
+def test_only_the_effect_leaves_a_trace() -> None:
+    data = with_friction(stopped(0.5, solver__duration=1.0), 0.1, 0.1)
+    with_stops, without = simulate(data), simulate(changed(data, effects__end_stops=None))
+    assert with_stops.channels.keys() - without.channels.keys() == OF_EFFECT
+    assert with_stops.checks.keys() - without.checks.keys() == {"end_stops", "impact_law"}
+    of_run = {"impacts", "impact_speed_max", "energy_impact"}
+    assert with_stops.quantities.keys() - without.quantities.keys() == of_run
+    assert mechanism_of(without).stops is None
+    # Before the first impact the motion is the same.
+    for name, values in without.channels.items():
+        assert with_stops.channels[name] == pytest.approx(values, rel=1e-9, abs=1e-12)
+    assert with_stops.quantities["impacts"].value == 0
+    assert with_stops.quantities["impact_speed_max"].value is None
+
+
+def test_stops_that_are_not_reached_change_nothing() -> None:
+    data = stopped(0.5, effects__end_stops={"highest_angle_deg": 1e6})
+    free = simulate(changed(data, effects__end_stops=None))
+    assert simulate(data).quantities["final_angle"] == free.quantities["final_angle"]
+
+
+def test_the_audit_sees_a_body_beyond_a_stop_and_an_impact_that_loses_nothing() -> None:
+    done = simulate(stopped(0.5))
+    mechanism, scenario = mechanism_of(done), done.scenario
+    simulation = SingleDofSimulation(scenario, mechanism)
+    simulation.solve(lambda t: None)
+    sound = simulation.trajectory()
+
+    def failed(trajectory: Any) -> set[str]:
+        checks = audit(trajectory, None, 1e-11, 1e-12, 1.0, mechanism.stops)
+        assert isinstance(checks["end_stops"], Check)
+        return {name for name, check in checks.items() if not check.ok}
+
+    assert failed(sound) == set()
+    for beyond in (radians(60.0) + 1e-11, radians(-50.0) - 1e-11):
+        position = sound.position.copy()
+        position[7] = beyond
+        assert failed(sound._replace(position=position)) == {"end_stops"}
+    heat = sound.energy_integrals | {"energy_impact": np.zeros_like(sound.time)}
+    assert failed(sound._replace(energy_integrals=heat)) == {"energy_balance"}
+
+
+def test_the_audit_sees_impacts_against_the_law_of_restitution() -> None:
+    done = simulate(stopped(0.5))
+    assert done.checks["impact_law"].value < 1e-15
+    simulation = SingleDofSimulation(done.scenario, mechanism_of(done))
+    simulation.solve(lambda t: None)
+    sound = simulation.observe()
+    assert sound.checks["impact_law"].value == done.checks["impact_law"].value
+    # The first rebound does not happen, and its energy is booked as lost.
+    after = np.array(sound.sides["angular_velocity_after"])
+    before = np.array(sound.sides["angular_velocity_before"])
+    trajectory = simulation.trajectory()._replace(velocity_before=before, velocity_after=after)
+    stops = mechanism_of(done).stops
+    assert audit(trajectory, None, 1e-11, 1e-12, 1.0, stops)["impact_law"].ok
+    after[0] = 0.0
+    found = audit(trajectory, None, 1e-11, 1e-12, 1.0, stops)
+    assert {name for name, check in found.items() if not check.ok} == {"impact_law"}
+    assert found["impact_law"].value == pytest.approx(0.36, rel=1e-12)
+
+
+def test_a_rebound_that_rounding_hides_is_seen_if_it_is_fast() -> None:
+    """At 1 rad, flights of some 1e-6 rad have no digits for a loss of 2e-9 of their energy."""
+    keys = {"highest_angle_deg": 60.0, "restitution": 1.0 - 1e-9, "capture_speed": 1e-6}
+    data = stopped(0.5, effects__end_stops=keys, solver__duration=2.0, output__interval=0.5)
+    slow = simulate(changed(data, mechanism={"inertia": 0.5, "initial_angle_deg": 60.0 - 1e-5}))
+    assert {name for name, check in slow.checks.items() if not check.ok} == {"impact_law"}
+    assert simulate(data).checks["impact_law"].ok
+
+
+def test_ever_shorter_bounces_are_no_reason_to_sample_more_often() -> None:
+    data = with_friction(stopped(0.5), 0.1, 0.05)
+    done = simulate(data)
+    gaps = np.diff([event.time for event in done.transitions])
+    assert gaps.min() < 0.001
+    assert done.warnings == ()
+    # Stick and slip between the stops still is one: changes 0.3 s apart.
+    sine = {"sine": {"mean": 0.0, "amplitude": 0.11, "frequency_hz": 1.0}}
+    slow = simulate(changed(data, couples=[{"name": "drive", "size": sine}], output__interval=1.0))
+    assert "shortest time between two changes of stick and slip" in slow.warnings[-1]
+
+
+def test_a_thousand_impacts_are_too_many() -> None:
+    stops = {"highest_angle_deg": 60.0, "restitution": 0.99, "capture_speed": 5e-5}
+    done = simulate(stopped(20.0, effects__end_stops=stops, solver__duration=60.0))
+    count = done.quantities["impacts"].value
+    assert count is not None
+    assert count > 1000
+    assert done.warnings == (
+        f"{count:.0f} impacts on the end stops: the last ones are of no account; give a larger"
+        " effects.end_stops.capture_speed",
+    )
+    few = changed(stopped(20.0, effects__end_stops=stops), effects__end_stops__capture_speed=0.05)
+    assert simulate(few).warnings == ()
+
+
+@pytest.mark.parametrize("at_events", [True, False])
+def test_impacts_are_counted_without_samples_at_them(at_events: bool) -> None:
+    data = stopped(0.5, solver__duration=4.0, output={"interval": 4.0, "at_events": at_events})
+    found = simulate(data).quantities
+    assert found["impacts"].value == 2
+    # From rest over the angle to the stop with 1 rad/s^2.
+    assert found["impact_speed_max"].value == pytest.approx(sqrt(2.0 * radians(60.0)), rel=1e-11)
+
+
+def test_the_swing_door_hits_the_wall_and_stops_half_open() -> None:
+    done = run(load(SCENARIOS / "swing_door.toml"), lambda t: None)
+    hit, rest = done.transitions[1:]
+    assert (hit.contact, hit.mode_from, hit.mode_to) == ("stop", 1, -1)
+    assert hit.position == radians(100.0)
+    assert (rest.contact, rest.mode_to) == ("shaft", 0)
+    assert radians(40.0) < done.channels["angle"][-1] < radians(50.0)
+    # The spring pulls, and friction holds it.
+    assert done.channels["applied_torque"][-1] == -done.channels["friction_torque"][-1] < -0.1

@@ -1,0 +1,233 @@
+"""The worst over a turn of a body on a shaft, against a dense scan refined in many digits."""
+
+from collections.abc import Iterator
+from math import degrees, inf, radians
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import frictionsim as fs
+from tests.support import shaft_turn
+from tests.support.scenarios import Scenario, shipped
+
+TOLERANCE = 1e-12
+SIDES = {"smallest": -1, "largest": 1}
+DIRECTIONS = {"counter_clockwise": 1, "clockwise": -1}
+
+
+@pytest.fixture(autouse=True)
+def many_digits() -> Iterator[None]:
+    with mp.workdps(50):
+        yield
+
+
+def label_of(data: Scenario) -> str:
+    table, *rest = data["statics"]["unknown"].split(".")
+    if table == "mechanism":
+        return str(rest[0])
+    if table == "effects":
+        return "eccentric_" + str(rest[1])
+    return rest[0] if rest[1] == "size" else "_".join(rest)
+
+
+def value_of(data: Scenario, found: Any, direction: str, side: str) -> tuple[Any, Any]:
+    name = f"{label_of(data)}_{direction}_{side}"
+    return found[name].value, found[f"{name}_angle"].value
+
+
+def assert_no_root_is_missed(data: Scenario) -> None:
+    found, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
+    for direction, s in DIRECTIONS.items():
+        for side, sign in SIDES.items():
+            value, angle = value_of(data, found, direction, side)
+            best = scans[s].best(sign)
+            if best is None or angle is None:
+                assert value is angle is best is None
+            elif value is None:  # a pole: a root of the scan near it is large
+                around = abs(np.radians(scans[s].degrees) - angle) % (2.0 * np.pi) < 2e-3
+                near = np.nanmax(abs(scans[s].values[:, around]))
+                assert near > 20.0 * np.nanmedian(abs(scans[s].values))
+            else:
+                wanted, where = shaft_turn.refined(data, s, sign, *best)
+                assert abs(value - wanted) <= TOLERANCE * abs(wanted)
+                # Where two are as large, either angle is right.
+                assert degrees(angle) == pytest.approx(float(where), abs=1e-6) or (
+                    shaft_turn.refined(data, s, sign, value, degrees(angle))[0]
+                    == pytest.approx(value, rel=TOLERANCE)
+                )
+
+
+@pytest.mark.parametrize("seed", range(14))
+def test_the_worst_over_a_turn_is_that_of_a_dense_scan(seed: int) -> None:
+    assert_no_root_is_missed(shaft_turn.drawn(seed))
+
+
+def gaps(notes: tuple[str, ...], words: str) -> list[tuple[float, float]]:
+    """Return from which to which angles a note says that there is no root."""
+    found = []
+    for note in notes:
+        if "makes the body about to move" in note and f"move {words} from" in note:
+            begin, _, end = note.removesuffix(" deg").rpartition(" from ")[2].partition(" to ")
+            found.append((float(begin), float(end)))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(20, 28))
+def test_where_there_is_no_root_is_said(seed: int) -> None:
+    data = shaft_turn.drawn(seed)
+    data["statics"]["unknown"] = "forces.one.size"
+    notes, scans = fs.static(fs.load(data)).notes, shaft_turn.scans(data)
+    for s, words in ((1, "counter-clockwise"), (-1, "clockwise")):
+        said = np.zeros(shaft_turn.SCANNED, dtype=bool)
+        ends = np.zeros(shaft_turn.SCANNED, dtype=bool)
+        for begin, end in gaps(notes, words):
+            said |= (scans[s].degrees > begin) & (scans[s].degrees < end)
+            for at in (begin, end):  # printed to six digits
+                ends |= abs(scans[s].degrees - at) < 0.02
+        assert np.all((said == scans[s].missing) | ends)
+
+
+def test_a_force_has_no_bound_where_its_arm_is_the_friction_radius() -> None:
+    """The load of a bell crank, at 0.1 m: cos q = r_s/0.1 m where it points to the axis."""
+    data = shipped("shaft")
+    data["statics"] = {"unknown": "forces.load.size"}
+    found = fs.static(fs.load(data))
+    radius = found["friction_radius_static"].value
+    assert radius is not None
+    pole = float(np.arccos(radius / 0.1))
+    assert found["load_clockwise_largest"].value is None
+    assert abs(found["load_clockwise_largest_angle"].value or inf) == pytest.approx(pole, rel=1e-9)
+    gap = f"from {degrees(pole):.6g} to {180.0 - degrees(pole):.6g} deg"
+    assert f"over a turn, no forces.load.size makes the body about to move clockwise {gap}" in (
+        found.notes
+    )
+    assert any(
+        "the largest forces.load.size to move clockwise has no bound" in n for n in found.notes
+    )
+
+
+def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
+    """A weight beside the axis, held by a couple: M = m g e cos q +- r_s m g, at 0 and 180 deg."""
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": 0.0}],
+        "effects": {
+            "gravity": {"g": 10.0},
+            "eccentric_mass": {"mass": 2.0, "radius": 0.5},
+            "shaft_friction": {"shaft_radius": 0.1, "mu_s": 0.75, "mu_k": 0.5},
+        },
+        "statics": {"unknown": "couples.motor.size", "angle_deg": 1e-5},
+    }
+    found = fs.static(fs.load(data))
+    friction = float(mpf(0.1) * mpf("0.6") * 20)
+    assert found["motor_counter_clockwise_largest"].value == pytest.approx(10 + friction, rel=1e-15)
+    assert found["motor_counter_clockwise_largest_angle"].value == pytest.approx(0.0, abs=1e-15)
+    assert found["motor_clockwise_smallest"].value == pytest.approx(-10 - friction, rel=1e-15)
+    angle = found["motor_clockwise_smallest_angle"].value
+    assert abs(angle or 0.0) == pytest.approx(radians(180.0), abs=1e-15)
+    data["statics"]["angle_deg"] = 180.00001
+    found = fs.static(fs.load(data))
+    assert found["motor_clockwise_largest"].value == pytest.approx(10 - friction, rel=1e-15)
+    assert found["motor_clockwise_largest_angle"].value == pytest.approx(radians(360.0), abs=1e-15)
+
+
+def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> None:
+    """A spring of 2 N m/rad: its couple grows over the turn, half of which is before 90 deg."""
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [
+            {"name": "motor", "size": 0.0},
+            {"name": "cam", "size": {"angle_deg": [10.0, 20.0, 30.0], "value": [0.0, 50.0, 0.0]}},
+        ],
+        "effects": {"torsion_spring": {"stiffness": 2.0}},
+        "statics": {"unknown": "couples.motor.size", "angle_deg": 90.0},
+    }
+    found = fs.static(fs.load(data))
+    # At the end, 270 deg, the spring; at the knot, 20 deg, the cam.
+    assert found["motor_clockwise_largest"].value == pytest.approx(2.0 * radians(270.0), rel=1e-15)
+    assert found["motor_clockwise_largest_angle"].value == pytest.approx(radians(270.0))
+    cam = 2.0 * radians(20.0) - 50.0
+    assert found["motor_clockwise_smallest"].value == pytest.approx(cam, rel=1e-14)
+    assert found["motor_clockwise_smallest_angle"].value == pytest.approx(radians(20.0), rel=1e-15)
+
+
+PUSH: Scenario = {
+    "kind": "shaft",
+    "mechanism": {"inertia": 0.5, "mass": 3.0},
+    "forces": [{"name": "push", "size": 300.0, "point": [0.1, 0.05], "direction": [-0.5, 1.0]}],
+    "effects": {
+        "gravity": {},
+        "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.25, "mu_k": 0.2},
+    },
+}
+
+
+@pytest.mark.parametrize("start", [0.0, 30.0, 80.0, 90.0])
+@pytest.mark.parametrize("name", ["shaft_radius", "mu_s"])
+def test_friction_that_holds_vanishes_with_the_moment(name: str, start: float) -> None:
+    """The moment is 300 N x 0.1118 m x cos q: both directions are beside +-90 deg."""
+    key = f"effects.shaft_friction.{name}"
+    found = fs.static(fs.load(PUSH | {"statics": {"unknown": key, "angle_deg": start}}))
+    for direction in DIRECTIONS:
+        assert found[f"{name}_{direction}_smallest"].value == 0.0
+        angle = degrees(found[f"{name}_{direction}_smallest_angle"].value or 0.0)
+        assert angle == pytest.approx(90.0 if start else -90.0, abs=1e-12)  # the nearest
+        words = direction.replace("_", "-")
+        (note,) = [note for note in found.notes if f"smallest {key} to move {words}" in note]
+        unit = " m" if name == "shaft_radius" else ""
+        assert f"to move {words} approaches 0{unit} at " in note
+        assert note.endswith("90 deg, where the moment vanishes")
+    if name == "shaft_radius":
+        assert found["shaft_radius_clockwise_largest"].value == pytest.approx(0.504731925319065)
+        angle = found["shaft_radius_counter_clockwise_largest_angle"].value
+        assert repr(angle) in ("0.0", repr(radians(360.0)))
+
+
+def test_a_limit_that_is_no_root_is_found() -> None:
+    """A spring is free where the other moment is zero: k = m g e sin(q)/q approaches m g e."""
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "effects": {
+            "gravity": {"g": 10.0},
+            "eccentric_mass": {"mass": 2.0, "radius": 0.5, "azimuth_deg": 90.0},
+            "torsion_spring": {"stiffness": 2.0},
+        },
+        "statics": {"unknown": "effects.torsion_spring.stiffness", "angle_deg": 30.0},
+    }
+    found = fs.static(fs.load(data))
+    assert found["stiffness_clockwise_largest"].value == pytest.approx(10.0, rel=1e-15)
+    assert repr(found["stiffness_clockwise_largest_angle"].value) == "0.0"
+    assert (
+        "over a turn, the largest effects.torsion_spring.stiffness to move clockwise approaches"
+        " 10 N m/rad at 0 deg, but it is no root there"
+    ) in found.notes
+
+
+def test_the_worst_is_between_the_end_stops() -> None:
+    data = shipped("shaft")
+    data["effects"]["end_stops"] = {"lowest_angle_deg": -60.0, "highest_angle_deg": 100.0}
+    data["statics"] = {"unknown": "forces.load.size"}
+    found = fs.static(fs.load(data))
+    assert (
+        "the smallest and the largest forces.load.size are those between the end stops, from -60 to"
+        " 100 deg"
+    ) in found.notes
+    gap = "from 87.9151 to 92.0849 deg"
+    assert any(n.startswith("between the end stops, no forces.load.size") and gap in n
+               for n in found.notes)  # fmt: skip
+    assert not any("-92" in n or "over a turn" in n for n in found.notes)
+    assert any("has no bound: it falls towards 9" in n for n in found.notes)
+    data["effects"]["end_stops"]["highest_angle_deg"] = 40.0
+    found = fs.static(fs.load(data))
+    for direction in DIRECTIONS:
+        for side in SIDES:
+            angle = found[f"load_{direction}_{side}_angle"].value
+            assert angle is not None
+            assert -60.0 - 1e-12 <= degrees(angle) <= 40.0 + 1e-12
+    data["effects"]["end_stops"] = {"lowest_angle_deg": -200.0, "highest_angle_deg": 200.0}
+    assert any("over a turn" in note for note in fs.static(fs.load(data)).notes)

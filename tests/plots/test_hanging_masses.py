@@ -1,0 +1,260 @@
+"""Views of a pulley with hanging masses, against closed forms and differences of channels."""
+
+from functools import cache
+from math import atan, exp, pi, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import frictionsim as fs
+from frictionsim.errors import InputError
+from frictionsim.plots import draw, plot_all
+from frictionsim.plots.hanging_masses import slipping_phases
+from frictionsim.plots.window import Extent
+from frictionsim.results import SLACK, Record
+from tests.support.scenarios import pulley, shipped
+
+LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
+M1, M2, R, G = 783.0, 1023.0, 0.265, 9.81
+R_S = 0.05 * sin(atan(0.2))
+STATIC, KINETIC = exp(0.127 * pi), exp(0.116 * pi)
+START, END = 11.432540019, 13.631891874  # of the slip of the cord, by the independent program
+
+
+@cache
+def solved(name: str, **changes: Any) -> Record:
+    return fs.solve(shipped(name, solver__rtol=1e-8, **changes)).record
+
+
+def panel(figure: Figure, label: str) -> Any:
+    return next(a for a in figure.axes if a.get_ylabel().replace("\n", " ").startswith(label))
+
+
+def line(ax: Any, label: str = "") -> tuple[Any, Any]:
+    """Return the finite points of a line of many points."""
+    (found,) = (
+        one
+        for one in ax.lines
+        if len(one.get_xdata()) > 100
+        and (not label or one.get_label() == label)
+        and one.get_linewidth() > 1.0
+    )
+    time, values = np.asarray(found.get_xdata()), np.asarray(found.get_ydata())
+    return time[np.isfinite(values)], values[np.isfinite(values)]
+
+
+def test_the_panels_of_a_lift() -> None:
+    labels = [ax.get_ylabel().replace("\n", " ") for ax in draw(solved(LIFT)).axes]
+    assert labels == [
+        *("drive torque, N m", "tension of the rope, N", "friction torque, N m"),
+        *("velocity, m/s", "height above the start, m", "slip of the cord, m"),
+    ]
+    labels = [ax.get_ylabel() for ax in draw(solved(SLACK_ROPE)).axes]
+    assert labels[-1] == "slack rope, m"
+    assert len(labels) == 6
+
+
+def test_the_torques_to_lift_and_to_hold_are_those_of_the_weights() -> None:
+    ax = panel(draw(solved(LIFT)), "drive torque")
+    hold, lift = (R * (M1 - M2) + sign * R_S * (M1 + M2) for sign in (-1.0, 1.0))
+    texts = {text.get_text() for text in ax.texts}
+    assert {f"−{-G * lift:.1f} N m to lift", f"−{-G * hold:.1f} N m to hold"} <= texts  # noqa: RUF001
+    levels = {one.get_ydata()[0] for one in ax.lines if one.get_linestyle() == "--"}
+    assert any(level == pytest.approx(G * lift) for level in levels)
+    assert any(level == pytest.approx(G * hold) for level in levels)
+    # It breaks away where the torque crosses the upper one.
+    time, torque = line(ax)
+    assert np.interp(0.666887698, time, torque) == pytest.approx(G * lift, rel=1e-6)
+
+
+def test_tensions_and_the_range_in_which_the_cord_sticks() -> None:
+    ax = panel(draw(solved(LIFT)), "tension")
+    _, car = line(ax, "car")
+    _, other = line(ax, "counterweight")
+    assert car[0] == pytest.approx(M1 * G)
+    assert other[0] == pytest.approx(M2 * G)
+    (band,) = ax.collections
+    edges = band.get_paths()[0].vertices
+    at_start = edges[edges[:, 0] == 0.0][:, 1]
+    assert min(at_start) == pytest.approx(M1 * G / STATIC)
+    assert max(at_start) == pytest.approx(M1 * G * STATIC)
+
+
+def test_friction_is_within_its_limit_of_the_tensions() -> None:
+    figure = draw(solved(LIFT))
+    ax = panel(figure, "friction torque")
+    time, torque = line(ax)
+    upper = max(
+        (one for one in ax.lines if one.get_linestyle() == "--"),
+        key=lambda one: float(np.max(one.get_ydata())),
+    )
+    assert upper.get_ydata()[0] == pytest.approx(R_S * (M1 + M2) * G)
+    limit = np.interp(time, upper.get_xdata(), upper.get_ydata())
+    assert np.all(np.abs(torque) <= limit * 1.01)
+
+
+def test_speeds_are_the_rates_of_height_and_angle() -> None:
+    record = solved(LIFT)
+    ax = panel(draw(record), "velocity")
+    time = record.channels["time"]
+    middle = 0.5 * (time[1:] + time[:-1])
+    for label, way in (
+        ("car", record.channels["car_position"]),
+        ("rim of the pulley", R * record.channels["angle"]),
+    ):
+        shown = np.interp(middle, *line(ax, label))
+        assert shown == pytest.approx(np.diff(way) / np.diff(time), abs=8e-3)
+
+
+def test_a_slack_rope_is_the_way_of_the_car_beyond_that_of_the_rim() -> None:
+    record = solved(SLACK_ROPE)
+    ax = panel(draw(record), "slack rope")
+    assert [one.get_label() for one in ax.lines if len(one.get_xdata()) > 100] == ["car"]
+    time, gap = line(ax, "car")
+    # Free flight from the start of slack to the first impact, relative to the rim.
+    speed = record.channels["car_velocity"] - 0.15 * record.channels["angular_velocity"]
+    at = record.channels["time"]
+    until = at <= 0.87
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(at)
+    last = at[until][-1]
+    assert np.interp(last, time, gap) == pytest.approx(steps[until[1:]].sum(), abs=5e-5)
+    assert gap.max() == pytest.approx(0.0273, abs=2e-4)
+
+
+def test_both_sides_of_an_impact_are_drawn() -> None:
+    record = solved(SLACK_ROPE, effects__shaft_friction=None)
+    impact = next(e for e in record.transitions if e.mode_from == e.mode_to == SLACK)
+    ax = panel(draw(record), "velocity")
+    time, speed = line(ax, "rim of the pulley")
+    before, after = speed[time == impact.time][[0, -1]]
+    # Without friction, the momentum of car, pulley and counterweight about the axis is kept.
+    at = record.channels["time"]
+    car = [record.events[f"car_velocity_{side}"] for side in ("before", "after")]
+    number = list(record.events["time"]).index(impact.time)
+    moments = [
+        0.15 * 80.0 * values[number] + (0.8 + 60.0 * 0.15**2) * rim / 0.15
+        for values, rim in zip(car, (before, after), strict=True)
+    ]
+    assert moments[1] == pytest.approx(moments[0], rel=1e-9)
+    assert after < before - 0.01
+    assert np.count_nonzero(at == impact.time) <= 1
+
+
+def test_the_ratio_of_tensions_slips_at_the_limit_of_euler_and_eytelwein() -> None:
+    figure = draw(solved(LIFT), "traction")
+    ax = panel(figure, "tension of the counterweight over")
+    time, ratio = line(ax)
+    slips = (time > START + 1e-6) & (time < END - 1e-6)
+    assert ratio[slips] == pytest.approx(KINETIC)
+    assert ratio.max() == pytest.approx(STATIC, rel=1e-6)
+    assert time[np.argmax(ratio)] == pytest.approx(START, abs=1e-6)
+    levels = sorted(one.get_ydata()[0] for one in ax.lines if len(one.get_xdata()) == 2)
+    assert levels == pytest.approx([1.0 / STATIC, 1.0 / KINETIC, KINETIC, STATIC])
+    (legend,) = figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts[0] == f"limit of static friction: {1.0 / STATIC:.4g} and {STATIC:.4g}"
+    assert texts[1] == f"limit of kinetic friction: {1.0 / KINETIC:.4g} and {KINETIC:.4g}"
+    assert texts[2] == "the cord slips"
+    for shaded in figure.axes:
+        (span,) = shaded.patches
+        assert span.get_x() == pytest.approx(START, abs=1e-6)
+        assert span.get_x() + span.get_width() == pytest.approx(END, abs=1e-6)
+
+
+def test_the_speed_of_slip_is_the_rate_of_the_slip() -> None:
+    figure = draw(solved(LIFT), "traction")
+    time, speed = line(panel(figure, "speed of slip"))
+    _, slip = line(panel(figure, "slip of the cord"))
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    assert way[-1] == pytest.approx(slip[-1], rel=1e-4)
+    assert slip[-1] > 1.0
+
+
+def test_a_mirrored_lift_has_the_inverse_ratio() -> None:
+    torque = shipped(LIFT)["drive"]["torque"]
+    data = shipped(
+        LIFT,
+        solver__rtol=1e-8,
+        effects__hanging_masses__car=1000.0,
+        effects__hanging_masses__counterweight=760.0,
+        drive__torque={"time": torque["time"], "value": [-value for value in torque["value"]]},
+    )
+    one, two = draw(solved(LIFT), "traction"), draw(fs.solve(data).record, "traction")
+    name = "tension of the counterweight over"
+    time, ratio = line(panel(one, name))
+    mirrored = np.interp(time, *line(panel(two, name)))
+    away = np.min(np.abs(time[:, None] - solved(LIFT).events["time"]), axis=1) > 0.02
+    assert mirrored[away] == pytest.approx(1.0 / ratio[away], rel=1e-6)
+    _, slip = line(panel(two, "slip of the cord"))
+    assert slip[-1] == pytest.approx(-line(panel(one, "slip of the cord"))[1][-1], rel=1e-6)
+
+
+def test_a_window_shows_its_part() -> None:
+    figure = draw(solved(LIFT), "traction", shown=Extent(start=12.0, stop=13.0))
+    (span,) = figure.axes[0].patches
+    assert span.get_x() == pytest.approx(12.0)
+    assert span.get_width() == pytest.approx(1.0)
+
+
+def test_only_beginning_and_end_of_slip_have_their_times() -> None:
+    def times(**shown: float) -> list[str]:
+        ax = draw(solved(LIFT), "traction", shown=Extent(**shown)).axes[0]
+        return [text.get_text() for text in ax.texts]
+
+    assert times() == [f"{START:.4g} s", f"{END:.4g} s"]
+    # Where the window ends nothing happens.
+    assert times(start=12.0, stop=13.0) == []
+    assert times(start=12.0) == [f"{END:.4g} s"]
+
+
+@pytest.mark.parametrize("drive", ["drive_torque", "drive_force"])
+def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
+    found = solved(LIFT)
+    torque = found.channels["drive_torque"]
+
+    def panels(values: Any) -> list[str]:
+        record = found._replace(channels=found.channels | {drive: values})
+        units = record.units | {drive: found.units["drive_torque"]}
+        figure = draw(record._replace(units=units))
+        return [ax.get_ylabel().replace("\n", " ").split(",")[0] for ax in figure.axes]
+
+    words = drive.replace("_", " ")
+    assert words not in panels(0.0 * torque)
+    assert words in panels(torque)
+    assert "friction torque" in panels(0.0 * torque)
+
+
+def test_phases_of_slip_alternate_with_those_of_stick() -> None:
+    assert slipping_phases(solved(LIFT)) == [pytest.approx((START, END), abs=1e-6)]
+    assert slipping_phases(solved("hard/lift_traction_limit")) == []
+
+
+def test_a_cord_that_cannot_slip_has_no_traction(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no \[effects.cord_friction\], so that its cord never"):
+        draw(solved(SLACK_ROPE), "traction")
+    written, reasons = plot_all(solved(SLACK_ROPE), tmp_path / "a.png")
+    assert [path.name for path in written] == ["a-response.png"]
+    assert reasons == []
+
+
+def test_a_chosen_channel_is_drawn_alone_with_the_limits() -> None:
+    figure = draw(solved(LIFT), shown=Extent(channels=("drive_torque",)))
+    (ax,) = figure.axes
+    assert len([text for text in ax.texts if text.get_text().endswith(("hold", "lift"))]) == 2
+
+
+def test_a_torque_on_a_pulley_without_masses_has_its_limits() -> None:
+    data = pulley(
+        drive__force=None,
+        drive__torque={"time": [0.0, 1.0], "value": [0.0, 200.0]},
+        solver__duration=1.0,
+        solver__rtol=1e-6,
+    )
+    ax = panel(draw(fs.solve(data).record), "drive torque")
+    geometry, journal = data["mechanism"], data["effects"]["shaft_friction"]
+    radius = journal["shaft_radius"] * sin(atan(journal["mu_s"]))
+    wanted = geometry["load"] * (geometry["cord_radius"] + radius)
+    assert f"{wanted:.1f} N m to lift" in {text.get_text() for text in ax.texts}

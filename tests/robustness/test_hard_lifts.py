@@ -1,0 +1,121 @@
+"""The shipped lift and the hard ones against the reference in closed form."""
+
+import tomllib
+from functools import cache
+from math import pi
+
+import numpy as np
+import pytest
+
+from frictionsim.scenario.loading import load
+from frictionsim.simulation.simulate import RunResult, run
+from tests.support.lift_records import CONTACTS, changes
+from tests.support.lift_reference import Solution, solve
+from tests.support.scenarios import SCENARIOS, simulate
+
+HARD = SCENARIOS / "hard"
+NAMES = ("lift", "hard/lift_moment_of_slack", "hard/lift_slack_rope", "hard/lift_traction_limit")
+LAST = -950.979211811449  # N m, of the traction limit
+
+
+def outcome(name: str, *overrides: str) -> RunResult:
+    """Run a lift, which must pass its audit."""
+    done = run(load(SCENARIOS / f"{name}.toml", list(overrides)), lambda t: None)
+    assert (done.status, done.reason) == ("done", "")
+    assert {key: check for key, check in done.checks.items() if not check.ok} == {}
+    return done
+
+
+@cache
+def reference(name: str) -> Solution:
+    return solve(tomllib.loads((SCENARIOS / f"{name}.toml").read_text()))
+
+
+def test_every_hard_lift_has_a_test() -> None:
+    assert sorted(f"hard/{path.stem}" for path in HARD.glob("lift*.toml")) == list(NAMES[1:])
+
+
+@pytest.mark.parametrize(
+    ("rtol", "time", "angle"), [(1e-11, 1e-9, 1e-8), (1e-9, 1e-6, 1e-5), (1e-4, 0.03, 0.1)]
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_hard_lift_gives_the_reference(name: str, rtol: float, time: float, angle: float) -> None:
+    """No transition is missed and none is added, however long the steps are."""
+    done, exact = outcome(name, f"solver.rtol={rtol}"), reference(name)
+    for contact in CONTACTS:
+        found, expected = changes(done, contact), exact.of(contact)
+        assert [change[1:3] for change in found] == [change[1:3] for change in expected]
+        assert [t for t, *_ in found] == pytest.approx([t for t, *_ in expected], abs=time)
+        assert [a for *_, a in found] == pytest.approx([a for *_, a in expected], abs=angle)
+    last = exact.pieces[-1]
+    end = last.state(last.end - last.start)
+    assert done.channels["angle"][-1] == pytest.approx(float(end.angle), abs=angle)
+    assert done.channels["car_position"][-1] == pytest.approx(float(end.x1), abs=angle)
+
+
+@pytest.mark.parametrize("name", NAMES[1:3])
+def test_the_comment_of_a_hard_lift_has_the_times(name: str) -> None:
+    text = (SCENARIOS / f"{name}.toml").read_text()
+    events = reference(name).events
+    shown = {"hard/lift_slack_rope": (1, -1), "hard/lift_moment_of_slack": (1, 2)}[name]
+    for i in shown:
+        assert f"{float(events[i][0]):.12f} s" in text
+
+
+@pytest.mark.parametrize(("factor", "slips"), [(1 - 1e-9, False), (1.0, False), (1 + 1e-9, True)])
+def test_traction_is_sharp_to_one_part_in_a_billion(factor: float, slips: bool) -> None:
+    torque = f"{{ time = [0.0, 0.5, 0.6], value = [-500.0, -500.0, {LAST * factor!r}] }}"
+    done = outcome("hard/lift_traction_limit", f"drive.torque={torque}")
+    assert [change[1:3] for change in changes(done, "cord")] == ([(0, 1)] if slips else [])
+    ratio = done.channels["rope_tension_counterweight"] / done.channels["rope_tension_car"]
+    limit = np.exp(pi * 0.15)
+    if slips:
+        assert changes(done, "cord")[0][0] == pytest.approx(0.5999999997891301, abs=1e-10)
+        assert changes(done, "shaft")[0][:3] == (pytest.approx(0.730962031, abs=1e-8), 1, -1)
+    else:
+        assert np.max(ratio) == pytest.approx(limit, rel=3e-9)
+
+
+@pytest.mark.parametrize("lowest", [1e-9, -1e-9, -1e-6, -1e-3])
+@pytest.mark.parametrize("rtol", [1e-10, 1e-2])
+def test_a_stop_for_a_moment_is_not_missed(lowest: float, rtol: float) -> None:
+    """The speed has its minimum at 1 s; where that is below zero, the pulley stops just before.
+
+    w = w0 - t + t^2/2, a parabola, which the integrator takes in one step.
+    """
+    data = tomllib.loads((HARD / "lift_moment_of_slack.toml").read_text())
+    shaft = data["effects"]["shaft_friction"]
+    shaft["mu_k"] = shaft["mu_s"]
+    first, second, r, r_s = 60.0 * 9.81, 50.0 * 9.81, 0.2, 0.04 * 0.2 / np.hypot(1.0, 0.2)
+    inertia = 1.0 + 60.0 * r * (r + r_s) + 50.0 * r * (r - r_s)
+    balance = (first - second) * r + r_s * (first + second)
+    torque = {"time": [0.0, 2.0], "value": [float(balance - inertia), float(balance + inertia)]}
+    data["drive"]["torque"] = torque
+    data["mechanism"]["initial_angular_velocity"] = 0.5 + lowest
+    data["solver"] |= {"duration": 1.5, "rtol": rtol}
+    found = changes(simulate(data), "shaft")
+    if lowest > 0.0:
+        assert found == []
+        return
+    (stop, *between), (start, *_) = (change[:3] for change in found)
+    assert between == [1, 0]
+    # A rounding of the speed is worth more time the nearer the stop is to the minimum.
+    early = np.sqrt(-2.0 * lowest)
+    assert 1.0 - stop == pytest.approx(early, abs=1e-9 + 1e-14 / early)
+    assert start == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_bouncing_car_comes_to_rest() -> None:
+    done = outcome("hard/lift_slack_rope")
+    shocks = [e for e in done.transitions if e.contact == "car_rope"]
+    assert len(shocks) == 6  # slack, four bounces, taut
+    # The rope keeps 0.09 of the work that takes it up, and the shaft gets warm besides.
+    losses = np.diff(done.channels["energy_impact"])
+    large = losses[losses > 0.0]
+    assert large[:3] == pytest.approx([18.571543547755, 1.5710060200458, 0.1359302154656], rel=1e-6)
+    assert done.channels["energy_impact"][-1] == pytest.approx(
+        float(sum(loss for *_, loss, _ in reference("hard/lift_slack_rope").impacts)), rel=1e-7
+    )
+    resting = done.time > 1.0739
+    for name in ("angle", "car_position", "counterweight_position", "energy_friction"):
+        assert np.unique(done.channels[name][resting]).size == 1

@@ -1,0 +1,197 @@
+"""Runs of several contacts: resumption, samples, audit, studies and sweeps."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.api.study_plan import Choice, plan_of
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.pulley import build
+from frictionsim.results import BACKWARD, STICK
+from frictionsim.scenario.validation import validate
+from frictionsim.simulation import lockstep
+from frictionsim.simulation.multi_contact import MultiContactSimulation
+from frictionsim.simulation.multi_contact_audit import audit
+from frictionsim.simulation.phases import event_names, sticking_phases
+from frictionsim.simulation.record import record_of
+from frictionsim.simulation.simulate import run
+from frictionsim.solvers.multi_contact import MultiContactTrajectory
+from frictionsim.work_precision.error_estimate import estimate
+from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
+from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved
+from tests.support.scenarios import SCENARIOS, Scenario
+
+STOP = ramp((0.0, 70.0), (0.3, 400.0), (0.6, 400.0), (0.65, -900.0), (1.0, -900.0), (1.1, 70.0))
+
+
+def slack_lift(**changes: Any) -> Scenario:
+    """Return a lift whose emergency stop lets both sides fall slack."""
+    return lift(
+        drive__torque=STOP,
+        effects__shaft_friction=SHAFT,
+        effects__hanging_masses__restitution=0.3,
+        solver__rtol=1e-8,
+        solver__atol=1e-11,
+        **changes,
+    )
+
+
+def slipping_lift(**changes: Any) -> Scenario:
+    """Return a lift whose cord slips over its pulley."""
+    return slack_lift(effects__cord_friction=CORD, **changes)
+
+
+@pytest.mark.parametrize("data", [slack_lift(), slipping_lift()], ids=["slack", "cord"])
+def test_a_resumed_run_has_the_bits_of_an_uninterrupted_one(data: Scenario, tmp_path: Path) -> None:
+    calls = calls_of(data)
+    assert calls > 50
+    for places in ([1, 1, calls // 3], [calls // 2, 7], [calls - 2]):
+        assert_same_when_interrupted(data, tmp_path, places)
+
+
+def test_resuming_within_a_step_that_ends_with_an_event_gives_the_same_bits(
+    tmp_path: Path,
+) -> None:
+    # Samples are taken between the step and its event: stop at each of them.
+    data = slack_lift(output__interval=0.02, solver__duration=1.3)
+    whole = solved(data)
+    assert {e.contact for e in whole.transitions} >= {"shaft", "car_rope"}
+    times: list[float] = []
+    run(validate(data, SCENARIOS), times.append)
+    for event in whole.transitions[1:4]:
+        before = int(np.searchsorted(times, event.time))
+        assert_same_when_interrupted(data, tmp_path, [before])
+
+
+@pytest.mark.parametrize(("array", "value"), [("solver.modes", 2.0), ("solver.modes", 0.5)])
+def test_a_state_with_modes_of_no_contact_is_refused(array: str, value: float) -> None:
+    scenario = validate(slack_lift(), SCENARIOS)
+    state = MultiContactSimulation(scenario, build(scenario)).state()
+    assert state is not None
+    state[array][0] = value
+    with pytest.raises(InputError) as refused:
+        MultiContactSimulation(scenario, build(scenario)).restore(state)
+    assert array in str(refused.value)
+
+
+def test_samples_may_be_at_given_times() -> None:
+    scenario = validate(slipping_lift(output__at_events=False), SCENARIOS)
+    given = [0.0, 0.123, 0.7, 1.9]
+    sampled = run(scenario, lambda t: None, sample_times=given)
+    assert sampled.time.tolist() == given
+    whole = solved(slipping_lift())
+    assert sampled.transitions == whole.transitions
+
+
+def test_events_have_both_sides_and_their_own_sample() -> None:
+    result = solved(slipping_lift())
+    assert np.isin([e.time for e in result.transitions], result.time).all()
+    for i, event in enumerate(result.transitions):
+        channel = {"shaft": "mode", "cord": "cord_mode"}[event.contact]
+        assert result.sides[f"{channel}_before" if channel != "mode" else "cord_mode_before"].size
+        if channel == "cord_mode":
+            assert result.sides["cord_mode_before"][i] == event.mode_from
+            assert result.sides["cord_mode_after"][i] == event.mode_to
+    assert np.all(np.diff(result.time) > 0.0)
+
+
+def test_the_phases_of_the_shaft_are_not_those_of_the_cord() -> None:
+    record = record_of(solved(slipping_lift(solver__duration=4.0)))
+    names = event_names(record)
+    assert {"breakaway", "cord: slips"} <= set(names)
+    sticks = record.channels["mode"] == STICK
+    for start, stop in sticking_phases(record):
+        inside = (record.channels["time"] > start) & (record.channels["time"] < stop)
+        assert np.all(sticks[inside])
+
+
+def trajectory(data: Scenario) -> tuple[MultiContactTrajectory, Any]:
+    scenario = validate(data, SCENARIOS)
+    mechanism = build(scenario)
+    simulation = MultiContactSimulation(scenario, mechanism)
+    simulation.solve(lambda t: None)
+    return simulation.trajectory(), mechanism
+
+
+def failed(found: MultiContactTrajectory, mechanism: Any) -> list[str]:
+    checks = audit(found, mechanism, 1e-8, 1e-11)
+    return [name for name, check in checks.items() if not check.ok]
+
+
+def test_the_audit_sees_what_is_wrong() -> None:
+    found, mechanism = trajectory(slipping_lift())
+    assert failed(found, mechanism) == []
+    moved = found.position.copy()
+    held = int(np.flatnonzero((found.modes[1, 1:] == STICK) & (found.modes[1, :-1] == STICK))[0])
+    moved[1, held] += 1e-15
+    assert "stick_drift" in failed(found._replace(position=moved), mechanism)
+    for row, check in ((0, "friction_law"), (2, "friction_law")):
+        forces = found.forces.copy()
+        forces[row] *= 1.0 + 1e-9
+        assert check in failed(found._replace(forces=forces), mechanism)
+    assert "dissipation_sign" in failed(found._replace(velocity=-found.velocity), mechanism)
+    heat = dict(found.energy_integrals)
+    heat["energy_cord_friction"] = 1.001 * heat["energy_cord_friction"]
+    assert failed(found._replace(energy_integrals=heat), mechanism) == ["energy_balance"]
+
+
+def test_the_audit_sees_a_rope_that_pushes_and_an_impact_that_drives() -> None:
+    found, mechanism = trajectory(slack_lift())
+    assert failed(found, mechanism) == []
+    forces = found.forces.copy()
+    forces[1, 3] = -1e-6
+    assert "rope_tension" in failed(found._replace(forces=forces), mechanism)
+    lost = dict(found.energy_integrals)
+    assert lost["energy_impact"][-1] > 0.0
+    lost["energy_impact"] = -lost["energy_impact"]
+    assert "dissipation_sign" in failed(found._replace(energy_integrals=lost), mechanism)
+
+
+def test_a_study_compares_tolerances_of_events() -> None:
+    scenario = validate(slipping_lift(), SCENARIOS)
+    plan = plan_of(scenario, Choice(tolerances=[1e-4, 1e-6]))
+    assert [setting.name for setting in plan.settings] == [
+        "events, set-valued, rtol 1e-4",
+        "events, set-valued, rtol 1e-6",
+    ]
+    assert [setting.name for setting in plan.references] == [
+        "events, set-valued, rtol 5e-8",
+        "events, set-valued, rtol 1e-7, max_step 2e-3",
+    ]
+    for setting in plan.references:
+        scenario.replace(setting.all_overrides)
+
+
+def test_the_error_is_estimated_by_a_second_run() -> None:
+    found = estimate(solved(slack_lift()), lambda t: None)
+    assert found.errors["final_angle"] is not None
+    assert found.errors["final_angle"] < 1e-6
+
+
+def test_many_lifts_are_run_one_by_one() -> None:
+    scenario = validate(slipping_lift(), SCENARIOS)
+    assert not lockstep.applies(scenario, ["effects.hanging_masses.car"])
+    found = fs.sweep(scenario, {"effects.hanging_masses.car": [90.0, 100.0]}, workers=1)
+    alone = solved(slipping_lift()).quantities["cord_slip_max"].value
+    assert float(found["cord_slip_max"][1]) == alone
+
+
+def test_nothing_moves_is_a_warning() -> None:
+    result = solved(lift(drive__torque=49.05, effects__shaft_friction=SHAFT))
+    assert result.warnings == ("nothing moves: all contacts hold",)
+    assert events(result) == []
+
+
+def test_events_at_one_time_have_one_state_on_each_side() -> None:
+    result = solved(slack_lift())
+    together = [i for i, (a, b) in enumerate(pairwise(result.transitions)) if a.time == b.time]
+    assert together
+    for i in together:
+        for side in ("before", "after"):
+            values = result.sides[f"angular_velocity_{side}"]
+            assert values[i] == values[i + 1]
+    assert BACKWARD in result.channels["mode"]

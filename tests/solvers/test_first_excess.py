@@ -1,0 +1,162 @@
+"""The search for the first excess of a contact at rest misses no peak, and claims none."""
+
+from collections.abc import Callable
+from math import cos, inf, pi, sin
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.solvers.first_excess import MAX_STEPS, time_of_excess
+from frictionsim.solvers.root_finding import bracket_root
+from tests.support.drawn_scenarios import some
+
+TIE = 1e-14
+
+
+def searched(
+    value: Callable[[float], float],
+    slope: Callable[[float], float],
+    curvature: float,
+    end: float = 1.0,
+) -> tuple[float, int]:
+    """Return the time found by searching on to the end, and the number of evaluations."""
+    calls = 0
+
+    def counted(t: float) -> float:
+        nonlocal calls
+        calls += 1
+        return value(t)
+
+    t = 0.0
+    while t < end:
+        t = time_of_excess(counted, slope, curvature, (t, end), TIE)
+        if value(t) > 0.0:
+            return t, calls
+    return inf, calls
+
+
+def sine(peak: float, hz: float, phase: float = 0.0) -> tuple[Any, Any, float]:
+    """Return sin - 1 + peak, with its slope and the bound of its curvature."""
+    omega = 2.0 * pi * hz
+    return (
+        lambda t: sin(omega * t + phase) - 1.0 + peak,
+        lambda t: omega * cos(omega * t + phase),
+        omega**2,
+    )
+
+
+@pytest.mark.parametrize("peak", [1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("hz", [0.3, 5.0, 300.0])
+def test_a_short_peak_above_zero_is_found_and_one_below_is_not(peak: float, hz: float) -> None:
+    """The peak of 1e-12 at 300 Hz is above zero for 1.5 ns."""
+    value, *rest = sine(peak, hz)
+    found, _ = searched(value, *rest)
+    assert 0.0 < value(found) <= peak * (1.0 + 1e-3)
+    assert found * hz < 0.5  # in the first period, and not one of the next
+    low, *rest = sine(-peak, hz)
+    assert searched(low, *rest)[0] == inf
+
+
+def test_a_peak_that_touches_zero_is_passed() -> None:
+    found, calls = searched(*sine(0.0, 50.0))
+    assert found == inf
+    assert calls < 3000  # of fifty periods
+
+
+@pytest.mark.parametrize(("amplitude", "most"), [(0.1, 20), (0.5, 30), (0.999, 60)])
+def test_a_period_far_from_the_limit_costs_few_evaluations(amplitude: float, most: int) -> None:
+    omega, periods = 2.0 * pi, 1000.0
+    found, calls = searched(
+        lambda t: amplitude * sin(omega * t) - 1.0,
+        lambda t: amplitude * omega * cos(omega * t),
+        amplitude * omega**2,
+        periods,
+    )
+    assert found == inf
+    assert calls < most * periods
+
+
+def test_one_call_takes_a_bounded_number_of_steps() -> None:
+    """Between calls a run can be interrupted, however long the rest is."""
+    value, slope, curvature = sine(-0.1, 1e6)
+    calls = []
+    found = time_of_excess(lambda t: calls.append(t) or value(t), slope, curvature, (0.0, 1.0), TIE)
+    assert 0.0 < found < 1.0
+    assert len(calls) <= MAX_STEPS
+
+
+@pytest.mark.parametrize("begin", [0.0, 1e6])
+def test_linear_functions_take_a_handful_of_evaluations(begin: float) -> None:
+    """Without curvature the first step is to the root; the roundoff of the time passes it."""
+    calls = []
+
+    def value(t: float) -> float:
+        calls.append(t)
+        return 0.7 * (t - begin) - 0.35
+
+    found = time_of_excess(value, lambda t: 0.7, 0.0, (begin, begin + 1.0), TIE)
+    assert found == pytest.approx(begin + 0.5, rel=1e-12)
+    assert value(found) > 0.0
+    assert len(calls) < 12
+    falling = time_of_excess(lambda t: -t - 1.0, lambda t: -1.0, 0.0, (0.0, 1.0), TIE)
+    assert falling == 1.0
+
+
+def test_a_slope_that_jumps_downwards_hides_no_excess() -> None:
+    """As the static limit of a load that passes zero at 0.5: a corner that points upwards."""
+
+    def value(t: float) -> float:
+        return 1e-9 - abs(t - 0.5)
+
+    def slope(t: float) -> float:
+        return 1.0 if t < 0.5 else -1.0
+
+    found, calls = searched(value, slope, 0.0)
+    assert value(found) > 0.0
+    assert calls < 20
+    assert searched(lambda t: value(t) - 2e-9, slope, 0.0)[0] == inf
+
+
+@some(300)
+@given(
+    st.lists(
+        st.tuples(st.floats(-1.0, 1.0), st.floats(0.2, 30.0), st.floats(0.0, 2.0 * pi)),
+        min_size=1,
+        max_size=4,
+    ),
+    st.floats(-3.0, 3.0),
+    st.one_of(st.floats(0.0, 1.5), st.sampled_from([0.0, 1e-9, 1e-6])),
+)
+def test_the_first_excess_of_any_sum_of_sines_is_found(
+    waves: list[tuple[float, float, float]], ramp: float, above: float
+) -> None:
+    """Against the largest of two thousand values; `above` of it is above zero."""
+
+    def plain(t: float) -> float:
+        return ramp * t + sum(a * sin(2.0 * pi * f * t + p) for a, f, p in waves)
+
+    def slope(t: float) -> float:
+        return ramp + sum(2.0 * pi * f * a * cos(2.0 * pi * f * t + p) for a, f, p in waves)
+
+    times = [k / 2000.0 for k in range(2001)]
+    values = [plain(t) for t in times]
+    shift = max(values) - above
+    curvature = sum(abs(a) * (2.0 * pi * f) ** 2 for a, f, _ in waves)
+
+    def value(t: float) -> float:
+        return plain(t) - shift
+
+    if value(0.0) > 0.0:
+        return
+    found, _ = searched(value, slope, curvature)
+    sampled = next((t for t, v in zip(times, values, strict=True) if v > shift + 10.0 * TIE), inf)
+    if found == inf:
+        assert sampled == inf
+        return
+    assert value(found) > 0.0
+    first = bracket_root(value, 0.0, found)[1]
+    assert first <= sampled
+    # Before it, nothing is above zero by more than the tie.
+    assert all(value(first * k / 500.0) <= TIE + 1e-15 for k in range(500))

@@ -1,0 +1,48 @@
+"""Pulleys with masses on their cords, as data, for tests."""
+
+from typing import Any
+
+from frictionsim.scenario.validation import validate
+from frictionsim.simulation.simulate import RunResult, run
+from tests.support.scenarios import SCENARIOS, Scenario, changed
+
+GRAVITY = 9.81
+
+
+def lift(**changes: Any) -> Scenario:
+    """Return a pulley with car and counterweight, driven by a torque; keys as `a__b=value`."""
+    data: Scenario = {
+        "kind": "pulley",
+        "mechanism": {"cord_radius": 0.25, "inertia": 2.0, "load": 0.0},
+        "drive": {"torque": 0.0},
+        "effects": {"hanging_masses": {"car": 100.0, "counterweight": 80.0, "g": GRAVITY}},
+        "solver": {"duration": 2.0, "rtol": 1e-11, "atol": 1e-14},
+        "output": {"interval": 0.1},
+    }
+    return changed(data, **changes)
+
+
+SHAFT = {"shaft_radius": 0.05, "mu_s": 0.3, "mu_k": 0.2}
+CORD = {"mu_s": 0.12, "mu_k": 0.1, "wrap_deg": 180.0}
+
+
+def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
+    """Return a signal through points (time, value)."""
+    return {"time": [t for t, _ in points], "value": [v for _, v in points]}
+
+
+def solved(data: Scenario) -> RunResult:
+    """Return the run of a scenario that is done and whose audit is passed."""
+    result = run(validate(data, SCENARIOS), lambda t: None)
+    assert (result.status, result.exit_code) == ("done", 0), result.reason
+    return result
+
+
+def events(result: RunResult) -> list[tuple[str, int, int]]:
+    """Return contact and modes of each event."""
+    return [(e.contact, e.mode_from, e.mode_to) for e in result.transitions]
+
+
+def times(result: RunResult) -> list[float]:
+    """Return the times of the events, s."""
+    return [e.time for e in result.transitions]

@@ -1,0 +1,228 @@
+"""The balance of a body at rest on a shaft in a hundred digits, from the data of a scenario.
+
+It turns points and directions by rotation, sums forces and moments, and shares nothing with the
+package. The unknown is a value in the data, and eq 24 follows from the balances with two values.
+"""
+
+import copy
+from itertools import pairwise
+from typing import Any
+
+import mpmath
+from hypothesis import strategies as st
+from mpmath import mp, mpf
+
+from tests.support.drawn_scenarios import of_size
+from tests.support.scenarios import Scenario
+
+DIGITS = 100
+# What is left of differences that vanish; a friction of 1e-30 leaves 1e-60 of those of squares.
+NOISE_OF_SQUARES, NOISE = mpf("1e-85"), mpf("1e-45")
+Vector = tuple[Any, Any]
+
+
+def turned(vector: Any, angle: Any) -> Vector:
+    """Return a vector turned counter-clockwise, rad."""
+    x, y = map(mpf, vector)
+    c, s = mpmath.cos(angle), mpmath.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def size_of(table: Any, time: float, degrees: Any) -> Any:
+    """Return the size of a load at rest: a number, or of points over time, speed or angle."""
+    if not isinstance(table, dict):
+        return mpf(table)
+    (key,) = table.keys() - {"value"}
+    x = {"time": mpf(time), "speed": mpf(0), "angle_deg": degrees}[key]
+    points = list(zip(map(mpf, table[key]), map(mpf, table["value"]), strict=True))
+    if x <= points[0][0]:
+        return points[0][1]
+    for (x0, y0), (x1, y1) in pairwise(points):
+        if x < x1:
+            return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+    return points[-1][1]
+
+
+def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
+    """Return the moment, N m, and the components of the resultant, N."""
+    effects, time = data.get("effects", {}), data.get("statics", {}).get("time", 0.0)
+    degrees = mpf(degrees)
+    angle = degrees * mp.pi / 180
+    moment = across = up = mpf(0)
+    for force in data.get("forces", ()):
+        size = size_of(force["size"], time, degrees)
+        x, y = map(mpf, force["direction"])
+        length = mpmath.sqrt(x * x + y * y)
+        direction = turned((x / length, y / length), angle if force.get("direction_turns") else 0)
+        across, up = across + size * direction[0], up + size * direction[1]
+        if "cord_radius" in force:
+            moment += mpf(force["cord_radius"]) * size
+            continue
+        point = turned(force["point"], angle if force.get("point_turns", True) else 0)
+        moment += size * (point[0] * direction[1] - point[1] * direction[0])
+    for couple in data.get("couples", ()):
+        moment += size_of(couple["size"], time, degrees)
+    if "gravity" in effects:
+        g = mpf(effects["gravity"]["g"])
+        up -= g * mpf(data["mechanism"].get("mass", 0.0))
+        if "eccentric_mass" in effects:
+            eccentric = effects["eccentric_mass"]
+            weight = g * mpf(eccentric["mass"])
+            at = angle + mpf(eccentric.get("azimuth_deg", 0.0)) * mp.pi / 180
+            up -= weight
+            moment -= weight * mpf(eccentric["radius"]) * mpmath.cos(at)
+    if "torsion_spring" in effects:
+        spring = effects["torsion_spring"]
+        twist = degrees - mpf(spring.get("free_angle_deg", 0.0))
+        moment -= mpf(spring["stiffness"]) * twist * mp.pi / 180
+    return moment, across, up
+
+
+def placed(data: Scenario, value: Any) -> Scenario:
+    """Return the data with a value of the unknown."""
+    found = copy.deepcopy(data)
+    *tables, last = data["statics"]["unknown"].split(".")
+    table: Any = found
+    for name in tables:
+        if isinstance(table, list):
+            table = next(row for row in table if row["name"] == name)
+        else:
+            table = table[name]
+    if last != "distance":
+        table[last] = value
+        return found
+    x, y = map(mpf, table["point"])
+    length = mpmath.sqrt(x * x + y * y)
+    table["point"] = [value * x / length, value * y / length]
+    return found
+
+
+def friction_radius(data: Scenario) -> Any:
+    """Return r_s, m."""
+    journal = data.get("effects", {}).get("shaft_friction")
+    if journal is None:
+        return mpf(0)
+    mu = mpf(journal["mu_s"])
+    return mpf(journal["shaft_radius"]) * mu / mpmath.sqrt(1 + mu * mu)
+
+
+def excess(data: Scenario, value: Any, degrees: Any) -> Any:
+    """Return M^2 - r_s^2 F^2 with a value of the unknown."""
+    of = placed(data, value)
+    moment, across, up = balance(of, degrees)
+    return moment**2 - friction_radius(of) ** 2 * (across**2 + up**2)
+
+
+def roots(data: Scenario, degrees: Any) -> list[tuple[Any, int]]:
+    """Return all real roots in ascending order, with the signs of their moments."""
+    if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
+        return friction_roots(data, degrees)
+    without, with_one = (balance(placed(data, mpf(x)), degrees) for x in (0, 1))
+    slope = [one - zero for one, zero in zip(with_one, without, strict=True)]
+    r = friction_radius(data)
+    a, b, c = (
+        one[0] * two[0] - r * r * (one[1] * two[1] + one[2] * two[2])
+        for one, two in ((slope, slope), (slope, without), (without, without))
+    )
+    root = b * b - a * c
+    if abs(root) <= NOISE_OF_SQUARES * (b * b + abs(a * c)):
+        root = mpf(0)
+    if abs(a) <= NOISE * slope[0] ** 2:
+        found = {-c / (2 * b)} if b else set()
+    elif root < 0:
+        found = set()
+    else:
+        found = {(-b - mpmath.sqrt(root)) / a, (-b + mpmath.sqrt(root)) / a}
+    return [(x, direction(data, x, degrees)) for x in sorted(found)]
+
+
+def direction(data: Scenario, value: Any, degrees: Any) -> int:
+    """Return the sign of the moment with a value of the unknown; zero where it vanishes."""
+    moment, without = (balance(placed(data, x), degrees)[0] for x in (value, mpf(0)))
+    if abs(moment) <= NOISE * (abs(without) + abs(moment - without)):
+        return 0
+    return int(mpmath.sign(moment))
+
+
+def friction_roots(data: Scenario, degrees: Any) -> list[tuple[Any, int]]:
+    """Return the root for the coefficient or the radius, found by bisection of the excess."""
+    moment, across, up = balance(data, degrees)
+    if abs(moment) <= NOISE * mpmath.hypot(across, up):
+        return [(mpf(0), 0)]
+    high = mpf(1)
+    while excess(data, high, degrees) > 0:
+        high *= 2
+        if high > mpf(10) ** 60:
+            return []
+    low = mpf(0)
+    for _ in range(400):
+        middle = (low + high) / 2
+        low, high = (middle, high) if excess(data, middle, degrees) > 0 else (low, middle)
+    return [(high, int(mpmath.sign(moment)))]
+
+
+# --- drawn scenarios
+
+SIDES = st.sampled_from([-1.0, 1.0])
+NUMBERS = st.builds(lambda side, size: side * size, SIDES, of_size(0.1, 10.0))
+DIRECTIONS = st.one_of(
+    st.sampled_from([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 1.0]]),
+    # Rounded: an arm of 1e-248 is one of rounding to the references, and none to the package.
+    st.tuples(st.floats(-1.0, 1.0).map(lambda x: round(x, 9)), of_size(0.01, 1.0)).map(list),
+)
+ANGLES = st.one_of(
+    st.sampled_from([0.0, 90.0, -90.0, 180.0, 45.0, 450.0]), st.floats(-720.0, 720.0)
+)
+
+
+@st.composite
+def forces(draw: st.DrawFn, name: str, size: float) -> Any:
+    """Draw a force: fixed, turning, or of a cord; some of its size, or of its arm, is zero."""
+    force: dict[str, Any] = {
+        "name": name,
+        "size": size * draw(st.one_of(NUMBERS, NUMBERS, st.just(0.0))),
+        "direction": draw(DIRECTIONS),
+    }
+    if draw(st.booleans()):
+        return force | {"cord_radius": draw(NUMBERS)}
+    point = [draw(st.one_of(NUMBERS, st.just(0.0))), draw(NUMBERS)]
+    turns = {"point_turns": draw(st.booleans()), "direction_turns": draw(st.booleans())}
+    return force | {"point": point} | turns
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> Scenario:
+    """Draw a body under some loads, with one of the keys for which eq 24 may be solved."""
+    size = draw(st.sampled_from([1.0, 1.0, 1e3, 1e-20, 1e20]))
+    names = ["one", "two", "three"][: draw(st.integers(1, 3))]
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1e40, "mass": size * draw(of_size(0.01, 1.0))},
+        "forces": [draw(forces(name, size)) for name in names],
+        "couples": [{"name": "couple", "size": size * draw(NUMBERS)}],
+        "effects": {
+            "shaft_friction": {
+                "shaft_radius": draw(of_size(0.01, 0.3)),
+                "mu_s": draw(st.one_of(of_size(1e-3, 3.0), st.sampled_from([0.0, 0.75, 1e-30]))),
+                "mu_k": 0.0,
+            }
+        },
+    }
+    keys = ["couples.couple.size", *(f"forces.{name}.size" for name in names * 3)]
+    for force in data["forces"]:
+        arm = "cord_radius" if "cord_radius" in force else "distance"
+        if force["size"]:
+            keys.append(f"forces.{force['name']}.{arm}")
+    if draw(st.booleans()):
+        data["effects"]["gravity"] = {"g": 9.81}
+        keys += ["mechanism.mass", "effects.gravity.g"]
+        eccentric = {"mass": size, "radius": draw(of_size(0.01, 1.0)), "azimuth_deg": draw(ANGLES)}
+        data["effects"]["eccentric_mass"] = eccentric
+        keys += ["effects.eccentric_mass.mass", "effects.eccentric_mass.radius"]
+    if draw(st.booleans()):
+        spring = {"stiffness": size * draw(of_size(0.1, 1.0)), "free_angle_deg": draw(ANGLES)}
+        data["effects"]["torsion_spring"] = spring
+        keys += [f"effects.torsion_spring.{key}" for key in spring]
+    keys += ["effects.shaft_friction.shaft_radius", "effects.shaft_friction.mu_s"]
+    data["statics"] = {"unknown": draw(st.sampled_from(keys)), "angle_deg": draw(ANGLES)}
+    return data
