@@ -157,14 +157,15 @@ def bodies(draw: st.DrawFn) -> Scenario:
     number = st.floats(-20.0, 20.0).map(lambda x: round(x, 6))
     sizes = st.one_of(visible_signals(20.0, jumps=True), number, bent())
     arms = st.floats(0.1, 0.5)
+    shares = st.floats(-1.0, 1.0).map(lambda x: round(x, 9))  # no arms that are one of rounding
 
     def force(name: str) -> dict[str, Any]:
-        size, direction = draw(sizes), [draw(st.floats(-1.0, 1.0)), draw(arms)]
+        size, direction = draw(sizes), [draw(shares), draw(arms)]
         found = {"name": name, "size": size, "direction": direction}
         if draw(st.integers(0, 3)) == 0:
             return found | {"cord_radius": draw(st.sampled_from([-0.2, 0.3]))}
         turns = {"point_turns": draw(st.booleans()), "direction_turns": draw(st.booleans())}
-        return found | {"point": [draw(arms), draw(st.floats(-0.5, 0.5))]} | turns
+        return found | {"point": [draw(arms), 0.5 * draw(shares)]} | turns
 
     gravity = {"gravity": {"g": 9.81}} if draw(st.booleans()) else {}
     effects = {

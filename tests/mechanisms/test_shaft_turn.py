@@ -134,6 +134,24 @@ def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
     assert found["motor_clockwise_largest_angle"].value == pytest.approx(radians(360.0), abs=1e-15)
 
 
+@pytest.mark.parametrize("angle", [0.0, 30.0, 90.0000001, 200.0])
+@pytest.mark.parametrize("turning", ["point_turns", "direction_turns"])
+def test_an_unknown_that_drops_out_at_an_angle_is_no_root_there(angle: float, turning: str) -> None:
+    """Two forces of the arm 0.5 m cos q: (1 + x) 0.5 m cos q = 0; at +-90 deg any x will do."""
+    turns = {"point_turns": False, "direction_turns": False} | {turning: True}
+    up: Scenario = {"point": [0.5, 0.0], "direction": [0.0, 2.0]}
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "forces": [{"name": "pull", "size": 0.0} | up | turns, {"name": "load", "size": 1.0} | up],
+        "statics": {"unknown": "forces.pull.size", "angle_deg": angle},
+    }
+    found = fs.static(fs.load(data))
+    for direction in DIRECTIONS:
+        for side in SIDES:
+            assert found[f"pull_{direction}_{side}"].value == -1.0
+
+
 def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> None:
     """A spring of 2 N m/rad: its couple grows over the turn, half of which is before 90 deg."""
     data: Scenario = {

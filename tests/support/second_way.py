@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Callable
 from math import inf, pi, radians, sin
 from pathlib import Path
+from sys import float_info
 from typing import Any, NamedTuple
 
 import h5py
@@ -35,7 +36,8 @@ class Seen(NamedTuple):
         """Return whether a quantity of the summary agrees within the uncertainty."""
         if self.value is None or found is None:
             return self.value is found
-        return abs(found - self.value) <= self.uncertainty
+        # Numbers below the smallest normal one have no digits left.
+        return abs(found - self.value) <= self.uncertainty + float_info.min
 
 
 class Record(NamedTuple):

@@ -79,11 +79,11 @@ def roots_at(balance: Balance, degrees: Decimal) -> Roots:
         return _coefficients(given, balance.given.sizes[0], balance.shaft_radius)
     if balance.unknown.label == "shaft_radius":
         return _radii(given, balance.given.sizes[0], balance.mu)
-    radius = balance.friction_radius
+    sought, radius = balance.sought.at(degrees), balance.friction_radius
     moment, component = balance.given.sizes
-    return roots_of(
-        given, balance.sought.at(degrees), radius, EXACT * (moment + radius * component)
-    )
+    roots = roots_of(given, sought, radius, EXACT * (moment + radius * component))
+    # What is left of an unknown that drops out here is of the rounding of these numbers.
+    return roots if _has_part(balance, sought) else roots._replace(found=())
 
 
 def enters(balance: Balance, degrees: Decimal) -> bool:
@@ -93,7 +93,12 @@ def enters(balance: Balance, degrees: Decimal) -> bool:
         reaction = _length(*balance.given.at(degrees)[1:])
         acting = balance.mu > 0 or balance.unknown.label == "mu_s"
         return acting and reaction > EXACT * balance.given.sizes[1]
-    moment, across, up = balance.sought.at(degrees)
+    return _has_part(balance, balance.sought.at(degrees))
+
+
+def _has_part(balance: Balance, sought: Values) -> bool:
+    """Return whether an unknown with this moment and these components is in eq 24."""
+    moment, across, up = sought
     arm, component = balance.sought.sizes
     radius = balance.friction_radius
     entering = max(abs(moment), radius * max(abs(across), abs(up)))
