@@ -5,7 +5,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from frictionsim.scenario.friction_law import check_kinetic
+from frictionsim.scenario.friction_law import CoefficientsOfFriction
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
 MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips
@@ -63,20 +63,17 @@ class HangingMasses(Params):
         return self.counterweight + 0.5 * self.rope
 
 
-class CordFriction(Params):
+class CordFriction(CoefficientsOfFriction):
     """Dry friction of the cord on the pulley, of Euler and Eytelwein: the cord may slip.
 
     It sticks while the ratio of the tensions is at most exp(mu_s wrap); slipping, the ratio is
     exp(mu_k wrap).
     """
 
-    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
-    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
     wrap_deg: float = unit_field("deg", "Angle of wrap, of all turns together.", 180.0, gt=0)
 
     @model_validator(mode="after")
-    def _is_in_range(self) -> Self:
-        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+    def _cord_can_slip(self) -> Self:
         if self.mu_s * radians(self.wrap_deg) > MAX_EXPONENT:
             raise inconsistent(
                 ("wrap_deg",),

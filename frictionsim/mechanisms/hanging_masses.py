@@ -21,6 +21,11 @@ Fault = tuple[tuple[str, ...], str]
 """A key and what is wrong with it."""
 
 
+def limiting_ratio(mu: float, wrap_deg: float) -> float:
+    """Return exp(mu phi), the ratio of the tensions of a cord that slips or is about to."""
+    return exp(mu * radians(wrap_deg))
+
+
 class Numbers(NamedTuple):
     """The numbers of a scenario with hanging masses.
 
@@ -71,7 +76,6 @@ def numbers_of(scenario: "PulleyScenario") -> Numbers:
     geometry, effects = scenario.mechanism, scenario.effects
     masses, journal, cord = effects.hanging_masses, effects.shaft_friction, effects.cord_friction
     assert masses is not None
-    wrap = radians(cord.wrap_deg) if cord else 0.0
     return Numbers(
         geometry.cord_radius,
         geometry.inertia,
@@ -82,8 +86,8 @@ def numbers_of(scenario: "PulleyScenario") -> Numbers:
         effects.viscous_damping.coefficient if effects.viscous_damping else 0.0,
         journal.static_radius if journal else 0.0,
         journal.kinetic_radius if journal else 0.0,
-        exp(cord.mu_s * wrap) if cord else inf,
-        exp(cord.mu_k * wrap) if cord else inf,
+        limiting_ratio(cord.mu_s, cord.wrap_deg) if cord else inf,
+        limiting_ratio(cord.mu_k, cord.wrap_deg) if cord else inf,
         scenario.drive.force is None,
     )
 

@@ -1,12 +1,13 @@
 """The pictures of a pulley with masses on its cord: its response, and the traction of the cord."""
 
-from math import exp, radians
+from math import radians
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.patches import Patch
 
 from frictionsim.errors import InputError
+from frictionsim.mechanisms.hanging_masses import limiting_ratio
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -152,8 +153,8 @@ def ratios(result: "Record") -> tuple[float, float] | None:
     if CORD + "_friction" not in scenario_of(result).get("effects", {}):
         return None
     cord = scenario_value(result, "effects", "cord_friction")
-    wrap = radians(float(cord.get("wrap_deg", 180.0)))
-    return exp(float(cord["mu_s"]) * wrap), exp(float(cord["mu_k"]) * wrap)
+    wrap = float(cord["wrap_deg"])
+    return limiting_ratio(float(cord["mu_s"]), wrap), limiting_ratio(float(cord["mu_k"]), wrap)
 
 
 def slipping_phases(result: "Record") -> list[tuple[float, float]]:
@@ -185,7 +186,7 @@ def with_derived(result: "Record") -> "Record":
     """
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
     found = {name: np.asarray(values) for name, values in result.channels.items()}
-    start = radians(float(scenario_of(result)["mechanism"].get("initial_angle_deg", 0.0)))
+    start = radians(float(scenario_value(result, "mechanism", "initial_angle_deg")))
 
     def derive(of: Any) -> dict[str, Any]:
         new = {}

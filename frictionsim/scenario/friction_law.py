@@ -1,4 +1,4 @@
-"""The friction law of an effect of dry friction, and the check of its coefficients."""
+"""The friction law and the coefficients of an effect of dry friction, and their check."""
 
 from typing import Any, ClassVar, Literal, Self
 
@@ -39,6 +39,18 @@ class FrictionLaw(Params):
     def law_of_contact(self) -> dict[str, Any]:
         """Return law and transition speed as arguments of `DryFriction`."""
         return {"law": self.law, "transition_speed": self.transition_speed or TRANSITION_SPEED}
+
+
+class CoefficientsOfFriction(Params):
+    """`mu_s` and `mu_k` of dry friction."""
+
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+        return self
 
 
 def check_kinetic(name: str, kinetic: float, static_name: str, static: float) -> None:

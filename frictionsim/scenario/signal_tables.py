@@ -1,10 +1,9 @@
 """The forms of a signal in a scenario: number, points, sine, smooth step, CSV file."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 from math import fmod, pi, radians
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import (
     BeforeValidator,
@@ -20,8 +19,37 @@ from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
 
-class PiecewiseLinearTable(Params):
+class PointsTable(Params):
+    """Points between which a value is linear: of time, of a speed or of an angle."""
+
+    # The key of what the value depends on, its word in messages, and its unit.
+    ARGUMENT: ClassVar[tuple[str, str, str]]
+
+    if TYPE_CHECKING:  # a field of the tables, behind that of the argument
+        value: tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _points_make_a_signal(self) -> Self:
+        key, name, unit = self.ARGUMENT
+        points, values = getattr(self, key), self.value
+        if len(points) != len(values):
+            raise inconsistent(
+                ("value",), f"{len(values)} values for {len(points)} {name}s; give one for each"
+            )
+        for i, (earlier, later) in enumerate(pairwise(points)):
+            if not later > earlier:
+                raise inconsistent(
+                    (key,),
+                    f"{name}s must increase from point to point, but point {i + 2} at {later}"
+                    f" {unit} follows one at {earlier} {unit}",
+                )
+        return self
+
+
+class PiecewiseLinearTable(PointsTable):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
+
+    ARGUMENT = ("time", "time", "s")
 
     time: tuple[float, ...] = unit_field(
         "s", "Times of the points, increasing.", min_length=1, strict=False
@@ -30,19 +58,16 @@ class PiecewiseLinearTable(Params):
         min_length=1, strict=False, description="Values at these times; constant before and after."
     )
 
-    @model_validator(mode="after")
-    def _points_make_a_signal(self) -> Self:
-        _check_points("time", self.time, "s", self.value)
-        return self
-
     def signal(self) -> Signal:
         if len(set(self.value)) == 1:
             return Constant(self.value[0])
         return PiecewiseLinear(self.time, self.value)
 
 
-class SpeedTable(Params):
+class SpeedTable(PointsTable):
     """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
+
+    ARGUMENT = ("speed", "speed", "rad/s")
 
     speed: tuple[float, ...] = unit_field(
         "rad/s", "Speeds of the points, increasing.", min_length=1, strict=False
@@ -51,14 +76,11 @@ class SpeedTable(Params):
         min_length=1, strict=False, description="Values at these speeds; constant beyond them."
     )
 
-    @model_validator(mode="after")
-    def _points_make_a_signal(self) -> Self:
-        _check_points("speed", self.speed, "rad/s", self.value)
-        return self
 
-
-class AngleTable(Params):
+class AngleTable(PointsTable):
     """`{angle_deg = [...], value = [...]}`: a value that depends on an angle, not on time."""
+
+    ARGUMENT = ("angle_deg", "angle", "deg")
 
     angle_deg: tuple[float, ...] = unit_field(
         "deg", "Angles of the points, increasing; turns are counted.", min_length=1, strict=False
@@ -66,28 +88,6 @@ class AngleTable(Params):
     value: tuple[float, ...] = Field(
         min_length=1, strict=False, description="Values at these angles; constant beyond them."
     )
-
-    @model_validator(mode="after")
-    def _points_make_a_signal(self) -> Self:
-        _check_points("angle", self.angle_deg, "deg", self.value, key="angle_deg")
-        return self
-
-
-def _check_points(
-    name: str, points: Sequence[float], unit: str, values: Sequence[float], key: str = ""
-) -> None:
-    """Check that there is one value for each point, and that the points increase."""
-    if len(points) != len(values):
-        raise inconsistent(
-            ("value",), f"{len(values)} values for {len(points)} {name}s; give one for each"
-        )
-    for i, (earlier, later) in enumerate(pairwise(points)):
-        if not later > earlier:
-            raise inconsistent(
-                (key or name,),
-                f"{name}s must increase from point to point, but point {i + 2} at {later} {unit}"
-                f" follows one at {earlier} {unit}",
-            )
 
 
 class SineParameters(Params):

@@ -43,7 +43,7 @@ class MultiContactSimulation(RecordedSimulation):
             lambda recording: MultiContactSolver(mechanism, scenario.solver, recording),
             first + contacts + len(mechanism.energy_integrals),
         )
-        self.mode_columns = slice(first, first + contacts)  # type: ignore[misc]
+        self.mode_columns = slice(first, first + contacts)
         self._mechanism = mechanism
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)

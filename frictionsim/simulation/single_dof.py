@@ -45,7 +45,7 @@ class RecordedSimulation:
     """
 
     MODE: ClassVar[Values] = DIRECTION
-    mode_columns: ClassVar[slice] = slice(event_samples.MODE, event_samples.MODE + 1)
+    mode_columns = slice(event_samples.MODE, event_samples.MODE + 1)
 
     def __init__(
         self, scenario: "Scenario", solver: "Callable[[SampleBuffer], SteppingSolver]", width: int

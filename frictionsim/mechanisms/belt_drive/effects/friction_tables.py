@@ -4,25 +4,13 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionsim.scenario.friction_law import check_kinetic
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.friction_law import CoefficientsOfFriction
+from frictionsim.scenario.schema import inconsistent, unit_field
 
 UNITS = {"transition_speed": "m/s", "maximum_creep": "m"}
 
 
-class CoefficientsTable(Params):
-    """Friction of one pulley, or of a part of the belt."""
-
-    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
-    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
-
-    @model_validator(mode="after")
-    def _kinetic_not_above_static(self) -> Self:
-        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
-        return self
-
-
-class BeltFrictionTable(CoefficientsTable):
+class BeltFrictionTable(CoefficientsOfFriction):
     """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
 
     LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
@@ -43,7 +31,7 @@ class BeltFrictionTable(CoefficientsTable):
         None,
         gt=0,
     )
-    pulleys: dict[str, CoefficientsTable] = Field(
+    pulleys: dict[str, CoefficientsOfFriction] = Field(
         default_factory=dict,
         description="Coefficients of a pulley that differs from the others, by its name.",
     )

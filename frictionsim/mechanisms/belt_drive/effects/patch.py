@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
-from frictionsim.mechanisms.belt_drive.effects.friction_tables import CoefficientsTable
+from frictionsim.scenario.friction_law import CoefficientsOfFriction
 from frictionsim.scenario.schema import inconsistent, unit_field
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
-class PatchTable(CoefficientsTable):
+class PatchTable(CoefficientsOfFriction):
     """`[effects.patch]`: a part of the belt with a friction of its own, by its unstretched length.
 
     Measured from where the belt leaves the first pulley at the start, in its direction.
