@@ -151,13 +151,19 @@ def gears_with_points(draw: st.DrawFn) -> Scenario:
     return data
 
 
+def rounded(table: Any) -> Any:
+    """Return a signal with nine digits behind the point: no size or arm that is of rounding."""
+    if isinstance(table, dict):
+        return {key: rounded(value) for key, value in table.items()}
+    return [rounded(x) for x in table] if isinstance(table, list) else round(table, 9)
+
+
 @st.composite
 def bodies(draw: st.DrawFn) -> Scenario:
     """Bodies on a shaft under forces of all forms, with or without an unknown of statics."""
     number = st.floats(-20.0, 20.0).map(lambda x: round(x, 6))
-    sizes = st.one_of(visible_signals(20.0, jumps=True), number, bent())
-    arms = st.floats(0.1, 0.5)
-    shares = st.floats(-1.0, 1.0).map(lambda x: round(x, 9))  # no arms that are one of rounding
+    sizes = st.one_of(visible_signals(20.0, jumps=True).map(rounded), number, bent())
+    arms, shares = st.floats(0.1, 0.5), st.floats(-1.0, 1.0).map(rounded)
 
     def force(name: str) -> dict[str, Any]:
         size, direction = draw(sizes), [draw(shares), draw(arms)]

@@ -20,7 +20,7 @@ from tests.support.second_way import (
 from tests.support.second_way_shafts import shaft_of
 
 SCANNED = 40_001
-# A root that is so many times as large as most of the others is beside a pole.
+# A root that is so many times as large as most of the others but zeros is beside a pole.
 POLE = 1e3
 HUGE = 1e300
 # Torques and reactions are sums of few terms; what is left of them has the rounding of the terms.
@@ -148,13 +148,15 @@ def roots(scenario: Table, angle: Any) -> dict[int, Array]:
     cross = none[0] * a[0] - r**2 * (none[1] * a[1] + none[2] * a[2])
     rest = none[0] ** 2 - r**2 * (none[1] ** 2 + none[2] ** 2)
     found = {}
+    inside = cross**2 - square * rest
+    double = abs(inside) <= 1e-15 * (cross**2 + abs(square * rest))  # but for rounding
     with np.errstate(all="ignore"):
-        surd = np.sqrt(cross**2 - square * rest)
+        surd = np.sqrt(np.where(double, 0.0, inside))
         values = np.array([(-cross - surd) / square, (-cross + surd) / square])
         moments = none[0] + a[0] * values
-    values[1, values[1] == values[0]] = np.nan  # a double root
+    values[1, double] = np.nan
     for s in (1, -1):  # where moment and friction vanish together, both
-        found[s] = np.sort(np.where(s * moments >= 0.0, values, np.nan), axis=0)
+        found[s] = np.sort(np.where((s * moments >= 0.0) | double, values, np.nan), axis=0)
     if r == 0.0:
         with np.errstate(all="ignore"):
             root = -none[0] / a[0]
@@ -206,10 +208,13 @@ def _extreme(values: Array, sign: int, angles: Array) -> tuple[Seen, Seen]:
     # Beside it, the curve is off by less than to the neighbours: they are of a smooth extremum.
     beside = values[:, max(i - 1, 0) : i + 2]
     drop = best - float(np.nanmin(np.where(abs(beside - best) < abs(best) + 1.0, beside, np.nan)))
-    near = np.fmax(*values) >= best - 4.0 * drop - 1e-9 * (1.0 + abs(best))
-    where = angles[near]
-    angle = Seen(float(angles[i]), float(np.max(np.abs(where - angles[i]))) + 1e-3)
-    if best > POLE * float(np.nanmedian(abs(values))):
+    others = abs(values[~np.isnan(values) & (values != 0.0)])
+    pole = POLE * float(np.median(others)) if others.size else np.inf
+    # One of several poles is as good as another.
+    enough = best - 4.0 * drop - 1e-9 * (1.0 + abs(best)) if best <= pole else pole
+    off = np.abs(angles[np.fmax(*values) >= enough] - angles[i])
+    angle = Seen(float(angles[i]), float(np.max(off)) + 1e-3)
+    if best > pole:
         return Seen(None), angle
     return Seen(sign * best, 4.0 * drop + 1e-8 * (1.0 + abs(best))), angle
 
