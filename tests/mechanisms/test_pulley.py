@@ -221,19 +221,19 @@ def test_a_spinning_start_needs_no_breakaway() -> None:
     assert run.channels["angle"][-1] < 0.0
 
 
-def test_stick_of_a_million_steps_does_not_drift() -> None:
+def test_stick_of_many_steps_does_not_drift() -> None:
     """`rkf45` steps through the sticking phase; the state must stay bit-identical."""
     force = {"sine": {"mean": 2300.0, "amplitude": 400.0, "frequency_hz": 1e3}}
     data = pulley(
         drive__force=force,
         mechanism__initial_angle_deg=12.3,
         solver__backend="rkf45",
-        solver__duration=100.0,
+        solver__duration=20.0,
         solver__max_step=1e-4,
         output__interval=1.0,
     )
     run = simulate(data)
-    assert run.statistics.steps >= 1_000_000
+    assert run.statistics.steps >= 200_000
     assert run.transitions == []
     assert np.all(run.channels["angle"] == np.deg2rad(12.3))
     assert np.all(run.channels["angular_velocity"] == 0.0)

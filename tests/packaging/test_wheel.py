@@ -22,7 +22,7 @@ pytestmark = pytest.mark.packaging
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = "Scripts" if sys.platform == "win32" else "bin"
-FOR_TESTS = ("pytest", "hypothesis", "jsonschema", "taplo", "mpmath")
+FOR_TESTS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema", "taplo", "mpmath")
 # In turn, in one folder that is empty at first.
 COMMANDS = {
     "frictionsim --version": __version__,
@@ -127,5 +127,5 @@ def test_the_quick_tests_of_the_source_archive_pass(
     install = ("python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
     done = environment.run(*install, *FOR_TESTS, cwd=environment.folder)
     assert done.returncode == 0, done.stderr
-    done = environment.run("python", "-m", "pytest", "-m", "quick", cwd=archives.sources)
+    done = environment.run("python", "-m", "pytest", "-m", "quick", "-n", "2", cwd=archives.sources)
     assert done.returncode == 0, done.stdout
