@@ -16,8 +16,8 @@ from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.audit import (
     ROUNDING,
+    allowed_residual,
     driving_power,
-    energy_limit,
     energy_residual,
     friction_violation,
     stick_drift,
@@ -207,7 +207,7 @@ class _Batch:
         self._tolerances = tolerances_of([scenario.solver for scenario in scenarios])
 
     def results(self, on_pass: Callable[[], object]) -> Iterator[tuple[int, SimulationResult]]:
-        """Yield the index and result of each run that was not given back."""
+        """Yield the index and result of each run that need not be done alone."""
         exact = with_exact_powers(self._joined)
         max_steps = self._scenarios[0].solver.max_steps
         solver = LockstepSolver(exact, self._tolerances, max_steps, on_pass)
@@ -218,7 +218,10 @@ class _Batch:
             yield from self._observe(runs, samples)
 
     def _observe(self, runs: Any, samples: SamplesOfRuns) -> Iterator[tuple[int, SimulationResult]]:
-        """Yield the results of runs with as many samples each, as `SingleDofSimulation.observe`."""
+        """Yield the results of runs with as many samples each, as `SingleDofSimulation.observe`.
+
+        One whose energy does not close is left out.
+        """
         mechanism, tolerances = selected(self._joined, runs), self._tolerances.select(runs)
         trajectory = trajectory_of(mechanism, samples.columns(runs), [])
         checks = _checks(mechanism, trajectory, tolerances)
@@ -227,6 +230,9 @@ class _Batch:
         rests = ~np.any(trajectory.velocity, axis=0) & ~(np.ptp(trajectory.position, axis=0) > 0.0)
         of_one = _split(trajectory)
         for i, run in enumerate(runs.tolist()):
+            found = checks(i)
+            if not found["energy_balance"].ok:
+                continue  # alone, its limit is one of all its steps
             alone = of_one(i, samples.transitions(run))
             drift = stick_drift(alone) if may_drift[i] else 0.0
             yield (
@@ -236,7 +242,7 @@ class _Batch:
                     channels={},
                     transitions=alone.transitions,
                     quantities=_quantities(self._mechanisms[run], alone),
-                    checks=checks(i) | {"stick_drift": Check(drift, 0.0)},
+                    checks=found | {"stick_drift": Check(drift, 0.0)},
                     non_finite_tail=False,
                     warnings=self._warnings(run, alone, bool(rests[i])),
                 ),
@@ -282,7 +288,7 @@ def _split(trajectory: Trajectory) -> Any:
 def _checks(mechanism: Mechanism, trajectory: Trajectory, tolerances: Tolerances) -> Any:
     """Return a function of the index of a run that returns its checks, without the drift."""
     assert mechanism.contact is not None  # of `joined_mechanism`
-    limits = [energy_limit(rtol) for rtol in tolerances.rtol.tolist()]
+    limits = [allowed_residual(rtol) for rtol in tolerances.rtol.tolist()]
     size = energy_scale(mechanism, trajectory)
     energy = energy_residual(trajectory, np.array(limits), tolerances.atol, size).tolist()
     friction = friction_violation(trajectory, mechanism.contact).tolist()

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from frictionsim.results import SimulationResult, Transition
+from frictionsim.simulation.audit import allowed_residual
 from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.multi_contact_audit import audit
 from frictionsim.simulation.run_warnings import hidden_stick_slip
@@ -95,7 +96,12 @@ class MultiContactSimulation(RecordedSimulation):
             channels=mechanism.channels(trajectory) | energies,
             transitions=trajectory.transitions,
             quantities=self._quantities(trajectory, energies),
-            checks=audit(trajectory, mechanism, settings.rtol, settings.atol),
+            checks=audit(
+                trajectory,
+                mechanism,
+                allowed_residual(settings.rtol, self.statistics()[0]),
+                settings.atol,
+            ),
             non_finite_tail=samples.non_finite_tail,
             warnings=tuple(self._run_warnings(trajectory)),
             sides={

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def audit(
     trajectory: "MultiContactTrajectory",
     mechanism: "MultiContactMechanism",
-    rtol: float,
+    energy_limit: float,
     atol: float,
 ) -> dict[str, Check]:
     """Return the checks by name; all are relative except the drift, in the coordinate's unit.
@@ -37,10 +37,12 @@ def audit(
     ----------
     trajectory : MultiContactTrajectory
     mechanism : MultiContactMechanism
-    rtol, atol : float
-        Tolerances of the integration.
+    energy_limit : float
+        Allowed residual of the energy balance.
+    atol : float
+        Absolute tolerance of the integration.
     """
-    found = {"energy_balance": energy_check(trajectory, rtol, atol, mechanism.energy_scale)}
+    found = {"energy_balance": energy_check(trajectory, energy_limit, atol, mechanism.energy_scale)}
     frictions = mechanism.frictions
     if frictions:
         violation = max(friction_violation(trajectory, c, i) for i, c in frictions)

@@ -8,7 +8,7 @@ import numpy as np
 from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
 from frictionsim.simulation import event_samples
-from frictionsim.simulation.audit import audit
+from frictionsim.simulation.audit import allowed_residual, audit
 from frictionsim.simulation.checkpoint import (
     Arrays,
     dump_part,
@@ -219,7 +219,7 @@ class SingleDofSimulation(RecordedSimulation):
             checks=audit(
                 trajectory,
                 self._set_valued,
-                settings.rtol,
+                allowed_residual(settings.rtol, self.statistics()[0]),
                 settings.atol,
                 float(energy_scale(mechanism, trajectory)),
                 mechanism.stops,

@@ -109,7 +109,7 @@ def test_the_audit_sees_a_body_beyond_a_stop_and_an_impact_that_loses_nothing() 
     sound = simulation.trajectory()
 
     def failed(trajectory: Any) -> set[str]:
-        checks = audit(trajectory, None, 1e-11, 1e-12, 1.0, mechanism.stops)
+        checks = audit(trajectory, None, 1e-9, 1e-12, 1.0, mechanism.stops)
         assert isinstance(checks["end_stops"], Check)
         return {name for name, check in checks.items() if not check.ok}
 
@@ -134,9 +134,9 @@ def test_the_audit_sees_impacts_against_the_law_of_restitution() -> None:
     before = np.array(sound.sides["angular_velocity_before"])
     trajectory = simulation.trajectory()._replace(velocity_before=before, velocity_after=after)
     stops = mechanism_of(done).stops
-    assert audit(trajectory, None, 1e-11, 1e-12, 1.0, stops)["impact_law"].ok
+    assert audit(trajectory, None, 1e-9, 1e-12, 1.0, stops)["impact_law"].ok
     after[0] = 0.0
-    found = audit(trajectory, None, 1e-11, 1e-12, 1.0, stops)
+    found = audit(trajectory, None, 1e-9, 1e-12, 1.0, stops)
     assert {name for name, check in found.items() if not check.ok} == {"impact_law"}
     assert found["impact_law"].value == pytest.approx(0.36, rel=1e-12)
 

@@ -118,7 +118,7 @@ def trajectory(data: Scenario) -> tuple[MultiContactTrajectory, Any]:
 
 
 def failed(found: MultiContactTrajectory, mechanism: Any) -> list[str]:
-    checks = audit(found, mechanism, 1e-8, 1e-11)
+    checks = audit(found, mechanism, 1e-6, 1e-11)
     return [name for name, check in checks.items() if not check.ok]
 
 
