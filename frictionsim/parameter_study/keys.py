@@ -2,9 +2,7 @@
 
 from typing import Any, get_args
 
-from pydantic import BaseModel
-
-from frictionsim.scenario.model_fields import models_in
+from frictionsim.scenario.model_fields import fields_along
 from frictionsim.scenario.settings import Scenario
 
 PURE_NUMBER = "1"
@@ -20,27 +18,16 @@ def description_of(model: type[Scenario], key: str) -> tuple[str, str]:
     key : str
         As of --set; of an entry of a list the unit is that of the list.
     """
-    candidates: list[type[BaseModel]] = [model]
     unit, words = "", ""
-    for part in key.split("."):
-        name = part.strip()
-        if name.isdecimal():
-            continue
-        fields = [
-            field
-            for table in candidates
-            for known, field in table.model_fields.items()
-            if name in (known, field.alias)
-        ]
+    for fields in fields_along(model, key):
         if not fields:
-            return unit, words or key
+            break
         extra: Any = fields[0].json_schema_extra
         if isinstance(extra, dict) and "unit" in extra:
             unit, words = str(extra["unit"]), fields[0].description or key
         else:
             words = fields[0].description or words
             unit = PURE_NUMBER if _is_whole(fields[0].annotation) else unit
-        candidates = [table for field in fields for table in models_in(field.annotation)]
     return unit, words or key
 
 

@@ -35,41 +35,52 @@ def holds(annotation: Any, container: type) -> bool:
     )
 
 
-def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
-    """Return the fields that a key with dots may be of, as `effects.shaft_friction.mu_s`.
+def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
+    """Return the fields that the parts of a key may be of, as of `forces.load.size`.
+
+    An index or the name of an entry of a list, and a name of the user's choice, have none.
 
     Parameters
     ----------
     model : type
     key : str
+        With dots, as of --set.
 
     Returns
     -------
-    list of FieldInfo
-        Several where a value has several forms, as a signal; none if there is no such key.
+    list of list of FieldInfo
+        Several fields where a value has several forms, as a signal; none if there is no such key.
     """
-    models, found = [model], list[FieldInfo]()
-    for part in key.split("."):
-        if part.isdecimal():  # an index of a list
+    models, found, of_list = [model], list[list[FieldInfo]](), False
+    for part in map(str.strip, key.split(".")):
+        if of_list or part.isdecimal():
+            of_list = False
             continue
         fields = [
             field
             for one in models
             for name, field in one.model_fields.items()
-            if part == (field.alias or name)
+            if part in (name, field.alias)
         ]
-        if not fields and any(holds(field.annotation, dict) for field in found):
-            continue  # a name chosen by the user
-        found = fields
+        if not fields and found and any(holds(field.annotation, dict) for field in found[-1]):
+            continue
+        found.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
+        of_list = bool(models) and any(holds(field.annotation, tuple) for field in fields)
     return found
+
+
+def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
+    """Return the fields that a key with dots may be of; see `fields_along`."""
+    found = fields_along(model, key)
+    return found[-1] if found else []
 
 
 def unit_of_key(model: type[BaseModel], key: str) -> str:
     """Return the unit of the value of a key with dots; empty if it is not known."""
-    found, parts = "", key.split(".")
-    for end in range(1, len(parts) + 1):
-        for field in fields_of_key(model, ".".join(parts[:end])):
+    found = ""
+    for fields in fields_along(model, key):
+        for field in fields:
             extra = field.json_schema_extra
             if isinstance(extra, dict) and extra.get("unit"):
                 found = str(extra["unit"])
