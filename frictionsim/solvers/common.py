@@ -303,7 +303,30 @@ def advance(
         The crossing, if it is an event.
     """
     stepper.advance(limit, floor)
-    found = None
+    found, of_table = _cut_at_surfaces(stepper, mechanism)
+    while of_table and stepper.repeat_shorter(floor):
+        stepper.advance(limit, floor)
+        found, of_table = _cut_at_surfaces(stepper, mechanism)
+    contact = mechanism.contact
+    if contact is not None and contact.load is not None:
+        reversal = reversal_in_step(contact.load, mechanism, stepper)
+        if reversal < stepper.t:
+            stepper.truncate(reversal)
+            found = None
+    return found
+
+
+def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing | None, bool]:
+    """End the last step at the first switching surface that it crosses.
+
+    Returns
+    -------
+    crossing : Crossing or None
+        If it is an event.
+    of_table : bool
+        Whether the step ends at a surface of a table.
+    """
+    found, of_table = None, False
     for surface in mechanism.switching_surfaces:
         y_old, y = stepper.y_old, stepper.y
         crossing = surface.crossing(y_old[0], y_old[1], y[0], y[1])
@@ -315,13 +338,8 @@ def advance(
                 else None
             )
             stepper.truncate(after)
-    contact = mechanism.contact
-    if contact is not None and contact.load is not None:
-        reversal = reversal_in_step(contact.load, mechanism, stepper)
-        if reversal < stepper.t:
-            stepper.truncate(reversal)
-            found = None
-    return found
+            of_table = surface.is_of_table
+    return found, of_table
 
 
 def _crossing_bracket_in_step(

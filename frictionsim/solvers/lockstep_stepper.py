@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.solvers.runge_kutta_fehlberg import (
+from frictionsim.solvers.runge_kutta_fehlberg import MIN_TRIAL_STEP, Rhs, stages
+from frictionsim.solvers.step_size import (
     MAX_FACTOR,
     MIN_ERROR_NORM,
     MIN_FACTOR,
-    MIN_TRIAL_STEP,
     PI_ALPHA,
     PI_BETA,
     SAFETY,
     STEP_END_TOLERANCE,
-    Rhs,
-    stages,
 )
 
 if TYPE_CHECKING:

@@ -77,11 +77,14 @@ class SwitchingSurface(NamedTuple):
         Without a function, the surface consists of the multiples of this angle.
     event : str
         Name of the event to record; empty for none.
+    is_of_table : bool
+        The next surface may be closer than a step is long: a step that is cut here is checked anew.
     """
 
     function: Callable[[Value, Value], Value] | None = None
     every: float = 0.0
     event: str = ""
+    is_of_table: bool = False
 
     def crossing(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
         """Return a function of q and v that is positive after the first crossing of a step.

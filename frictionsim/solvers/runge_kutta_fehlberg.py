@@ -12,6 +12,13 @@ from typing import ClassVar
 from frictionsim.errors import BudgetExceeded
 from frictionsim.solvers.state_values import COUNT, NON_NEGATIVE, NUMBER, TIME, Values, unfit
 from frictionsim.solvers.step_errors import non_finite_error, step_underflow
+from frictionsim.solvers.step_size import (
+    MIN_ERROR_NORM,
+    STEP_END_TOLERANCE,
+    clipped_step,
+    next_step_size,
+    reduced_step,
+)
 
 State = MutableSequence[float]
 Rhs = Callable[[float, State, State], None]
@@ -27,13 +34,9 @@ A61, A62, A63, A64, A65 = -8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40
 B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
 E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
 
-SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
-MIN_FACTOR, MAX_FACTOR = 0.2, 5.0  # ibid.
-STEP_END_TOLERANCE = 1.0 - 1e-9  # merge a remainder shorter than 1e-9 h into the step
 MIN_TRIAL_STEP = 1e-100  # s, for the estimate of the first step
-# PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
-PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
-MIN_ERROR_NORM = 1e-10  # replaces smaller errors in the controller
+# Units in the last place of the time: a step that is cut so short is not repeated.
+SHORTEST = 16.0
 
 
 def stage_2(h: float, y: State, k1: State, stage: State) -> None:
@@ -131,31 +134,6 @@ def stages(
     rhs(t + C6 * h, stage, k6)
     solution_5(h, y, k1, k3, k4, k5, k6, y_new)
     error_estimate_5(h, k1, k3, k4, k5, k6, error)
-
-
-def reduced_step(h: float, error: float) -> float:
-    """Return the length of the next trial after a step of length h with an error above 1."""
-    return h * max(MIN_FACTOR, SAFETY * error**-0.2)
-
-
-def clipped_step(h: float, left: float) -> float:
-    """Return the length of the next step, at most `left`, s."""
-    if h >= left * STEP_END_TOLERANCE:
-        return left
-    if h > 0.5 * left:
-        return 0.5 * left  # two equal steps instead of a long one and a short one
-    return h
-
-
-def next_step_size(
-    h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
-) -> float:
-    """Return the length of the step after one of length h, s, from its error and the one before."""
-    growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
-    length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
-    # The error of a shortened step is not representative: keep the planned length.
-    kept = planned if not rejected_here and h < planned else 0.0
-    return min(max(length, kept), max_step)
 
 
 class RungeKuttaFehlberg45:
@@ -313,6 +291,23 @@ class RungeKuttaFehlberg45:
         self.t = t
         self._rhs(t, self.y, self.f)
         self.nfev += 1
+
+    def repeat_shorter(self, floor: float) -> bool:
+        """Undo the last step, which was truncated, if its error is too large; return whether it is.
+
+        The stages of the whole step may have passed over what those of the truncated one meet.
+        The next step is shorter, but not than `floor`, s, as in `advance`.
+        """
+        h = self.t - self.t_old
+        self._rk_step(h, self._inside, self._error)
+        error = self._error_norm()
+        if self._fixed_step or error <= 1.0 or h <= max(floor, SHORTEST * ulp(self.t)):
+            return False
+        self.t, self._h = self.t_old, max(floor, reduced_step(h, error))
+        self.y, self.y_old, self.f, self.f_old = self.y_old, self.y, self.f_old, self.f
+        self.steps -= 1
+        self.rejected += 1
+        return True
 
     def interpolate(self, t: float) -> State:
         """Return the state at a time within the last step; the next call overwrites it."""

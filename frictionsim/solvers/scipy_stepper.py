@@ -122,6 +122,10 @@ class ScipyStepper:
         self.t = t
         self._solver = None
 
+    def repeat_shorter(self, floor: float) -> bool:
+        """Keep the last step: after a truncated one the method starts anew, with a short step."""
+        return False
+
     def interpolate(self, t: float) -> State:
         """Return the state at a time within the last step, by the dense output of the method."""
         if t >= self.t:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import StepUnderflow
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
-from frictionsim.solvers import runge_kutta_fehlberg as one_run
+from frictionsim.solvers import step_size as one_run
 from frictionsim.solvers.lockstep_functions import (
     changed,
     functions_agree,
@@ -29,6 +29,7 @@ from frictionsim.solvers.lockstep_stepper import (
     reduced_steps,
 )
 from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from tests.support.scenarios import mechanism_of, pulley, simulate
 
 pytestmark = pytest.mark.quick
@@ -231,7 +232,7 @@ def test_steps_are_those_of_one_run(rates: list[float], max_step: float) -> None
     end = stepper.step(t, start.h, y, start.f)
     norm = stepper.error_norm(y, end)
     for i, rate in enumerate(rates):
-        alone = one_run.RungeKuttaFehlberg45(2, 1e-6, 1e-9, max_step, 100)
+        alone = RungeKuttaFehlberg45(2, 1e-6, 1e-9, max_step, 100)
         alone.start(rhs_of(rate), 0.5, [1.0, rate])
         assert (alone._h, alone.f) == (start.h[i], start.f[:, i].tolist())
         alone.advance(1e9)

@@ -265,8 +265,8 @@ def largest_arm(arms: Arms) -> float:
 
 def _surface_at(knot: float, over: str) -> SwitchingSurface:
     if over == "speed":
-        return SwitchingSurface(lambda angle, velocity: velocity - knot)
-    return SwitchingSurface(lambda angle, velocity: angle - knot)
+        return SwitchingSurface(lambda angle, velocity: velocity - knot, is_of_table=True)
+    return SwitchingSurface(lambda angle, velocity: angle - knot, is_of_table=True)
 
 
 class Elapsed:

@@ -41,15 +41,9 @@ from frictionsim.mechanisms.belt_drive.steppers.rkf45_state import (
     RKF45State,
     T,
 )
-from frictionsim.solvers import runge_kutta_fehlberg
-from frictionsim.solvers.runge_kutta_fehlberg import (
-    C2,
-    C3,
-    C4,
-    C6,
-    MIN_ERROR_NORM,
-    STEP_END_TOLERANCE,
-)
+from frictionsim.solvers import runge_kutta_fehlberg, step_size
+from frictionsim.solvers.runge_kutta_fehlberg import C2, C3, C4, C6
+from frictionsim.solvers.step_size import MIN_ERROR_NORM, STEP_END_TOLERANCE
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -69,9 +63,9 @@ stage_5 = inline_kernel(runge_kutta_fehlberg.stage_5)
 stage_6 = inline_kernel(runge_kutta_fehlberg.stage_6)
 solution_5 = inline_kernel(runge_kutta_fehlberg.solution_5)
 error_estimate_5 = inline_kernel(runge_kutta_fehlberg.error_estimate_5)
-clipped_step = inline_kernel(runge_kutta_fehlberg.clipped_step)
-reduced_step = inline_kernel(runge_kutta_fehlberg.reduced_step)
-next_step_size = inline_kernel(runge_kutta_fehlberg.next_step_size)
+clipped_step = inline_kernel(step_size.clipped_step)
+reduced_step = inline_kernel(step_size.reduced_step)
+next_step_size = inline_kernel(step_size.next_step_size)
 
 FIRST_STEP_RATIO = 0.01  # of the longest step
 

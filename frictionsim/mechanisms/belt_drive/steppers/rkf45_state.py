@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.solvers.runge_kutta_fehlberg import MIN_ERROR_NORM
 from frictionsim.solvers.state_values import (
     COUNT,
     NUMBER,
@@ -14,6 +13,7 @@ from frictionsim.solvers.state_values import (
     Rows,
     Values,
 )
+from frictionsim.solvers.step_size import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
     import numpy.typing as npt
