@@ -131,13 +131,17 @@ def energy_residual(trajectory: Energies, limit: Any, atol: Any, size: Any) -> A
 
 
 def friction_violation(trajectory: "Trajectory", contact: "DryFriction") -> Any:
-    """Return the largest violation of the friction law, relative to the static limit."""
+    """Return the largest violation of the friction law, relative to the largest of its limits.
+
+    The inertia of an eccentric mass loads a contact that slides, and none that sticks.
+    """
     u, q, v, mode = trajectory.drive, trajectory.position, trajectory.velocity, trajectory.mode
     static = contact.static_limit(u, q) + contact.roundoff(u, q)
+    kinetic = contact.kinetic_limit(u, q, v, mode)
     size = np.abs(trajectory.friction)
-    sliding_error = np.abs(size - contact.kinetic_limit(u, q, v, mode))
-    excess = np.where(mode == 0, size - static, sliding_error)
-    largest = np.max(static, axis=0, initial=0.0)
+    excess = np.where(mode == 0, size - static, np.abs(size - kinetic))
+    limits = np.maximum(static, np.where(mode == 0, 0.0, kinetic))
+    largest = np.max(limits, axis=0, initial=0.0)
     worst = np.max(excess, axis=0, initial=0.0)
     return _ratio(worst, largest, worst)
 

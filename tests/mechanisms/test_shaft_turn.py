@@ -49,6 +49,11 @@ def assert_no_root_is_missed(data: Scenario) -> None:
                 around = abs(np.radians(scans[s].degrees) - angle) % (2.0 * np.pi) < 2e-3
                 near = np.nanmax(abs(scans[s].values[:, around]))
                 assert near > 20.0 * np.nanmedian(abs(scans[s].values))
+            elif value == 0.0 and not shaft_turn.may_be_negative(data):  # a root passes zero
+                # It may go with the square root of the angle, 1.6e-4 rad from scan to scan.
+                around = abs(np.radians(scans[s].degrees) - angle) % (2.0 * np.pi) < 2e-3
+                assert np.nanmin(scans[s].values[:, around]) < 0.1 * np.nanmax(scans[s].values)
+                assert (side, best[0] < 0.1 * np.nanmax(scans[s].values)) == ("smallest", True)
             else:
                 wanted, where = shaft_turn.refined(data, s, sign, *best)
                 assert abs(value - wanted) <= TOLERANCE * abs(wanted)
@@ -150,6 +155,34 @@ def test_an_unknown_that_drops_out_at_an_angle_is_no_root_there(angle: float, tu
     for direction in DIRECTIONS:
         for side in SIDES:
             assert found[f"pull_{direction}_{side}"].value == -1.0
+
+
+def test_an_unknown_that_cannot_be_below_zero_has_no_such_extremes() -> None:
+    """A spring and a weight on the axis: (r_s g x)^2 = (k q)^2 with a mass x, largest at the ends.
+
+    The turn is from -90 to 270 deg, and not that of another turn.
+    """
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0, "mass": 2.0},
+        "effects": {
+            "gravity": {"g": 10.0},
+            "torsion_spring": {"stiffness": 3.0},
+            "shaft_friction": {"shaft_radius": 0.1, "mu_s": 0.75, "mu_k": 0.5},
+        },
+        "statics": {"unknown": "mechanism.mass", "angle_deg": 90.0},
+    }
+    found = fs.static(fs.load(data))
+    assert found["mass_clockwise"].value == pytest.approx(-found["mass_clockwise_second"].value)
+    for direction, end in (("counter_clockwise", -90.0), ("clockwise", 270.0)):
+        largest = found[f"mass_{direction}_largest"].value
+        assert largest == pytest.approx(3.0 * radians(abs(end)) / (0.1 * 0.6 * 10.0), rel=1e-14)
+        assert found[f"mass_{direction}_largest_angle"].value == pytest.approx(radians(end))
+        assert found[f"mass_{direction}_smallest"].value == 0.0
+        assert found[f"mass_{direction}_smallest_angle"].value == pytest.approx(0.0, abs=1e-15)
+    turn = "over a turn, no mechanism.mass makes the body about to move"
+    assert f"{turn} counter-clockwise from 0 to 270 deg" in found.notes
+    assert f"{turn} clockwise from -90 to 0 deg" in found.notes
 
 
 def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> None:

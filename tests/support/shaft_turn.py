@@ -68,14 +68,21 @@ def scans(data: Scenario) -> dict[int, Scan]:
         root = np.sqrt(b * b - a * c)
         values = np.array([(-b - root) / a, (-b + root) / a])
         moments = given[0] + sought[0] * values
-    return {s: Scan(degrees, np.where(s * moments > 0.0, values, np.nan)) for s in (1, -1)}
+        some = values >= (-np.inf if may_be_negative(data) else 0.0)
+    return {s: Scan(degrees, np.where(some & (s * moments > 0.0), values, np.nan)) for s in (1, -1)}
+
+
+def may_be_negative(data: Scenario) -> bool:
+    """Return whether the unknown may be below zero: a mass or its radius may not."""
+    return data["statics"]["unknown"].partition(".")[0] in ("forces", "couples")
 
 
 def refined(data: Scenario, direction: int, sign: int, value: float, degrees: float) -> Any:
     """Return the extreme root near one of the scan by a golden section in many digits."""
 
     def at(angle: Any) -> Any:
-        near = [x for x, s in shaft_balance.roots(data, angle) if s in (direction, 0)]
+        roots = [x for x, s in shaft_balance.roots(data, angle) if s in (direction, 0)]
+        near = [x for x in roots if x >= 0 or may_be_negative(data)]
         return min(near, key=lambda x: abs(x - value)) if near else None
 
     def height(angle: Any) -> Any:

@@ -59,16 +59,32 @@ class Roots(NamedTuple):
         Every value is a root.
     features : tuple of Decimal
         Functions of the angle whose zeros may end, join or cross roots; of the size of 1.
+    at_zero : Decimal
+        The excess of friction with the unknown zero, C, in units of its largest term: where it
+        vanishes, a root passes zero.
     """
 
     found: tuple[Root, ...]
     leading: int = 0
     every: bool = False
     features: tuple[Decimal, ...] = ()
+    at_zero: Decimal = ZERO
 
     def of(self, direction: int) -> list[Decimal]:
         """Return the roots of a direction."""
         return [root.value for root in self.found if root.direction in (direction, BOTH)]
+
+
+def possible_roots_at(balance: Balance, degrees: Decimal) -> Roots:
+    """Return the roots that the unknown can have: a mass, say, is not below zero."""
+    roots = roots_at(balance, degrees)
+    assert balance.unknown is not None  # as in `roots_at`
+    if balance.unknown.signed or balance.unknown.label in ("mu_s", "shaft_radius"):
+        return roots
+    return roots._replace(
+        found=tuple(root for root in roots.found if root.value >= 0),
+        features=(*roots.features, roots.at_zero),
+    )
 
 
 def roots_at(balance: Balance, degrees: Decimal) -> Roots:
@@ -129,17 +145,19 @@ def roots_of(given: Values, sought: Values, radius: Decimal, negligible: Decimal
     v, terms = _length(v_x, v_y), abs(a_0) * f_1 + abs(a_1) * f_0
     discriminant = (v - abs(cross)) * (v + abs(cross))
     tie = ROUNDING * (terms + f_0 * f_1)
-    size = max(abs(a_1), f_1)
+    size, known = max(abs(a_1), f_1), max(abs(a_0), f_0)
     features = (
         _feature(discriminant, (tie / ROUNDING) ** 2),
         _feature(a, size * size),
         _feature(a_1, size),
     )
+    at_zero = _feature(c, known * known)
     if abs(a) <= ROUNDING * size * size:
-        return _linear((a_0, a_1), b, c, max(abs(a_0), f_0))._replace(features=features)
+        linear = _linear((a_0, a_1), b, c, known)
+        return linear._replace(features=features, at_zero=at_zero)
     leading = 1 if a > 0 else -1
     if discriminant < -tie * tie:
-        return Roots((), leading, features=features)
+        return Roots((), leading, features=features, at_zero=at_zero)
     vanishing = v <= ROUNDING * terms  # moment and friction, together
     root = ZERO if vanishing else max(discriminant, ZERO).sqrt()
     # The root of larger magnitude has no cancellation, and that of the other one is c/a over it.
@@ -152,7 +170,7 @@ def roots_of(given: Values, sought: Values, radius: Decimal, negligible: Decimal
             value = ZERO
         turning = leading * (sign * a_1 * root - v_x * x_1 - v_y * y_1)
         found.append(Root(value, BOTH if vanishing else _sign(turning)))
-    return Roots(tuple(sorted(found)), leading, features=features)
+    return Roots(tuple(sorted(found)), leading, features=features, at_zero=at_zero)
 
 
 def _linear(moment: tuple[Decimal, Decimal], b: Decimal, c: Decimal, size: Decimal) -> Roots:

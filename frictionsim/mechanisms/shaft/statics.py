@@ -195,8 +195,9 @@ class _Problem:
                 else (f"the body is about to move with {key} = {self._text(values[0])}")
             )
             found = [f"{at}, {moves} and rests with any other value"]
+        growth = "faster than" if roots.leading < 0 else "as fast as"
         found += [
-            f"{at}, no {key} makes it move {words}: friction grows with it as fast as the moment"
+            f"{at}, no {key} makes it move {words}: friction grows with it {growth} the moment"
             for s, words in WORDS.items()
             if not roots.of(s)
         ]
@@ -221,13 +222,13 @@ class _Problem:
 
         With end stops, over the part of it between them.
         """
-        from frictionsim.mechanisms.shaft.impending_motion import roots_at
+        from frictionsim.mechanisms.shaft.impending_motion import possible_roots_at
         from frictionsim.mechanisms.shaft.worst_over_turn import over_turn
 
         balance = self._balance
         begin, end = self._range
         turn: Turn = over_turn(
-            lambda degrees: roots_at(balance, degrees),
+            lambda degrees: possible_roots_at(balance, degrees),
             self._range,
             balance.knots,
             end - begin == 360 and balance.given.is_periodic and balance.sought.is_periodic,

@@ -40,9 +40,11 @@ SAME = Decimal(10) ** -30
 GROWTH = 5
 BESIDE = tuple(map(Decimal, ("1e-4", "1e-6", "1e-9")))  # deg
 PAD = Decimal(1)  # deg, of a periodic balance, so that its ends are within
-# What is left of a value that is zero by the resolution of its angle, of the roots of a turn.
-ZERO_OF_ROOTS = Decimal(10) ** -20
+# What is left of a value that is zero by the resolution of its angle, of the roots of a turn; near
+# zero a root may go with the square root of the angle.
+ZERO_OF_ROOTS = Decimal(10) ** -16
 DIGITS_OF_ANGLE = 16  # deg
+SHORTEST_GAP = Decimal(10) ** -9  # deg, without a root: shorter ones are of the numbers' rounding
 # A root at the end of a piece is the limit of one on it if they agree to so many digits. The limit
 # is from values this far from the end and eight times as far, rad: where a root still has more
 # digits than those of the scenario.
@@ -118,7 +120,7 @@ class _Search:
         turn: tuple[Decimal, Decimal],
         periodic: bool,
     ) -> None:
-        self._roots_at, self._turn = roots_at, turn
+        self._roots_at, self._turn, self._periodic = roots_at, turn, periodic
         pad = PAD if periodic else Decimal(0)
         self._begin, self._end = turn[0] - pad, turn[1] + pad
         # By direction and sign: 1 for the largest, -1 for the smallest.
@@ -161,7 +163,7 @@ class _Search:
         found: list[tuple[Decimal, Decimal]] = []
         for piece in pieces:
             begin, end = max(piece.begin, self._turn[0]), min(piece.end, self._turn[1])
-            if {direction, BOTH} & set(piece.directions) or begin >= end:
+            if {direction, BOTH} & set(piece.directions) or end - begin < SHORTEST_GAP:
                 continue
             if found and found[-1][1] == begin:
                 begin = found.pop()[0]
@@ -170,6 +172,8 @@ class _Search:
 
     def _in_turn(self, angle: Decimal) -> Decimal:
         begin, end = self._turn
+        if not self._periodic:  # beyond an end by rounding
+            return min(max(angle, begin), end)
         return angle + 360 if angle < begin else angle - 360 if angle > end else angle
 
     def _add(self, value: Decimal, direction: int, angle: Decimal, reached: bool = True) -> None:
