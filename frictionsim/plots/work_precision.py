@@ -22,7 +22,7 @@ LINE_COLOURS = (*COLOURS, WINE)
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT = 9.0, 5.4  # inches
-COLUMNS = 5  # of the legend
+COLUMNS, LONG_LABEL = 5, 24  # of the legend; characters of a name with which there is one fewer
 DECADE = 10.0
 MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
@@ -62,7 +62,8 @@ def _draw(study: "Study", figure: "Figure | SubFigure") -> None:
     axes[0].set_ylabel("largest relative error")
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
-        columns = max(1, int(COLUMNS * min(1.0, relative_width(figure))))
+        columns = COLUMNS - (max(map(len, labels)) > LONG_LABEL)
+        columns = max(1, int(columns * min(1.0, relative_width(figure))))
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
     title = study.scenario.title or study.scenario.kind
     figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)

@@ -118,7 +118,8 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
     yield from _prose(
         "All values are in SI units, or in the unit that a key ends with. Keys that are commented"
         " out may be left out; a value there is the default, one without a value has none. A table"
-        " [effects.NAME] that is left out is an effect that is not simulated."
+        " [effects.NAME] that is left out is an effect that is not simulated; one that is commented"
+        " out is an example."
     )
     of_motion = AngleTable in _models_below(model)
     forms = FORMS_BESIDE_NUMBER["<number or of motion>" if of_motion else "<number>"]

@@ -117,9 +117,9 @@ def hidden_turns(
     if not too_long(interval, turn):
         return []
     return [
-        f"output.interval = {interval:g} s is longer than a tenth of a turn at the largest speed,"
-        f" {turn:.3g} s: the samples do not resolve forces that depend on the angle;"
-        f" {shorter(turn, duration, MAX_SAMPLES)}"
+        f"output.interval = {interval:g} s is longer than a tenth of a turn, which takes"
+        f" {turn:.3g} s at the largest speed: the samples do not resolve forces that depend on the"
+        f" angle; {shorter(turn, duration, MAX_SAMPLES)}"
     ]
 
 

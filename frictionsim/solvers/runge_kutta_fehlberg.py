@@ -36,7 +36,7 @@ E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # orde
 
 MIN_TRIAL_STEP = 1e-100  # s, for the estimate of the first step
 # Units in the last place of the time: a step that is cut so short is not repeated.
-SHORTEST = 16.0
+MIN_REPEATED_ULPS = 16.0
 
 
 def stage_2(h: float, y: State, k1: State, stage: State) -> None:
@@ -301,7 +301,7 @@ class RungeKuttaFehlberg45:
         h = self.t - self.t_old
         self._rk_step(h, self._inside, self._error)
         error = self._error_norm()
-        if self._fixed_step or error <= 1.0 or h <= max(floor, SHORTEST * ulp(self.t)):
+        if self._fixed_step or error <= 1.0 or h <= max(floor, MIN_REPEATED_ULPS * ulp(self.t)):
             return False
         self.t, self._h = self.t_old, max(floor, reduced_step(h, error))
         self.y, self.y_old, self.f, self.f_old = self.y_old, self.y, self.f_old, self.f

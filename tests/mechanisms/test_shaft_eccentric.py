@@ -1,13 +1,14 @@
 """A load that passes zero, or close to it, on a shaft with an eccentric mass."""
 
 from itertools import pairwise
-from math import atan, cos, hypot, pi, radians, sin
+from math import atan, cos, exp, hypot, log1p, pi, radians, sin
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from frictionsim.results import failures
 from tests.support.scenarios import simulate
 
 AMPLITUDE, FREQUENCY, PHASE, INERTIA, SPEED = 100.0, 7.0, radians(50.0), 0.05, 20.0
@@ -43,6 +44,42 @@ def test_an_eccentric_mass_without_first_moment_changes_nothing(
     eccentric: dict[str, float],
 ) -> None:
     assert final_angle(reversing(eccentric)) == final_angle(reversing(None))
+
+
+def test_a_rotor_that_nothing_but_its_eccentric_mass_loads_coasts_down() -> None:
+    """Without gravity, I w' = -r_k R with R^2 = (m e w')^2 + (m e w^2)^2: w' = -beta w^2."""
+    mass, radius, start, duration = 3.0, 0.1, 30.0, 20.0
+    p, inertia = mass * radius, 0.5 + mass * radius**2
+    friction = {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5}
+    data = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.5, "initial_angular_velocity": start},
+        "effects": {
+            "eccentric_mass": {"mass": mass, "radius": radius},
+            "shaft_friction": friction,
+        },
+        "solver": {"duration": duration, "rtol": 1e-11},
+        "output": {"interval": 0.01},
+    }
+    run = simulate(data)
+    beta = R_K * p / (inertia**2 - (R_K * p) ** 2) ** 0.5
+    final = {name: float(run.channels[name][-1]) for name in ("angle", "angular_velocity")}
+    assert final["angular_velocity"] == pytest.approx(start / (1 + beta * start * duration), 1e-10)
+    assert final["angle"] == pytest.approx(log1p(beta * start * duration) / beta, rel=1e-10)
+    # Its static limit has no load: the check of the law goes by the kinetic one.
+    assert failures(run.checks) == ""
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_a_body_that_only_damping_brakes_needs_no_force(damping: float) -> None:
+    data = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.5, "initial_angular_velocity": 8.0},
+        "effects": {"viscous_damping": {"coefficient": damping}},
+        "solver": {"duration": 2.0, "rtol": 1e-11},
+    }
+    final = float(simulate(data).channels["angular_velocity"][-1])
+    assert final == pytest.approx(8.0 * exp(-damping / 0.5 * 2.0), rel=1e-10)
 
 
 def test_a_load_that_passes_close_to_zero() -> None:

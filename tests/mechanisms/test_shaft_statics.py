@@ -15,7 +15,7 @@ from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms.shaft.statics import breakaway_values
 from tests.support import shaft_balance
 from tests.support.drawn_scenarios import some
-from tests.support.scenarios import Scenario, changed
+from tests.support.scenarios import SCENARIOS, Scenario, changed
 
 pytestmark = pytest.mark.quick
 
@@ -267,7 +267,8 @@ def test_a_double_root_is_one() -> None:
     load["size"] = 5.0
     assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": None}
     load["size"] = nextafter(5.0, 0.0)
-    root = float(mpmath.sqrt(25 - mpf(load["size"]) ** 2))  # 0.75^2 = 0.15^2 (load^2 + x^2)
+    size = shaft_balance.written(load["size"])
+    root = float(mpmath.sqrt(25 - size**2))  # 0.75^2 = 0.15^2 (load^2 + x^2)
     assert of(data) == {
         "effort_counter_clockwise": pytest.approx(-root, rel=1e-15),
         "effort_counter_clockwise_second": pytest.approx(root, rel=1e-15),
@@ -303,16 +304,38 @@ def test_roots_tend_to_the_balance_without_friction(mu: float) -> None:
 
 
 def test_loads_that_cancel_leave_no_rounding_in_a_root() -> None:
-    """0.1 N at 0.3 m against 0.03 N at 1 m: 1e-18 N m, of which double precision has no digit."""
+    """0.1 N at 0.3 m against 0.03 N at 1 m, which numbers of base 2 miss by 1e-18 N m."""
     data = crank(effects={})
     data["forces"] = [
         {"name": "one", "size": 0.1, "direction": [0.0, 1.0], "cord_radius": 0.3},
         {"name": "two", "size": 0.03, "direction": [0.0, 1.0], "cord_radius": -1.0},
     ]
     data["statics"]["unknown"] = "couples.motor.size"
-    exact = float(mpf(0.03) - mpf(0.1) * mpf(0.3))
-    assert abs(exact) < 1e-17
-    assert of(data) == {"motor_counter_clockwise": exact, "motor_clockwise": exact}
+    assert mpf(0.03) - mpf(0.1) * mpf(0.3) != 0
+    assert of(data) == {"motor_counter_clockwise": 0.0, "motor_clockwise": 0.0}
+    data["forces"][1]["size"] = 0.03000000000000001
+    assert of(data) == {"motor_counter_clockwise": 1e-17, "motor_clockwise": 1e-17}
+
+
+@pytest.mark.parametrize("unknown", ["effects.eccentric_mass.mass", "mechanism.mass"])
+def test_a_shipped_balance_of_decimals_is_exact(unknown: str) -> None:
+    """The motor of the hoist drum holds 120 - 45 - 500 x 0.15 = 0 N m, whatever the masses."""
+    found = fs.static(SCENARIOS / "hoist_drum.toml", {"statics.unknown": unknown})
+    assert found["applied_torque"].value == 0.0
+    assert found["lever_arm"].value == 0.0
+    label = "mass" if unknown == "mechanism.mass" else "eccentric_mass"
+    assert found[f"{label}_clockwise"].value == found[f"{label}_counter_clockwise"].value
+    assert "is about to move with" in found.notes[1]
+
+
+def test_what_friction_outgrows_is_said() -> None:
+    """A couple of -0.1 N m, and a mass that has no moment: clockwise below a mass, else none."""
+    overrides = {"statics.unknown": "mechanism.mass", "couples.retarding.size": -45.1}
+    notes = fs.static(SCENARIOS / "hoist_drum.toml", overrides).notes
+    assert (
+        "at 0 deg, no mechanism.mass makes it move counter-clockwise: friction grows with it faster"
+        " than the moment"
+    ) in notes
 
 
 def test_an_arm_vanishes_exactly_at_a_quarter_turn() -> None:

@@ -155,8 +155,8 @@ def test_warns_of_an_interval_too_long_for_loads_that_turn(
         return
     turn = 2.0 * pi / np.max(np.abs(found.channels["angular_velocity"]))
     assert warnings == [
-        f"output.interval = 0.02 s {TURN} at the largest speed, {turn:.3g} s: the samples do not"
-        " resolve forces that depend on the angle; give 0.015 s or less"
+        f"output.interval = 0.02 s {TURN}, which takes {turn:.3g} s at the largest speed: the"
+        " samples do not resolve forces that depend on the angle; give 0.015 s or less"
     ]
     assert not warnings_with(simulate(changed(data, output__interval=0.015)), TURN)
 

@@ -21,9 +21,14 @@ NOISE_OF_SQUARES, NOISE = mpf("1e-85"), mpf("1e-45")
 Vector = tuple[Any, Any]
 
 
+def written(number: Any) -> Any:
+    """Return a number as a scenario has it: 0.15, not the nearest number of base 2."""
+    return number if isinstance(number, mpf) else mpf(repr(number))
+
+
 def turned(vector: Any, angle: Any) -> Vector:
     """Return a vector turned counter-clockwise, rad."""
-    x, y = map(mpf, vector)
+    x, y = map(written, vector)
     c, s = mpmath.cos(angle), mpmath.sin(angle)
     return c * x - s * y, s * x + c * y
 
@@ -31,10 +36,10 @@ def turned(vector: Any, angle: Any) -> Vector:
 def size_of(table: Any, time: float, degrees: Any) -> Any:
     """Return the size of a load at rest: a number, or of points over time, speed or angle."""
     if not isinstance(table, dict):
-        return mpf(table)
+        return written(table)
     (key,) = table.keys() - {"value"}
-    x = {"time": mpf(time), "speed": mpf(0), "angle_deg": degrees}[key]
-    points = list(zip(map(mpf, table[key]), map(mpf, table["value"]), strict=True))
+    x = {"time": written(time), "speed": mpf(0), "angle_deg": degrees}[key]
+    points = list(zip(map(written, table[key]), map(written, table["value"]), strict=True))
     if x <= points[0][0]:
         return points[0][1]
     for (x0, y0), (x1, y1) in pairwise(points):
@@ -46,35 +51,35 @@ def size_of(table: Any, time: float, degrees: Any) -> Any:
 def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
     """Return the moment, N m, and the components of the resultant, N."""
     effects, time = data.get("effects", {}), data.get("statics", {}).get("time", 0.0)
-    degrees = mpf(degrees)
+    degrees = written(degrees)
     angle = degrees * mp.pi / 180
     moment = across = up = mpf(0)
     for force in data.get("forces", ()):
         size = size_of(force["size"], time, degrees)
-        x, y = map(mpf, force["direction"])
+        x, y = map(written, force["direction"])
         length = mpmath.sqrt(x * x + y * y)
         direction = turned((x / length, y / length), angle if force.get("direction_turns") else 0)
         across, up = across + size * direction[0], up + size * direction[1]
         if "cord_radius" in force:
-            moment += mpf(force["cord_radius"]) * size
+            moment += written(force["cord_radius"]) * size
             continue
         point = turned(force["point"], angle if force.get("point_turns", True) else 0)
         moment += size * (point[0] * direction[1] - point[1] * direction[0])
     for couple in data.get("couples", ()):
         moment += size_of(couple["size"], time, degrees)
     if "gravity" in effects:
-        g = mpf(effects["gravity"]["g"])
-        up -= g * mpf(data["mechanism"].get("mass", 0.0))
+        g = written(effects["gravity"]["g"])
+        up -= g * written(data["mechanism"].get("mass", 0.0))
         if "eccentric_mass" in effects:
             eccentric = effects["eccentric_mass"]
-            weight = g * mpf(eccentric["mass"])
-            at = angle + mpf(eccentric.get("azimuth_deg", 0.0)) * mp.pi / 180
+            weight = g * written(eccentric["mass"])
+            at = angle + written(eccentric.get("azimuth_deg", 0.0)) * mp.pi / 180
             up -= weight
-            moment -= weight * mpf(eccentric["radius"]) * mpmath.cos(at)
+            moment -= weight * written(eccentric["radius"]) * mpmath.cos(at)
     if "torsion_spring" in effects:
         spring = effects["torsion_spring"]
-        twist = degrees - mpf(spring.get("free_angle_deg", 0.0))
-        moment -= mpf(spring["stiffness"]) * twist * mp.pi / 180
+        twist = degrees - written(spring.get("free_angle_deg", 0.0))
+        moment -= written(spring["stiffness"]) * twist * mp.pi / 180
     return moment, across, up
 
 
@@ -91,7 +96,7 @@ def placed(data: Scenario, value: Any) -> Scenario:
     if last != "distance":
         table[last] = value
         return found
-    x, y = map(mpf, table["point"])
+    x, y = map(written, table["point"])
     length = mpmath.sqrt(x * x + y * y)
     table["point"] = [value * x / length, value * y / length]
     return found
@@ -102,8 +107,8 @@ def friction_radius(data: Scenario) -> Any:
     journal = data.get("effects", {}).get("shaft_friction")
     if journal is None:
         return mpf(0)
-    mu = mpf(journal["mu_s"])
-    return mpf(journal["shaft_radius"]) * mu / mpmath.sqrt(1 + mu * mu)
+    mu = written(journal["mu_s"])
+    return written(journal["shaft_radius"]) * mu / mpmath.sqrt(1 + mu * mu)
 
 
 def excess(data: Scenario, value: Any, degrees: Any) -> Any:

@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms, arms_of_force, load_of
-from frictionsim.mechanisms.shaft.many_digits import PI, cosine_and_sine
+from frictionsim.mechanisms.shaft.many_digits import PI, cosine_and_sine, exact
 from frictionsim.scenario.signal_tables import AngleTable
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Sum:
 
 def _decimal(arms: Arms) -> Any:
     """Return arms in numbers of many digits."""
-    triples: Any = [tuple(map(Decimal, triple)) for triple in arms]
+    triples: Any = [tuple(map(exact, triple)) for triple in arms]
     return Arms(*triples)
 
 
@@ -141,7 +141,7 @@ def balance_of(scenario: "ShaftScenario", unknown: "Unknown | None", time: float
     _add_weights(found, scenario, unknown)
     _add_spring(found, scenario, unknown)
     radius, mu = (0.0, 0.0) if journal is None else (journal.shaft_radius, journal.mu_s)
-    return Balance(*found, Decimal(radius), Decimal(mu), unknown)
+    return Balance(*found, exact(radius), exact(mu), unknown)
 
 
 def _add_force(
@@ -166,20 +166,20 @@ def _add_force(
 def _add_load(found: Sum, part: "Force | Couple", arms: Any, time: float) -> None:
     size = part.size
     if isinstance(size, AngleTable):
-        points = AngleSize(tuple(map(Decimal, size.angle_deg)), tuple(map(Decimal, size.value)))
+        points = AngleSize(tuple(map(exact, size.angle_deg)), tuple(map(exact, size.value)))
         found.tables.append((arms, points))
     else:
-        found.add(arms, Decimal(load_of(part, arms).at_rest(time, 0.0)))
+        found.add(arms, exact(load_of(part, arms).at_rest(time, 0.0)))
 
 
 def _length(vector: tuple[float, float]) -> Decimal:
-    x, y = map(Decimal, vector)
+    x, y = map(exact, vector)
     return (x * x + y * y).sqrt()
 
 
 def _arms_of(force: "Force") -> Any:
     """Return the arms of a force in these digits."""
-    x, y = map(Decimal, force.direction)
+    x, y = map(exact, force.direction)
     length = _length(force.direction)
     return _decimal(arms_of_force(force, (x / length, y / length)))
 
@@ -192,13 +192,13 @@ def _add_weights(
         return
     given, sought = found
     key = "" if unknown is None else unknown.key
-    g = Decimal(gravity.g)
+    g = exact(gravity.g)
     # The weight of the body, and of the eccentric mass as if it were on the axis.
-    at_axis, mass = _decimal(Arms((0.0, 0.0, -1.0))), Decimal(scenario.mechanism.mass)
+    at_axis, mass = _decimal(Arms((0.0, 0.0, -1.0))), exact(scenario.mechanism.mass)
     weights = [("mechanism.mass", mass, at_axis)]
     if eccentric is not None:
-        mass, radius = Decimal(eccentric.mass), Decimal(eccentric.radius)
-        c, s = cosine_and_sine(Decimal(eccentric.azimuth_deg))
+        mass, radius = exact(eccentric.mass), exact(eccentric.radius)
+        c, s = cosine_and_sine(exact(eccentric.azimuth_deg))
         turning: Any = (-c, 0.0, 0.0), (s, 0.0, 0.0)
         arms = _decimal(Arms(NONE, *turning))
         if key == "effects.eccentric_mass.radius":
@@ -223,8 +223,8 @@ def _add_spring(
     if spring is None:
         return
     key = "" if unknown is None else unknown.key
-    stiffness = Decimal(spring.stiffness)
-    free = Decimal(spring.free_angle_deg) * PI / 180
+    stiffness = exact(spring.stiffness)
+    free = exact(spring.free_angle_deg) * PI / 180
     couple = _decimal(COUPLE)
     if key == "effects.torsion_spring.stiffness":
         sought.moment_per_angle = Decimal(-1)

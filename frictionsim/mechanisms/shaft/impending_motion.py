@@ -81,8 +81,13 @@ def possible_roots_at(balance: Balance, degrees: Decimal) -> Roots:
     assert balance.unknown is not None  # as in `roots_at`
     if balance.unknown.signed or balance.unknown.label in ("mu_s", "shaft_radius"):
         return roots
+    found = roots.found
+    if not roots.at_zero:  # one is zero, or two that join there
+        least = min((abs(root.value) for root in found), default=ZERO)
+        found = tuple(root._replace(value=ZERO) if abs(root.value) <= 2 * least else root
+                      for root in found)  # fmt: skip
     return roots._replace(
-        found=tuple(root for root in roots.found if root.value >= 0),
+        found=tuple(root for root in found if root.value >= 0),
         features=(*roots.features, roots.at_zero),
     )
 

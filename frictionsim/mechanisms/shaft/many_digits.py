@@ -1,7 +1,7 @@
 """Numbers of sixty digits, in which a balance of forces may cancel without a loss.
 
 Roots of eq 24 are sensitive where loads nearly cancel or a force has nearly no arm. With these
-numbers they are those of the numbers in the scenario.
+numbers they are those of the numbers in the scenario, as they are written there.
 """
 
 from collections.abc import Iterator
@@ -23,6 +23,11 @@ def many_digits() -> Iterator[None]:
     with localcontext() as context:
         context.prec = DIGITS
         yield
+
+
+def exact(number: float | Decimal) -> Decimal:
+    """Return a number as it is written in a scenario: 0.15, not the nearest number of base 2."""
+    return number if isinstance(number, Decimal) else Decimal(repr(float(number)))
 
 
 @lru_cache(maxsize=4)  # of what is given and of what is sought

@@ -268,7 +268,11 @@ class ShaftScenario(SingleDofScenario):
 
     @model_validator(mode="after")
     def _something_acts(self) -> Self:
-        if not (self.forces or self.couples or self.has_weight or self.effects.torsion_spring):
+        effects = self.effects
+        acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring]
+        if self.mechanism.initial_angular_velocity:  # a coast-down, by what brakes it
+            acts += [effects.viscous_damping, effects.eccentric_mass]
+        if not any(acts):
             raise inconsistent(
                 (),
                 "no force acts on the body: give [[forces]], [[couples]], a mass with"

@@ -51,16 +51,14 @@ def statics(scenario: "ShaftScenario") -> StaticQuantities:
 
 def at_rest(scenario: "ShaftScenario") -> StaticQuantities:
     """Return moment, reaction, lever arm and limit of friction, and whether the body rests."""
-    from decimal import Decimal
-
     from frictionsim.mechanisms.shaft.balance import balance_of
-    from frictionsim.mechanisms.shaft.many_digits import many_digits
+    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
 
     journal, terms = scenario.effects.shaft_friction, terms_of(scenario)
     time, angle = place_of(scenario)
     with many_digits():
         balance = balance_of(scenario, None, time)
-        moment, across, up = balance.given.at(Decimal(angle))
+        moment, across, up = balance.given.at(exact(angle))
         reaction = (across * across + up * up).sqrt()
         limit = balance.friction_radius * reaction
         arm = float(moment / reaction) if reaction else None
@@ -110,9 +108,8 @@ class _Problem:
     """Eq 24 of a scenario with an unknown, and what is to be said about its roots."""
 
     def __init__(self, scenario: "ShaftScenario") -> None:
-        from decimal import Decimal
-
         from frictionsim.mechanisms.shaft.balance import balance_of
+        from frictionsim.mechanisms.shaft.many_digits import exact
         from frictionsim.mechanisms.shaft.unknowns import unknown_of
 
         assert scenario.statics is not None  # asked by the caller
@@ -120,15 +117,15 @@ class _Problem:
         self.unknown: Unknown = unknown_of(scenario, scenario.statics.unknown)
         time, angle = place_of(scenario)
         self._balance: Balance = balance_of(scenario, self.unknown, time)
-        self._angle = Decimal(angle)
+        self._angle = exact(angle)
         self._on_stop = stop_at(scenario, angle)
         begin, end = self._angle - 180, self._angle + 180
         self._range, self._where = (begin, end), "over a turn"
         stops = scenario.effects.end_stops
         if stops is not None:
             lowest, highest = stops.lowest_angle_deg, stops.highest_angle_deg
-            begin = begin if lowest is None else max(begin, Decimal(lowest))
-            end = end if highest is None else min(end, Decimal(highest))
+            begin = begin if lowest is None else max(begin, exact(lowest))
+            end = end if highest is None else min(end, exact(highest))
         if self._range != (begin, end):
             self._range, self._where = (begin, end), "between the end stops"
         self.notes: list[str] = []

@@ -102,11 +102,9 @@ def check_unknown(scenario: "ShaftScenario") -> None:
     ------
     PydanticCustomError
     """
-    from decimal import Decimal
-
     from frictionsim.mechanisms.shaft.balance import balance_of
     from frictionsim.mechanisms.shaft.impending_motion import enters
-    from frictionsim.mechanisms.shaft.many_digits import many_digits
+    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
 
     if scenario.statics is None or scenario.statics.unknown is None:
         return
@@ -114,7 +112,7 @@ def check_unknown(scenario: "ShaftScenario") -> None:
     time, angle = place_of(scenario)
     with many_digits():
         balance = balance_of(scenario, unknown, time)
-        if not enters(balance, Decimal(angle)):
+        if not enters(balance, exact(angle)):
             raise inconsistent(
                 WHERE,
                 f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"

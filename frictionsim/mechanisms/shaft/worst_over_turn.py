@@ -44,7 +44,7 @@ PAD = Decimal(1)  # deg, of a periodic balance, so that its ends are within
 # zero a root may go with the square root of the angle.
 ZERO_OF_ROOTS = Decimal(10) ** -16
 DIGITS_OF_ANGLE = 16  # deg
-SHORTEST_GAP = Decimal(10) ** -9  # deg, without a root: shorter ones are of the numbers' rounding
+MIN_GAP = Decimal(10) ** -9  # deg, without a root: shorter ones are of the numbers' rounding
 # A root at the end of a piece is the limit of one on it if they agree to so many digits. The limit
 # is from values this far from the end and eight times as far, rad: where a root still has more
 # digits than those of the scenario.
@@ -163,7 +163,7 @@ class _Search:
         found: list[tuple[Decimal, Decimal]] = []
         for piece in pieces:
             begin, end = max(piece.begin, self._turn[0]), min(piece.end, self._turn[1])
-            if {direction, BOTH} & set(piece.directions) or end - begin < SHORTEST_GAP:
+            if {direction, BOTH} & set(piece.directions) or end - begin < MIN_GAP:
                 continue
             if found and found[-1][1] == begin:
                 begin = found.pop()[0]
