@@ -210,8 +210,8 @@ def _extreme(values: Array, sign: int, angles: Array) -> tuple[Seen, Seen]:
     drop = best - float(np.nanmin(np.where(abs(beside - best) < abs(best) + 1.0, beside, np.nan)))
     others = abs(values[~np.isnan(values) & (values != 0.0)])
     pole = POLE * float(np.median(others)) if others.size else np.inf
-    # One of several poles is as good as another.
-    enough = best - 4.0 * drop - 1e-9 * (1.0 + abs(best)) if best <= pole else pole
+    # One of several poles is as good as another, however near to it the scan comes.
+    enough = best - 4.0 * drop - 1e-9 * (1.0 + abs(best)) if best <= pole else 0.03 * pole
     off = np.abs(angles[np.fmax(*values) >= enough] - angles[i])
     angle = Seen(float(angles[i]), float(np.max(off)) + 1e-3)
     if best > pole:

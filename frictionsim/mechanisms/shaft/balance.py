@@ -181,7 +181,8 @@ def _arms_of(force: "Force") -> Any:
     """Return the arms of a force in these digits."""
     x, y = map(exact, force.direction)
     length = _length(force.direction)
-    return _decimal(arms_of_force(force, (x / length, y / length)))
+    point = tuple(map(exact, force.point or ()))
+    return _decimal(arms_of_force(force, (x / length, y / length), point))
 
 
 def _add_weights(

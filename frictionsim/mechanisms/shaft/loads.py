@@ -106,8 +106,8 @@ def _at(signal: Signal, x: Value) -> Value:
     return np.array([signal(value) for value in np.ravel(x).tolist()]).reshape(np.shape(x))
 
 
-def arms_of_force(force: "Force", unit: Any = None) -> Arms:
-    """Return moment and components of a force per size, of the type of a given unit direction.
+def arms_of_force(force: "Force", unit: Any = None, point: Any = None) -> Arms:
+    """Return moment and components of a force per size, of the type of a given direction and point.
 
     With a point p and a unit direction d at q = 0, and J a quarter turn,
 
@@ -123,7 +123,7 @@ def arms_of_force(force: "Force", unit: Any = None) -> Arms:
     if force.cord_radius is not None:
         return Arms((force.cord_radius, x, y))
     assert force.point is not None  # checked by the model of the force
-    p_x, p_y = map(type(x), force.point)
+    p_x, p_y = point or force.point
     across = p_x * y - p_y * x
     along = p_x * x + p_y * y
     if not force.direction_turns:
