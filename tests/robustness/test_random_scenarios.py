@@ -27,13 +27,13 @@ def folder() -> Any:
         yield Path(name)
 
 
-@some(80)
+@some(50)
 @given(scenarios())
 def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
     assert_sound(data, folder)
 
 
-@some(40)
+@some(25)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float
