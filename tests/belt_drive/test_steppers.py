@@ -108,19 +108,19 @@ def test_moreau_is_of_first_order_at_least_through_switches() -> None:
 
 
 @pytest.mark.parametrize("name", SMOOTH)
-def test_rkf45_is_of_fifth_order_where_all_is_smooth(name: str) -> None:
+def test_rkf45_is_of_fourth_order_where_all_is_smooth(name: str) -> None:
     # A tolerance that never bites: the steps are max_step, which divides the duration.
     solver = {"rtol": 0.99, "duration": SHORT}
     found = orders({**SMOOTH[name], "solver": solver}, halved(3.2e-5, 4), "max_step", STARTS[name])
-    assert min(found) >= 4.5
+    # The solution of order 4 that is propagated; those of order 5 would be 4.7 and more.
+    assert found == pytest.approx([4.0, 4.0], abs=0.4)
 
 
-def test_a_tighter_tolerance_is_a_smaller_error() -> None:
+@pytest.mark.parametrize("bodies", [24, 60, 150])
+def test_a_tighter_tolerance_is_a_smaller_error(bodies: int) -> None:
     """Through switches, of a hard start; each digit of the tolerance is about one of the end."""
-    ends = [
-        stepped(pair(solver__duration=SHORT, solver__rtol=10.0**-k), kick(0.2))
-        for k in (4, 6, 8, 10)
-    ]
+    mesh = {"mechanism__belt__bodies": bodies, "solver__duration": SHORT}
+    ends = [stepped(pair(solver__rtol=10.0**-k, **mesh), kick(0.2)) for k in (4, 6, 8, 10)]
     errors = [distance(end, ends[-1]) for end in ends[:-1]]
     assert errors[0] > 5 * errors[1] > 25 * errors[2]
     assert errors[2] <= 1e-5

@@ -87,7 +87,8 @@ def trio(**changes: Any) -> Scenario:
 
 
 def shipped(name: str, **changes: Any) -> Scenario:
-    """Return a scenario of the package as data."""
+    """Return a scenario of the package as data, with fixed steps unless a backend is named."""
+    changes = {"solver__backend": "moreau", **changes}
     return changed(tomllib.loads((SCENARIOS / f"{name}.toml").read_text()), **changes)
 
 

@@ -38,6 +38,11 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
+# The error of a body's rotation counts a tenth of that of its place over its length: the ends that
+# it moves across a joint change the joint's length, and so its tension, in second order only.
+ROTATION_TOLERANCE = 10.0
+
+
 def assemble(scenario: "BeltDriveScenario") -> BeltModel:
     """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
     if scenario.guided:
@@ -98,7 +103,8 @@ def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     stretch = min(stretch, depth)
     scales = np.full(layout.size, np.inf)
     rows = kinematics_of(scales, layout)
-    rows[:] = np.array([[stretch, stretch, stretch / length, speed, speed, speed / length]]).T
+    turning = ROTATION_TOLERANCE / length
+    rows[:] = np.array([(stretch, stretch, turning * stretch, speed, speed, turning * speed)]).T
     scales[layout.angles : layout.speeds] = stretch / radius
     scales[layout.speeds : layout.energies] = speed / radius
     return scales

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BudgetExceeded, Diverged
+from frictionsim.errors import BudgetExceeded, Diverged, InputError
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.sampling import Observer
@@ -33,6 +33,7 @@ STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
+FORMER_COUNTS = ("rkf45", "counts", (5,))  # in checkpoints of steps of order 5
 
 
 class BeltDrive:
@@ -164,6 +165,12 @@ class BeltDrive:
         expected = stepper.checkpoint_values(duration)
         for name, array in stepper.checkpoint_arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
+            if (self._scenario.solver.backend, name, values.shape) == FORMER_COUNTS:
+                raise InputError(
+                    "its checkpoint is of an earlier version, whose 'rkf45' took other steps: the"
+                    " run cannot go on with those of this version; solve its scenario again"
+                    " (frictionsim show RESULT --scenario prints it)"
+                )
             if values.shape != array.shape:
                 raise unfit(f"stepping.{name}", "is of another type or shape")
             require_values(values, f"stepping.{name}", expected[name], duration)

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
+    ComplexArray = npt.NDArray[np.complex128]
     Indices = npt.NDArray[np.int64]
 
 
@@ -80,9 +81,9 @@ class BeltModel(NamedTuple):
         return stability_limits.max_frequency_and_decay(self.system, self.equilibrium)
 
     @property
-    def max_bending_frequency(self) -> float:
-        """The highest angular frequency of waves in which the belt bends, rad/s."""
-        return stability_limits.max_bending_frequency(self.system, self.equilibrium)
+    def eigenvalues(self) -> "ComplexArray":
+        """The eigenvalues of its waves and of its friction, (m,), 1/s."""
+        return stability_limits.eigenvalues(self.system, self.equilibrium)
 
     @property
     def contact_stiffness(self) -> float:

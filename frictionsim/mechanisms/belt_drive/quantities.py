@@ -148,7 +148,7 @@ def checks_of(
     if model.system.friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
         checks["friction_law"] = _relative(over, limit, ROUNDING)
-        driving, power = np.max(seen["_power"], axis=0)
+        driving, power = np.sum(seen["_power"], axis=0)
         checks["dissipation_sign"] = _relative(driving, power, POWER_LIMIT)
     checks["torque_balance"] = torque_balance(scenario, model, time, seen)
     return checks

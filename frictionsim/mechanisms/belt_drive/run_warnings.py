@@ -33,7 +33,6 @@ FULL_SLIP_SAMPLES = 0.01  # of the run
 CREATED = 0.01  # of the energy that the springs store at the start
 # What wrap factors leave of the slip that corners make is (l/R)^2 over 80 to 170; on the safe side.
 CORRECTED_DIVISOR = 72
-SAFE_RTOL = 1e-5  # at which the adaptive method keeps the energy of a belt without dampers
 
 
 def warnings_of(
@@ -235,7 +234,7 @@ def _radii(model: "BeltModel") -> "Array":
 
 
 def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> Iterator[str]:
-    """Say that the steps put energy into the belt, or would without its dampers.
+    """Say that the steps have put energy into the belt.
 
     Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not
     see it.
@@ -252,18 +251,3 @@ def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> 
             f"the steps have put {energy_gain:.3g} J into the belt, "
             f"{100.0 * energy_gain / stored:.2g} % of what it stores: give a smaller {way_out}"
         )
-    if _held_by_dampers(scenario):
-        yield (
-            f"solver.rtol = {scenario.solver.rtol:g}: the energy of this belt is kept by its"
-            " dampers only; without them steps of this tolerance put energy into its waves."
-            f" Results hold while the dampers stay; solver.rtol = {SAFE_RTOL:g} does not need them"
-        )
-
-
-def _held_by_dampers(scenario: "BeltDriveScenario") -> bool:
-    """Return whether the adaptive steps are too loose for a belt that lost its dampers."""
-    bending, law = scenario.effects.bending, scenario.effects.belt_friction
-    damped = scenario.effects.axial_damping is not None or (bending is not None and bending.damping)
-    stiff = law is not None and law.law != "set-valued"  # whose steps are far shorter
-    loose = scenario.solver.backend == "rkf45" and scenario.solver.rtol > SAFE_RTOL
-    return bool(loose and damped and not stiff)

@@ -359,8 +359,7 @@ def kinetic_energy(system: "System", kinematics: "Array", speeds: "Array") -> fl
 
 
 def friction_power(channels: dict[str, "Array"]) -> "Array":
-    """Return the largest power with which friction drives a body that slides, and brakes, W."""
+    """Return the power with which friction drives bodies that slide, and that of all of it, W."""
     power = channels["friction_force"] * channels["slip_velocity"]
     sliding = channels["sticking"] == 0.0
-    driving = np.max(-power[sliding], initial=0.0)
-    return np.array([driving, np.max(np.abs(power), initial=0.0)])
+    return np.array([np.sum((-power[sliding]).clip(min=0.0)), np.sum(np.abs(power))])

@@ -1,4 +1,4 @@
-"""The fastest that a belt can do: its highest frequency and its fastest decay.
+"""The fastest that a belt can do: its highest frequency, its fastest decay, its eigenvalues.
 
 In a long straight chain every motion is a sum of waves P_k, phi_k ~ exp(i kappa k). Across the
 belt, with the displacement y and the rotation phi of a body, a joint of stiffness c is stretched by
@@ -20,11 +20,16 @@ from frictionsim.mechanisms.belt_drive.effects import in_order
 from frictionsim.mechanisms.belt_drive.effects.base import Decay, Waves
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
     from frictionsim.mechanisms.belt_drive.kernels.system import System
 
+    ComplexArray = npt.NDArray[np.complex128]
+
 WAVES = 65  # wave numbers from 0 to pi; the highest frequency is at an end or between two of them
 CONTACT_LOAD_FACTOR = 2.0  # tensions and normal forces may be so many times those at rest
+DAMPER_SHARES = np.linspace(0.0, 1.0, 5)  # bodies come on to pulleys and leave them
 
 
 def max_frequency_and_decay(system: "System", equilibrium: "Equilibrium") -> tuple[float, float]:
@@ -32,20 +37,44 @@ def max_frequency_and_decay(system: "System", equilibrium: "Equilibrium") -> tup
 
     Bounds for a belt on its pulleys: each wave is taken as if it ran on a pulley throughout.
     """
-    waves = _waves(system, equilibrium, on_pulleys=True)
-    along = waves.along / system.chain.mass
-    _, turning = transverse_frequencies(waves)
-    return float(np.sqrt(max(turning, along))), max_decay_rate(system)
+    waves = waves_on_pulleys(system, equilibrium)
+    square = max(waves.along / system.chain.mass, max_transverse_square(waves))
+    return float(np.sqrt(square)), max_decay_rate(system)
 
 
-def max_bending_frequency(system: "System", equilibrium: "Equilibrium") -> float:
-    """Return the highest angular frequency of waves in which the belt bends, rad/s."""
-    waves = _waves(system, equilibrium, on_pulleys=False)
-    return float(np.sqrt(transverse_frequencies(waves)[0]))
+def eigenvalues(system: "System", equilibrium: "Equilibrium") -> "ComplexArray":
+    """Return the eigenvalues of the belt's waves and of its friction, (m,), 1/s.
+
+    Of waves across the belt, y'' = -K y - C y' of displacement and rotation, and of the shortest
+    wave along it, with each share of the dampers; a slip that ends in stick decays with 1/tau.
+    """
+    waves, decay = waves_on_pulleys(system, equilibrium), damping_rates(system)
+    mass, inertia = system.chain.mass, system.chain.inertia
+    shares = DAMPER_SHARES[:, None]
+    matrix = np.zeros((len(DAMPER_SHARES), WAVES, 4, 4))
+    matrix[..., 0, 2] = matrix[..., 1, 3] = 1.0
+    matrix[..., 2, 0] = -waves.across / mass
+    matrix[..., 3, 1] = -waves.turning / inertia
+    matrix[..., 2, 1] = matrix[..., 3, 0] = -waves.coupling / np.sqrt(mass * inertia)
+    matrix[..., 2, 2], matrix[..., 3, 3] = -shares * decay.moving, -shares * decay.turning
+    return np.concatenate(
+        [
+            np.linalg.eigvals(matrix).ravel(),
+            oscillator_eigenvalues(waves.along / mass, decay.moving),
+            [-friction_rate(system)],
+        ]
+    )
 
 
-def _waves(system: "System", equilibrium: "Equilibrium", on_pulleys: bool) -> Waves:
-    """Return the stiffness that waves meet on the pulleys, or in free spans."""
+def oscillator_eigenvalues(square: float, decay: float) -> "ComplexArray":
+    """Return the eigenvalues of x'' = -square x - share decay x' for all shares, (m,), 1/s."""
+    half = 0.5 * DAMPER_SHARES * decay
+    root = np.sqrt(half**2 - square + 0j)
+    return np.concatenate([-half + root, -half - root])
+
+
+def waves_on_pulleys(system: "System", equilibrium: "Equilibrium") -> Waves:
+    """Return the stiffness that waves meet, as if they ran on a pulley throughout."""
     waves = Waves(
         system.chain,
         np.linspace(0.0, np.pi, WAVES),
@@ -54,23 +83,22 @@ def _waves(system: "System", equilibrium: "Equilibrium", on_pulleys: bool) -> Wa
     )
     for effect in in_order():
         parameters = getattr(system.effects, effect.key)
-        if parameters is not None and (on_pulleys or effect.on_free_spans):
+        if parameters is not None:
             effect.add_wave_stiffness(parameters, waves)
     return waves
 
 
-def transverse_frequencies(waves: Waves) -> tuple[float, float]:
-    """Return the largest squares of the frequencies in the two branches of waves across the belt.
+def max_transverse_square(waves: Waves) -> float:
+    """Return the largest square of the frequencies of waves across the belt, (rad/s)^2.
 
-    In the lower one bodies move across the belt and turn along with it, against tension and
-    bending; in the upper one they turn against their neighbours, against the joints.
+    It is in the upper of two branches, in which bodies turn against their neighbours; in the lower
+    one they move across the belt, against tension and bending.
     """
     mass, inertia = waves.chain.mass, waves.chain.inertia
     yy, pp = waves.across / mass, waves.turning / inertia
     yp = waves.coupling / np.sqrt(mass * inertia)
-    mean, half = 0.5 * (yy + pp), np.sqrt(0.25 * (yy - pp) ** 2 + yp**2)
-    lower = np.maximum(mean - half, 0.0)
-    return float(np.max(lower)), float(np.max(mean + half))
+    upper = 0.5 * (yy + pp) + np.sqrt(0.25 * (yy - pp) ** 2 + yp**2)
+    return float(np.max(upper))
 
 
 def max_normal_force(equilibrium: "Equilibrium") -> float:
@@ -80,20 +108,22 @@ def max_normal_force(equilibrium: "Equilibrium") -> float:
 
 def max_decay_rate(system: "System") -> float:
     """Return the fastest decay rate that dampers and set-valued friction have, 1/s."""
-    decay = _decay(system, of_explicit_dampers=False)
-    rate = max(decay.moving, decay.turning)
+    return max(*damping_rates(system), friction_rate(system))
+
+
+def friction_rate(system: "System") -> float:
+    """Return the rate at which set-valued friction ends a slip in stick, 1/s; 0 of other laws."""
     law = system.effects.belt_friction
-    if law is not None and law.set_valued is not None:
-        rate = max(rate, 1.0 / law.set_valued.relaxation_time)
-    return rate
+    set_valued = law is not None and law.set_valued is not None
+    return 1.0 / law.set_valued.relaxation_time if set_valued else 0.0
 
 
 def explicit_decay(system: "System") -> float:
     """Return the fastest decay rate of the dampers that fixed steps extrapolate, 1/s."""
-    return max(_decay(system, of_explicit_dampers=True))
+    return max(damping_rates(system, of_explicit_dampers=True))
 
 
-def _decay(system: "System", of_explicit_dampers: bool) -> Decay:
+def damping_rates(system: "System", of_explicit_dampers: bool = False) -> Decay:
     """Return the sum over the effects, or over those whose dampers fixed steps do not solve for."""
     found = [
         effect.decay(parameters, system.chain)

@@ -188,8 +188,6 @@ class BeltEffect:
         add_forces(parameters, system, kinematics, ax, ay, aphi): add to the accelerations of the
         bodies, m/s^2 and rad/s^2, (width,) each, and return the power that is damped, W. Where the
         parameters are None it is compiled to nothing.
-    on_free_spans : bool
-        It acts on bodies wherever they are, and so on waves in the spans.
     on_guided_string : bool
         It acts on a belt that is guided along its pitch line, too.
     solved_for_in_fixed_steps : bool
@@ -200,7 +198,6 @@ class BeltEffect:
     table: type[Params]
     stage = Stage.BODY
     add_forces: ClassVar[Any] = None
-    on_free_spans = True
     on_guided_string = False
     solved_for_in_fixed_steps = False
 

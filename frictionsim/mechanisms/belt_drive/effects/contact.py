@@ -243,7 +243,6 @@ class ContactEffect(BeltEffect):
     stage = Stage.CONTACT
     add_forces = add_contacts
     solved_for_in_fixed_steps = True
-    on_free_spans = False
 
     def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> ContactParameters | None:
         table = scenario.effects.contact

@@ -20,7 +20,12 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
-from frictionsim.mechanisms.belt_drive.stability_limits import max_decay_rate
+from frictionsim.mechanisms.belt_drive.stability_limits import (
+    damping_rates,
+    friction_rate,
+    max_decay_rate,
+    oscillator_eigenvalues,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -31,6 +36,7 @@ if TYPE_CHECKING:
     from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
+    ComplexArray = npt.NDArray[np.complex128]
 
 
 class StringModel(BeltModel):
@@ -47,9 +53,12 @@ class StringModel(BeltModel):
         return frequency, max_decay_rate(self.system)
 
     @property
-    def max_bending_frequency(self) -> float:
-        """The highest angular frequency of waves in which the belt bends, rad/s: it does not."""
-        return 0.0
+    def eigenvalues(self) -> "ComplexArray":
+        """The eigenvalues of the shortest waves along the belt and of its friction, (m,), 1/s."""
+        system = self.system
+        frequency, _ = self.max_frequency_and_decay
+        waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
+        return np.append(waves, -friction_rate(system))
 
     def contact_state(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""

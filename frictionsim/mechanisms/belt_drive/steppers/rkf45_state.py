@@ -22,14 +22,12 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 8  # steps from one search for contact candidates to the next
-MAX_STEP_TRIAL_INTERVAL = 4  # steps between two trials of the longest one, while they are shorter
 
 # The numbers in `clock`: start and end of the last step, the length of the next one, s, and the
 # error of the last one, in tolerances.
 T_OLD, T, H, ERROR = range(4)
-# The numbers in `counts`: the last two are steps since the search for candidates and since the
-# longest step was tried.
-STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP = range(5)
+# The numbers in `counts`: the last one is the steps since the search for candidates.
+STEPS, REJECTED, NFEV, SINCE_SEARCH = range(4)
 
 
 class RKF45State(NamedTuple):
@@ -51,8 +49,8 @@ class RKF45State(NamedTuple):
         1 over the error that a step may make in each state, 0 for an energy.
     clock : (4,)
         T_OLD, T, H, ERROR.
-    counts : (5,)
-        STEPS, REJECTED, NFEV, SINCE_SEARCH, SINCE_MAX_STEP.
+    counts : (4,)
+        STEPS, REJECTED, NFEV, SINCE_SEARCH.
     """
 
     y_old: "Array"
@@ -79,7 +77,6 @@ STATE_VALUES: dict[str, Expected] = {
         {
             **dict.fromkeys((STEPS, REJECTED, NFEV), COUNT),
             SINCE_SEARCH: COUNT._replace(high=CANDIDATE_UPDATE_INTERVAL),
-            SINCE_MAX_STEP: COUNT._replace(high=MAX_STEP_TRIAL_INTERVAL - 1),
         }
     ),
 }

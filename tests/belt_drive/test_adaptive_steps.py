@@ -1,0 +1,166 @@
+"""The adaptive steps of belts: the waves they damp, their longest length, tolerance, default."""
+
+from math import factorial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
+from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
+from frictionsim.mechanisms.belt_drive.steppers import rkf45
+from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
+    DISSIPATION,
+    STABILITY_POLYNOMIAL,
+    max_stable_step,
+)
+from frictionsim.simulation.simulate import RunResult
+from frictionsim.solvers import runge_kutta_fehlberg as rkf
+from tests.attacks.checkpoints import craft, write_original
+from tests.support.belt_scenarios import pair, scenario_of, shipped
+from tests.support.belt_waves import waves
+from tests.support.scenarios import changed, simulate
+
+NO_DAMPER = {"effects__axial_damping": None, "effects__contact__damping": 0.0}
+
+
+def growth(z: complex) -> complex:
+    """Return R(z) from the stages: one step of y' = z y from y = 1, with h = 1."""
+    k: list[list[complex]] = [[z], *([0j] for _ in range(5))]
+    stage, y5, error = [0j], [0j], [0j]
+
+    def rhs(t: float, y: Any, dy: Any) -> None:
+        dy[0] = z * y[0]
+
+    rkf.stages(rhs, 0.0, 1.0, [1 + 0j], k, stage, y5, error)  # type: ignore[arg-type]
+    return y5[0] + DISSIPATION * error[0]
+
+
+@given(st.complex_numbers(max_magnitude=5.0, allow_nan=False))
+def test_the_stability_polynomial_is_that_of_the_stages(z: complex) -> None:
+    # Sums of a few terms of up to 5^6/6!: rounding alone.
+    assert abs(np.polyval(STABILITY_POLYNOMIAL, z) - growth(z)) <= 1e-12
+
+
+def test_the_order_is_four() -> None:
+    exponential = [1 / factorial(k) for k in range(7)][::-1]
+    assert list(STABILITY_POLYNOMIAL[2:]) == pytest.approx(exponential[2:], rel=1e-15)
+    assert STABILITY_POLYNOMIAL[1] != pytest.approx(exponential[1], rel=1e-3)
+
+
+@given(st.floats(1e-3, 4.06))
+def test_every_wave_loses_energy(omega_h: float) -> None:
+    """Where Fehlberg's solution of order 5 lets all waves below omega h = 2.05 grow."""
+    size = abs(np.polyval(STABILITY_POLYNOMIAL, 1j * omega_h))
+    # |R|^2 = 1 + (2 (a5 - a6) - 1/72) y^6 + ...; below y = 0.01 that is less than a rounding.
+    assert size < 1.0 or (omega_h < 0.01 and size <= 1.0 + 1e-15)
+
+
+@pytest.mark.parametrize(
+    ("eigenvalues", "limit"), [([1j, -1j], 4.06), ([-1.0], 3.96), ([-0.2 + 0.98j], 3.76)]
+)
+def test_the_longest_step_of_an_oscillator(eigenvalues: list[complex], limit: float) -> None:
+    """Undamped, overdamped, and of a damping ratio of 0.2, which is stable for least."""
+    found = max_stable_step(np.array(eigenvalues) * 1e5 + 0j) * 1e5
+    assert found == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"mechanism__belt__pretension": 2.0}, {"effects__contact__c2": 1e8}, NO_DAMPER],
+    ids=["pair", "slack", "stiff contact", "no damper"],
+)
+def test_the_longest_step_is_that_of_the_waves_of_the_belt(changes: dict[str, Any]) -> None:
+    """The waves of the equations of motion themselves, at rest: no bound, no wave numbers."""
+    model = assemble(scenario_of(pair(effects__belt_friction=None, **changes)))
+    highest = float(np.max(waves(model)[0]))
+    # 4.06 without damping, 3.76 at worst; bounds of the waves are up to 3 % high, and contacts
+    # and tensions may be twice those at rest.
+    assert 3.5 < max_stable_step(model.eigenvalues) * highest < 4.1
+
+
+def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]") -> float:
+    """Return the norm of an error, in units of the scales, by the stepper's own kernel.
+
+    The error of a step of which all rates but the sixth are zero is E6 h times that one.
+    """
+    settings = scenario_of(pair(solver__rtol=0.5)).solver
+    stepper = rkf45.BeltStepper(model, settings)
+    finite = np.isfinite(model.error_scales)
+    stepper._state.k[5][finite] = error[finite] * model.error_scales[finite] / rkf.E6
+    return 0.5 * float(norm_of(1.0, stepper._state))
+
+
+@rkf45.kernel
+def norm_of(h: float, state: rkf45.RKF45State) -> float:
+    """Return the norm, called from Python."""
+    return rkf45.error_norm(h, state)
+
+
+@pytest.mark.parametrize("bodies", [24, 60, 1200])
+def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None:
+    model = assemble(scenario_of(pair(mechanism__belt__bodies=bodies)))
+    error = np.zeros_like(model.state)
+    kinematics_of(error, model.system.layout)[0, bodies // 2] = 0.7
+    assert scaled_norm(model, error) == pytest.approx(0.7, rel=1e-12)
+    # n^(1/16) of n states that err alike: 1.8 at most of 7200.
+    assert 1.0 <= scaled_norm(model, np.ones_like(model.state)) < 1.8
+
+
+def test_an_error_that_is_no_number_is_no_small_one() -> None:
+    model = assemble(scenario_of(pair()))
+    error = np.zeros_like(model.state)
+    error[0] = np.nan
+    assert np.isnan(scaled_norm(model, error))
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5])
+def test_a_belt_without_dampers_keeps_its_energy_and_tensions(rtol: float) -> None:
+    """Of order 5, steps at 1e-3 shook it until its spans carried 1003 and 660 N."""
+    data = shipped(
+        "belt_drive", solver__backend="rkf45", solver__rtol=rtol, solver__duration=0.1, **NO_DAMPER
+    )
+    done, fixed = simulate(data), simulate(changed(data, solver__backend="moreau"))
+    assert all(check.ok for check in done.checks.values())
+    # Measured: 1e-6, the loss of the shortest waves.
+    assert done.checks["energy_balance"].value <= 2e-5
+    for name in ("tension_tight", "tension_slack"):
+        assert done.quantities[name].value == pytest.approx(fixed.quantities[name].value, rel=1e-3)
+    steps, rejected = done.statistics.steps, done.statistics.rejected
+    assert steps + rejected <= 1.1 * longest_steps(data)
+
+
+def longest_steps(data: dict[str, Any]) -> float:
+    """Return the steps of omega h = 4 for the duration, omega that of the fastest waves."""
+    frequency, _ = assemble(scenario_of(data)).max_frequency_and_decay
+    return float(data["solver"]["duration"]) * frequency / 4.0
+
+
+def speed_error(done: RunResult, reference: RunResult) -> float:
+    """Return the largest difference of the pulleys' speeds, rad/s."""
+    return float(np.max(np.abs(done.channels["pulley_speed"] - reference.channels["pulley_speed"])))
+
+
+@pytest.mark.parametrize("bodies", [60, 150])
+def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> None:
+    changes = {"mechanism__belt__bodies": bodies, "solver__duration": 0.15}
+    data = shipped("belt_drive", solver__backend="rkf45", **changes)
+    own, fixed = simulate(data), simulate(shipped("belt_drive", **changes))
+    tight = simulate(changed(data, solver__rtol=1e-8))
+    assert own.checks["energy_balance"].value <= 1e-6
+    # Measured: a tenth of the error of `moreau` and less.
+    assert speed_error(own, tight) < 0.5 * speed_error(fixed, tight)
+    if bodies == 150:  # the dampers of a contact bound the steps of longer bodies
+        assert own.statistics.steps + own.statistics.rejected <= 1.1 * longest_steps(data)
+
+
+def test_a_checkpoint_of_steps_of_order_5_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    path, counts = write_original("belt rkf45", tmp_path), "stepping.counts"
+    craft(path, lambda state: state.update({counts: np.append(state[counts], 0.0)}))
+    with pytest.raises(fs.InputError, match="an earlier version, whose 'rkf45' took other steps"):
+        fs.resume(path)
