@@ -31,8 +31,9 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     padded_width,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
+    TORQUE_OVER_TIME,
     derivative,
-    stack_pieces,
+    stack_signals,
     value,
 )
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -289,6 +290,7 @@ SIGNALS = {
     "points": {"time": [0.1, 0.2, 0.5], "value": [1.0, -2.0, 4.0]},
     "one point": {"time": [0.1], "value": [1.5]},
     "smooth step": {"smooth_step": {"from": 1.0, "to": -3.0, "start": 0.2, "stop": 0.4}},
+    "sine": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 3.0, "phase_deg": 40.0}},
 }
 
 
@@ -297,10 +299,10 @@ def test_signals_are_those_of_the_scenario() -> None:
         scenario_of(pair(drive__driver={"torque": table})).drive["driver"].torque
         for table in SIGNALS.values()
     ]
-    pieces = stack_pieces([signal_from(table) for table in tables])
-    for j, table in enumerate(tables):
+    rows = stack_signals([(0, TORQUE_OVER_TIME, signal_from(table)) for table in tables])
+    for k, table in enumerate(tables):
         signal = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(pieces, j, t) == pytest.approx(signal(t), abs=1e-13)
-            assert derivative(pieces, j, t) == pytest.approx(signal.derivative(t), abs=1e-11)
+            assert value(rows, k, t) == pytest.approx(signal(t), abs=1e-13)
+            assert derivative(rows, k, t) == pytest.approx(signal.derivative(t), abs=1e-11)

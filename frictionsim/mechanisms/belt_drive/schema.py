@@ -203,6 +203,12 @@ class PulleyDrive(Params):
             raise inconsistent((), f"expected either torque or speed; found {found}")
         return self
 
+    @property
+    def terms(self) -> tuple[Any, ...]:
+        """The signals that add up to the torque or the speed."""
+        given = self.torque if self.speed is None else self.speed
+        return given if isinstance(given, tuple) else (given,)
+
 
 def _effect_tables() -> Any:
     """Return the model of `[effects]`: a field for each of `EFFECTS`, None for one that is off."""
