@@ -136,7 +136,8 @@ class Both:
         parts = kinematics(self.state, self.model)
         for j, name in enumerate(self.scenario.mechanism.names):
             if name in self.scenario.drive and self.scenario.drive[name].speed is not None:
-                parts[7][j] = signal_from(self.scenario.drive[name].speed)(self.t)
+                terms = self.scenario.drive[name].terms
+                parts[7][j] = sum(signal_from(term)(self.t) for term in terms)
         return parts
 
     def of_bodies(self, row: int) -> Array:
@@ -189,6 +190,16 @@ def test_all_effects_together(wrap: str, seed: int) -> None:
     assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
+
+
+def test_signals_that_add() -> None:
+    step = {"smooth_step": {"from": 0.3, "to": -0.2, "start": 0.0, "stop": 0.1}}
+    drives = {
+        "driver": {"speed": [{"sine": {"amplitude": 8.0, "frequency_hz": 20.0}}, step, 0.1]},
+        "roller": {"torque": [step, {"sine": {"amplitude": 0.2, "frequency_hz": 50.0}}]},
+        "driven": {"torque": [{"speed": [-20.0, 20.0], "value": [5.0, -5.0]}, step, step]},
+    }
+    assert_same(Both(trio(drive=drives), 1), CLOSE_STUCK)
 
 
 # The roller's contact is its own in all, the driven pulley's in its linear stiffness.
