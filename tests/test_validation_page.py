@@ -14,6 +14,11 @@ from tests.support.belt_closed_forms import (
     transverse_mode,
     two_pulley_mode,
 )
+from tests.support.closed_forms_of_others import (
+    den_hartog_amplitude,
+    flat_belt,
+    friction_oscillator,
+)
 
 NUMBERS = load()
 
@@ -68,6 +73,24 @@ def test_weight_is_exact() -> None:
     found = [row["off, %"] for row in rows("waves") if "span, mm" in row["what"]]
     assert found
     assert max(map(abs, found)) < 0.02
+
+
+def test_benchmarks_of_others_are_met() -> None:
+    for row in rows("den_hartog"):
+        expected = den_hartog_amplitude(float(row["ratio r"]))
+        assert float(row["amplitude, P/k"]) == pytest.approx(expected, abs=1e-10)
+    exact, ours, theirs = (
+        (float(row["rest at, s"]), float(row["x at rest"])) for row in rows("siconos")
+    )
+    assert exact == pytest.approx(friction_oscillator(), abs=1e-12)
+    assert ours == pytest.approx(exact, abs=1e-9)
+    assert abs(theirs[1] - exact[1]) == pytest.approx(1.3e-4, abs=1e-5)
+    belts = rows("exudyn")
+    assert [row["program"] for row in belts] == ["closed form", "Exudyn", "ours", "ours"]
+    for row in belts[2:]:
+        found = [float(row[key]) for key in ("mean from 2.4 s on, rad/s", "T1, N", "T2, N")]
+        assert found == pytest.approx(flat_belt(), abs=0.05)
+        assert found[0] == pytest.approx(flat_belt()[0], abs=2e-4)
 
 
 def test_creep_meets_the_capstan_where_all_of_an_arc_slides() -> None:

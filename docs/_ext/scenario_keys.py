@@ -156,7 +156,8 @@ def _form(annotation: Any) -> str:
     if choices:
         return _choice(choices)
     if len(list(models_in(annotation))) > 1:
-        return "[signal](../scenarios.md#signals)"
+        several = " or list of them" if holds(annotation, tuple) else ""
+        return f"[signal](../scenarios.md#signals){several}"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
     types = [names[a] for a in _leaves(annotation) if a in names]
     word = " or ".join(types) if types == ["text", "whole number"] else ""

@@ -6,7 +6,7 @@ from pydantic import BaseModel
 
 from frictionsim.errors import unknown
 from frictionsim.scenario.model_fields import key_names, models_in
-from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS
+from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_positions import KeyPath
 
 MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
@@ -24,7 +24,7 @@ class _Place(NamedTuple):
     unit : str
         Unit of the value.
     items : str
-        What a list holds there: numbers, names or tables.
+        What a list holds there: numbers, names, tables or signals.
     is_list : bool
         Whether the key takes nothing but a list of them.
     """
@@ -135,8 +135,8 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
     here: type[BaseModel] | None = model
     at_signal = at_name = is_list = False
     for part in location:
-        if at_signal:  # the tag of the signal's form, which is not a key
-            here, at_signal = SIGNAL_TAGS.get(str(part)), False
+        if at_signal and isinstance(part, str):  # the tag of the signal's form, which is no key
+            here, at_signal = SIGNAL_TAGS.get(part), part == SUM
             continue
         path = (*path, part)
         if isinstance(part, int) or at_name:  # an index of a list, or a name chosen by the user
@@ -151,9 +151,9 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
         is_list = get_origin(field.annotation) is tuple
         models = list(models_in(field.annotation))
         items = "numbers" if not _has_text(field.annotation) else "names"
-        items = "tables" if models else items
-        at_name = get_origin(field.annotation) is dict
         at_signal = len(models) > 1
+        items = "signals" if at_signal else "tables" if models else items
+        at_name = get_origin(field.annotation) is dict
         here = models[0] if models else None
     return _Place(path, table, "" if unit == "1" else str(unit), items, is_list)
 

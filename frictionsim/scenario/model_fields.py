@@ -66,7 +66,10 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
             continue
         found.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
-        of_list = bool(models) and any(holds(field.annotation, tuple) for field in fields)
+        of_list = any(
+            table_model(field.annotation) is not None and holds(field.annotation, tuple)
+            for field in fields
+        )
     return found
 
 

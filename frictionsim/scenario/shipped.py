@@ -1,11 +1,11 @@
-"""The scenarios that come with the package: an example of each kind, and the hard ones."""
+"""The scenarios that come with the package: examples of each kind, hard ones, benchmarks."""
 
 from pathlib import Path
 
 from frictionsim.errors import InputError
 
 PACKAGE = Path(__file__).parents[1]
-HARD = "hard"
+FOLDERS = "hard", "validation"  # beside the examples: hard for a solver, benchmarks of others
 
 
 def shipped_folder() -> Path:
@@ -30,7 +30,7 @@ def shipped_folder() -> Path:
 
 
 def shipped_scenarios() -> dict[str, Path]:
-    """Return the shipped scenarios by name: `pulley`, and `hard/jump` for hard ones.
+    """Return the shipped scenarios by name: `pulley`, and with their folder, as `hard/jump`.
 
     Raises
     ------
@@ -39,5 +39,6 @@ def shipped_scenarios() -> dict[str, Path]:
     """
     folder = shipped_folder()
     found = {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    hard = {f"{HARD}/{path.stem}": path for path in sorted((folder / HARD).glob("*.toml"))}
-    return found | hard
+    for name in FOLDERS:
+        found |= {f"{name}/{path.stem}": path for path in sorted((folder / name).glob("*.toml"))}
+    return found

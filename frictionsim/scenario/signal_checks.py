@@ -19,7 +19,7 @@ def period_of(signal: Any, end: float) -> float | None:
 
     Parameters
     ----------
-    signal : number or signal table of the scenario
+    signal : number or signal table of the scenario, or a tuple of them, which add
     end : float, s
         Extrema after this time are ignored.
 
@@ -27,6 +27,9 @@ def period_of(signal: Any, end: float) -> float | None:
     -------
     float or None, s
     """
+    if isinstance(signal, tuple):
+        found = [period_of(term, end) for term in signal]
+        return min((period for period in found if period is not None), default=None)
     if isinstance(signal, SineTable):
         return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
     if not isinstance(signal, PiecewiseLinearTable):

@@ -157,6 +157,7 @@ def _reader_of(model: type[CsvTable]) -> BeforeValidator:
 
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
 _NUMBER_OR_OF_MOTION = "<number or of motion>"
+SUM = "<sum>"  # the tag of a list of signals
 _FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
 # The tag of a form is part of a validation error's location; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
@@ -214,15 +215,19 @@ def _discriminator(form: Any, number: str) -> Discriminator:
     return Discriminator(form, custom_error_type=number, custom_error_message="expected a signal")
 
 
-TimeSignal = Annotated[
+def _or_sum(form: Any) -> Any:
+    """Return what tells the forms of a signal and a list of them."""
+    return lambda table: SUM if isinstance(table, list | tuple) else form(table)
+
+
+_TimeForms = (
     Annotated[float, Tag(_NUMBER)]
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
-    | Annotated[PiecewiseLinearTable, _reader_of(CsvTable), Tag("<csv>")],
-    _discriminator(_signal_form, _NUMBER),
-]
-SpeedOrTimeSignal = Annotated[
+    | Annotated[PiecewiseLinearTable, _reader_of(CsvTable), Tag("<csv>")]
+)
+_SpeedOrTimeForms = (
     Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
@@ -232,8 +237,22 @@ SpeedOrTimeSignal = Annotated[
         PiecewiseLinearTable | SpeedTable,
         _reader_of(CsvSpeedTable),
         Tag("<csv of time or speed>"),
-    ],
-    _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED),
+    ]
+)
+TimeSignal = Annotated[_TimeForms, _discriminator(_signal_form, _NUMBER)]
+SpeedOrTimeSignal = Annotated[
+    _SpeedOrTimeForms, _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED)
+]
+
+# A signal, or a list of signals that add.
+_AtLeastOne = Field(min_length=1, strict=False)
+TimeSignals = Annotated[
+    _TimeForms | Annotated[tuple[TimeSignal, ...], _AtLeastOne, Tag(SUM)],
+    _discriminator(_or_sum(_signal_form), _NUMBER),
+]
+SpeedOrTimeSignals = Annotated[
+    _SpeedOrTimeForms | Annotated[tuple[SpeedOrTimeSignal, ...], _AtLeastOne, Tag(SUM)],
+    _discriminator(_or_sum(_signal_form_or_of_speed), _NUMBER_OR_OF_SPEED),
 ]
 
 # Over time, over the speed of the body, or over its angle.

@@ -232,6 +232,8 @@ class _Template:
         what = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
         if SpeedTable in models and AngleTable not in models:  # the heading has all forms of both
             what[1] += " or {speed = [...], value = [...]}"
+        if what[1] and holds(field.annotation, tuple):
+            what[1] += ", or a list of them, which add"
         before = ", ".join(filter(None, what))
         parts = (before and f"{before}:", field.description or "", self._choice(name, field))
         return " ".join(filter(None, parts))

@@ -20,9 +20,10 @@ from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.mechanisms.belt_drive.guided_string import moreau as string_moreau
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
-from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of, trio
+from tests.support.belt_scenarios import COMPILED, STEPS, pair, scenario_of, trio
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -98,6 +99,7 @@ class Calls:
     ENTRIES: ClassVar = {
         rkf45: ("advance",),
         moreau: ("evaluate_forces", "integrate"),
+        string_moreau: ("integrate_string",),
         scipy: ("rhs_with_candidates", "update_contact_modes"),
     }
 
@@ -149,6 +151,37 @@ def test_all_kernels_are_compiled_before_the_first_step(
     prepared = calls.seen.copy()
     resumed.solve(lambda t: None)
     assert calls.seen == prepared
+
+
+# All there is to give a pulley, over time and over speed, and nothing.
+FORMS: dict[str, Scenario] = {
+    "nothing": {},
+    "number": {"torque": -5.0},
+    "points": {"torque": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
+    "sine": {"torque": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
+    "smooth step": {
+        "torque": {"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": 0.01}}
+    },
+    "of speed": {"torque": {"speed": [-20.0, 20.0], "value": [5.0, -5.0]}},
+    "speed": {"speed": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
+    "speed, sine": {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
+}
+
+
+@pytest.mark.parametrize("guided", [False, True])
+@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
+def test_one_kernel_is_compiled_for_all_forms_of_signals(
+    backend: str, guided: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without = {"effects__contact": None, "effects__bending": None} if guided else {}
+    calls, seen = Calls(monkeypatch), set()
+    for form, drive in FORMS.items():
+        data = pair(solver__backend=backend, drive={"driver": drive} if drive else {}, **without)
+        calls.seen.clear()
+        BeltDrive(scenario_of(data)).prepare(lambda t: None)
+        assert calls.seen
+        seen.add(frozenset(calls.seen))
+        assert len(seen) == 1, form
 
 
 @pytest.mark.parametrize("name", COMPILED)

@@ -31,8 +31,9 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     padded_width,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
+    TORQUE_OVER_TIME,
     derivative,
-    stack_pieces,
+    stack_signals,
     value,
 )
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -135,7 +136,8 @@ class Both:
         parts = kinematics(self.state, self.model)
         for j, name in enumerate(self.scenario.mechanism.names):
             if name in self.scenario.drive and self.scenario.drive[name].speed is not None:
-                parts[7][j] = signal_from(self.scenario.drive[name].speed)(self.t)
+                terms = self.scenario.drive[name].terms
+                parts[7][j] = sum(signal_from(term)(self.t) for term in terms)
         return parts
 
     def of_bodies(self, row: int) -> Array:
@@ -188,6 +190,16 @@ def test_all_effects_together(wrap: str, seed: int) -> None:
     assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
+
+
+def test_signals_that_add() -> None:
+    step = {"smooth_step": {"from": 0.3, "to": -0.2, "start": 0.0, "stop": 0.1}}
+    drives = {
+        "driver": {"speed": [{"sine": {"amplitude": 8.0, "frequency_hz": 20.0}}, step, 0.1]},
+        "roller": {"torque": [step, {"sine": {"amplitude": 0.2, "frequency_hz": 50.0}}]},
+        "driven": {"torque": [{"speed": [-20.0, 20.0], "value": [5.0, -5.0]}, step, step]},
+    }
+    assert_same(Both(trio(drive=drives), 1), CLOSE_STUCK)
 
 
 # The roller's contact is its own in all, the driven pulley's in its linear stiffness.
@@ -289,6 +301,7 @@ SIGNALS = {
     "points": {"time": [0.1, 0.2, 0.5], "value": [1.0, -2.0, 4.0]},
     "one point": {"time": [0.1], "value": [1.5]},
     "smooth step": {"smooth_step": {"from": 1.0, "to": -3.0, "start": 0.2, "stop": 0.4}},
+    "sine": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 3.0, "phase_deg": 40.0}},
 }
 
 
@@ -297,10 +310,10 @@ def test_signals_are_those_of_the_scenario() -> None:
         scenario_of(pair(drive__driver={"torque": table})).drive["driver"].torque
         for table in SIGNALS.values()
     ]
-    pieces = stack_pieces([signal_from(table) for table in tables])
-    for j, table in enumerate(tables):
+    rows = stack_signals([(0, TORQUE_OVER_TIME, signal_from(table)) for table in tables])
+    for k, table in enumerate(tables):
         signal = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(pieces, j, t) == pytest.approx(signal(t), abs=1e-13)
-            assert derivative(pieces, j, t) == pytest.approx(signal.derivative(t), abs=1e-11)
+            assert value(rows, k, t) == pytest.approx(signal(t), abs=1e-13)
+            assert derivative(rows, k, t) == pytest.approx(signal.derivative(t), abs=1e-11)

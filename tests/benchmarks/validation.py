@@ -1,4 +1,4 @@
-"""Holds belts to closed forms and to a peer: writes `results/validation.json` and the page.
+"""Holds belts and shafts to closed forms and to others: writes `results/validation.json`, the page.
 
 Run it as `python -m tests.benchmarks.validation`, or with the names of some of its parts behind;
 it takes about half an hour. `--page` writes the tables of `docs/validation.md` from the numbers
@@ -12,7 +12,12 @@ from collections.abc import Callable
 from math import isnan
 from typing import Any, NamedTuple
 
-from tests.benchmarks import validation_drive, validation_peer, validation_waves
+from tests.benchmarks import (
+    validation_drive,
+    validation_others,
+    validation_peer,
+    validation_waves,
+)
 from tests.benchmarks.results_common import RESULTS, ROOT, provenance, say
 from tests.benchmarks.validation_models import REFUSED
 
@@ -33,6 +38,9 @@ PARTS = {
     "waves": Part(validation_waves.WAVES, validation_waves.waves_and_weight),
     "conserved": Part(validation_waves.CONSERVED, validation_waves.conserved),
     "peer": Part(validation_peer.HEADING, validation_peer.peer),
+    "den_hartog": Part(validation_others.DEN_HARTOG, validation_others.den_hartog),
+    "siconos": Part(validation_others.SICONOS, validation_others.siconos),
+    "exudyn": Part(validation_others.EXUDYN, validation_others.exudyn),
 }
 
 

@@ -145,7 +145,9 @@ def test_a_key_has_its_unit_meaning_and_choices() -> None:
     belt = TEXTS["belt_drive"]
     assert "# # g = 9.81  # m/s^2: Acceleration of gravity.\n" in belt
     assert "# [effects.belt_friction.pulleys.NAME]\n" in belt
-    assert "# N m, signal or {speed = [...], value = [...]}: Torque, pos" in belt
+    words = " ".join(belt.replace("#", "").split())
+    assert "N m, signal or {speed = [...], value = [...]}, or a list of them, which add: T" in words
+    assert "rad/s, signal, or a list of them, which add: Given angular velocity" in words
     shaft = TEXTS["shaft"]
     assert "400.0               # N, signal: Size of the force; a neg" in shaft
     assert "[[forces]]  # A force at a point of the body, or of a cord on it.\n" in shaft

@@ -190,7 +190,9 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
         delta_max=(law.maximum_creep if law else None) or 1.0,
         torque=lambda t, theta, omega: torques(scenario, t, omega),
         prescribed={
-            j: signal_from(scenario.drive[p.name].speed).derivative
+            j: lambda t, terms=scenario.drive[p.name].terms: sum(
+                signal_from(term).derivative(t) for term in terms
+            )
             for j, p in enumerate(pulleys)
             if p.name in scenario.drive and scenario.drive[p.name].speed is not None
         },
@@ -201,11 +203,12 @@ def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
     """Return the torque on each pulley that the scenario gives."""
     found = np.zeros(len(omega))
     for j, name in enumerate(scenario.mechanism.names):
-        table = scenario.drive[name].torque if name in scenario.drive else None
-        if isinstance(table, SpeedTable):
-            found[j] = np.interp(omega[j], table.speed, table.value)
-        elif table is not None:
-            found[j] = signal_from(table)(t)
+        drive = scenario.drive.get(name)
+        for table in drive.terms if drive is not None and drive.speed is None else ():
+            if isinstance(table, SpeedTable):
+                found[j] += np.interp(omega[j], table.speed, table.value)
+            else:
+                found[j] += signal_from(table)(t)
     return found
 
 

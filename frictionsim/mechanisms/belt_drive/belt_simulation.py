@@ -212,12 +212,10 @@ def _kinks(scenario: "BeltDriveScenario") -> list[float]:
     from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
     found = set()
-    for drive in scenario.drive.values():
-        table = drive.torque if drive.speed is None else drive.speed
-        if table is None or isinstance(table, SpeedTable):
+    for term in (term for drive in scenario.drive.values() for term in drive.terms):
+        if isinstance(term, SpeedTable):
             continue
-        signal = signal_from(table)
-        t = 0.0
+        signal, t = signal_from(term), 0.0
         while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
             found.add(t)
     return sorted(found)

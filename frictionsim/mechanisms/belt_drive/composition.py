@@ -26,11 +26,11 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     state_layout,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    PrescribedSpeeds,
-    SpeedTorques,
-    TimeTorques,
-    stack_harmonics,
-    stack_pieces,
+    SPEED_OVER_TIME,
+    TORQUE_OVER_SPEED,
+    TORQUE_OVER_TIME,
+    Signals,
+    stack_signals,
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     Contacts,
@@ -124,9 +124,7 @@ def compose(
         chain,
         effect_parameters(scenario, chain),
         _friction_coefficients(scenario, body_length),
-        _time_torques(scenario),
-        _speed_torques(scenario),
-        _prescribed_speeds(scenario),
+        _signals(scenario),
         aligned_zeros(workspace_rows, layout.width),
         _contacts(layout, count, corrected),
         pulleys,
@@ -161,8 +159,8 @@ def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
     table = np.zeros((PULLEY_ROWS, len(pulleys)))
     for j, p in enumerate(pulleys):
         table[:4, j] = *p.center, p.radius, p.inertia
-    free = [j for j, p in enumerate(pulleys) if p.name not in prescribed]
-    return Pulleys(np.array(free, dtype=np.int64), table)
+    given = np.array([p.name in prescribed for p in pulleys])
+    return Pulleys(np.flatnonzero(~given), np.flatnonzero(given), table)
 
 
 def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
@@ -196,36 +194,18 @@ def _friction_coefficients(
     return FrictionCoefficients(static, kinetic)
 
 
-def _signals(
-    scenario: "BeltDriveScenario", key: str, of_speed: bool
-) -> tuple["Indices", list[Signal]]:
-    """Return the pulleys that have a signal of one sort, and the signals."""
-    found: list[tuple[int, Signal]] = []
+def _signals(scenario: "BeltDriveScenario") -> Signals:
+    """Return what drives the pulleys, a row for each term of a sum."""
+    rows: list[tuple[int, int, Signal]] = []
     for j, name in enumerate(scenario.mechanism.names):
-        table = getattr(scenario.drive.get(name), key, None)
-        if table is not None and isinstance(table, SpeedTable) == of_speed:
-            signal = PiecewiseLinear(table.speed, table.value) if of_speed else signal_from(table)
-            found.append((j, signal))
-    return np.array([j for j, _ in found], dtype=np.int64), [signal for _, signal in found]
-
-
-def _time_torques(scenario: "BeltDriveScenario") -> TimeTorques | None:
-    pulleys, signals = _signals(scenario, "torque", of_speed=False)
-    if not signals:
-        return None
-    return TimeTorques(pulleys, stack_pieces(signals), stack_harmonics(signals))
-
-
-def _speed_torques(scenario: "BeltDriveScenario") -> SpeedTorques | None:
-    pulleys, signals = _signals(scenario, "torque", of_speed=True)
-    return SpeedTorques(pulleys, stack_pieces(signals)) if signals else None
-
-
-def _prescribed_speeds(scenario: "BeltDriveScenario") -> PrescribedSpeeds | None:
-    pulleys, signals = _signals(scenario, "speed", of_speed=False)
-    if not signals:
-        return None
-    return PrescribedSpeeds(pulleys, stack_pieces(signals), stack_harmonics(signals))
+        drive = scenario.drive.get(name)
+        over_time = TORQUE_OVER_TIME if drive is None or drive.speed is None else SPEED_OVER_TIME
+        for term in drive.terms if drive is not None else ():
+            if isinstance(term, SpeedTable):
+                rows.append((j, TORQUE_OVER_SPEED, PiecewiseLinear(term.speed, term.value)))
+            else:
+                rows.append((j, over_time, signal_from(term)))
+    return stack_signals(rows)
 
 
 def contact_stiffness(effects: Any, equilibrium: Equilibrium) -> float:

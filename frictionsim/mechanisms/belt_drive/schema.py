@@ -30,7 +30,7 @@ from frictionsim.scenario.methods import (
 )
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
-from frictionsim.scenario.signal_tables import SpeedOrTimeSignal, TimeSignal
+from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
 
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
@@ -189,10 +189,10 @@ class Geometry(Params):
 class PulleyDrive(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
-    torque: SpeedOrTimeSignal | None = unit_field(
+    torque: SpeedOrTimeSignals | None = unit_field(
         "N m", "Torque, positive counter-clockwise, over time or own speed; or give speed.", None
     )
-    speed: TimeSignal | None = unit_field(
+    speed: TimeSignals | None = unit_field(
         "rad/s", "Given angular velocity, positive counter-clockwise; or give torque.", None
     )
 
@@ -202,6 +202,12 @@ class PulleyDrive(Params):
             found = "neither" if self.torque is None else "both"
             raise inconsistent((), f"expected either torque or speed; found {found}")
         return self
+
+    @property
+    def terms(self) -> tuple[Any, ...]:
+        """The signals that add up to the torque or the speed."""
+        given = self.torque if self.speed is None else self.speed
+        return given if isinstance(given, tuple) else (given,)
 
 
 def _effect_tables() -> Any:

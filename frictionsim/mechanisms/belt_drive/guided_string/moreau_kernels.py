@@ -107,7 +107,7 @@ def integrate_string(
     """
     counts = state.counts
     if counts[STEPS] == 0 and steps == 0:
-        prescribed_speeds(0.0, system.pulleys, system.prescribed)
+        prescribed_speeds(0.0, system)
         find_candidates(line, state.new, system)
         axial = system.effects.axial_damping
         tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
@@ -150,13 +150,13 @@ def step_string(t: float, h: float, state: StringState, line: PitchLine, system:
     tensions(line.length, axial, chain, position, system.workspace)
     add_damping(axial.damping, velocity, tension, chain)
     normal_forces(line, velocity, system)
-    store_pulley_speeds(t, y[layout.speeds : layout.energies], pulleys, system.prescribed)
+    store_pulley_speeds(t, y[layout.speeds : layout.energies], system)
     for k in range(len(free)):
         speed, earlier = y[layout.speeds + k], y_old[layout.speeds + k]
         pulley[SPEED, free[k]] = speed + 0.5 * (speed - earlier)
-    prescribed_speeds(t + 0.5 * h, pulleys, system.prescribed)
+    prescribed_speeds(t + 0.5 * h, system)
     pulley_torques(t + 0.5 * h, system)
-    prescribed_speeds(t + h, pulleys, system.prescribed)
+    prescribed_speeds(t + h, system)
     copy(y, y_old)
     new, gain = y[half : layout.angles], h / chain.mass
     for k in range(n):
@@ -166,7 +166,7 @@ def step_string(t: float, h: float, state: StringState, line: PitchLine, system:
         y[i] = position[i] + 0.5 * h * new[i]
     for k in range(len(free)):
         y[layout.speeds + k] = pulley[ALPHA, free[k]]
-    mean_reaction_torques(h, system.contacts, pulleys, system.prescribed)
+    mean_reaction_torques(h, system.contacts, pulleys)
     for j in range(pulley.shape[1]):
         mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
         y[layout.angles + j] += h * mean

@@ -25,11 +25,8 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     clear_padding,
 )
 from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    PrescribedSpeeds,
-    SpeedTorques,
-    TimeTorques,
-    add_sine,
-    add_sine_derivative,
+    SPEED_OVER_TIME,
+    TORQUE_OVER_TIME,
     derivative,
     value,
 )
@@ -67,56 +64,40 @@ contactless_accelerations = sum_of_forces(e for e in in_order() if e.stage is no
 
 
 @inline_kernel
-def add_time_torques(t: float, torque: "Array", torques: TimeTorques | None) -> None:
-    """Add the torques that are signals in time."""
-    if torques is not None:
-        for k in range(len(torques.pulleys)):
-            torque[torques.pulleys[k]] += value(torques.pieces, k, t)
-        add_sine(torque, torques.pulleys, t, torques.sines)
-
-
-@inline_kernel
-def add_speed_torques(speed: "Array", torque: "Array", torques: SpeedTorques | None) -> None:
-    """Add the torques that are signals of the pulley's own speed."""
-    if torques is not None:
-        for k in range(len(torques.pulleys)):
-            j = torques.pulleys[k]
-            torque[j] += value(torques.pieces, k, speed[j])
-
-
-@inline_kernel
 def pulley_torques(t: float, system: "System") -> None:
     """Write TORQUE, on the pulleys from outside; reads SPEED."""
+    signals = system.signals
     speed, torque = system.pulleys.table[SPEED], system.pulleys.table[TORQUE]
     for j in range(len(torque)):
         torque[j] = 0.0
-    add_time_torques(t, torque, system.time_torques)
-    add_speed_torques(speed, torque, system.speed_torques)
+    for k in range(len(signals.pulleys)):
+        j = signals.pulleys[k]
+        if signals.kinds[k] != SPEED_OVER_TIME:
+            u = t if signals.kinds[k] == TORQUE_OVER_TIME else speed[j]
+            torque[j] += value(signals, k, u)
 
 
 @inline_kernel
-def prescribed_speeds(t: float, pulleys: "Pulleys", prescribed: PrescribedSpeeds | None) -> None:
+def prescribed_speeds(t: float, system: "System") -> None:
     """Write SPEED and ALPHA of the pulleys whose speeds are prescribed."""
-    if prescribed is not None:
-        speed, alpha = pulleys.table[SPEED], pulleys.table[ALPHA]
-        for k in range(len(prescribed.pulleys)):
-            j = prescribed.pulleys[k]
-            speed[j] = value(prescribed.pieces, k, t)
-            alpha[j] = derivative(prescribed.pieces, k, t)
-        add_sine(speed, prescribed.pulleys, t, prescribed.sines)
-        add_sine_derivative(alpha, prescribed.pulleys, t, prescribed.sines)
+    signals = system.signals
+    speed, alpha = system.pulleys.table[SPEED], system.pulleys.table[ALPHA]
+    for j in system.pulleys.prescribed:
+        speed[j] = alpha[j] = 0.0
+    for k in range(len(signals.pulleys)):
+        j = signals.pulleys[k]
+        if signals.kinds[k] == SPEED_OVER_TIME:
+            speed[j] += value(signals, k, t)
+            alpha[j] += derivative(signals, k, t)
 
 
 @inline_kernel
-def reaction_torques(
-    contacts: "Contacts", pulleys: "Pulleys", prescribed: PrescribedSpeeds | None
-) -> None:
+def reaction_torques(contacts: "Contacts", pulleys: "Pulleys") -> None:
     """Write the TORQUE that it takes to keep a prescribed speed."""
-    if prescribed is not None:
-        table = pulleys.table
-        for j in prescribed.pulleys:
-            table[TORQUE, j] = table[INERTIA, j] * table[ALPHA, j]
-            table[TORQUE, j] += table[PULLEY_RADIUS, j] * total_friction(j, contacts)
+    table = pulleys.table
+    for j in pulleys.prescribed:
+        table[TORQUE, j] = table[INERTIA, j] * table[ALPHA, j]
+        table[TORQUE, j] += table[PULLEY_RADIUS, j] * total_friction(j, contacts)
 
 
 @inline_kernel
@@ -154,11 +135,11 @@ def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> 
         rate[i] = velocities[i]
     for k in range(len(free)):
         pulley[SPEED, free[k]] = state[layout.speeds + k]
-    prescribed_speeds(t, system.pulleys, system.prescribed)
+    prescribed_speeds(t, system)
     pulley_torques(t, system)
     damped = plane_rates(system.effects.contact, h, state, rate, system)
     damped += string_rates(system.line, h, state, rate, system)
-    reaction_torques(system.contacts, system.pulleys, system.prescribed)
+    reaction_torques(system.contacts, system.pulleys)
     energies = layout.energies
     rate[energies] = 0.0
     for j in range(count):

@@ -13,11 +13,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
     from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
     from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
-    from frictionsim.mechanisms.belt_drive.kernels.signals import (
-        PrescribedSpeeds,
-        SpeedTorques,
-        TimeTorques,
-    )
+    from frictionsim.mechanisms.belt_drive.kernels.signals import Signals
     from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
 
     Array = npt.NDArray[np.float64]
@@ -29,12 +25,13 @@ EffectParameters: Any = namedtuple("EffectParameters", [e.key for e in EFFECTS])
 
 
 class Pulleys(NamedTuple):
-    """The pulleys: `free` are the indices of those whose speed is not prescribed.
+    """The pulleys: the indices of those whose speed is free, and of those where it is prescribed.
 
     `table` is (8, pulleys), with the rows of `layout`.
     """
 
     free: "Indices"
+    prescribed: "Indices"
     table: "Array"
 
 
@@ -67,7 +64,7 @@ class System(NamedTuple):
         What the bodies have in common.
     effects : EffectParameters
     friction : FrictionCoefficients or None
-    time_torques, speed_torques, prescribed : TimeTorques, SpeedTorques, PrescribedSpeeds or None
+    signals : Signals
         What drives the pulleys.
     workspace : (8, width)
     contacts : Contacts
@@ -80,9 +77,7 @@ class System(NamedTuple):
     chain: "Chain"
     effects: Any
     friction: "FrictionCoefficients | None"
-    time_torques: "TimeTorques | None"
-    speed_torques: "SpeedTorques | None"
-    prescribed: "PrescribedSpeeds | None"
+    signals: "Signals"
     workspace: "Array"
     contacts: Contacts
     pulleys: Pulleys

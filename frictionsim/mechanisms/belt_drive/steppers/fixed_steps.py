@@ -50,9 +50,6 @@ class FixedSteps:
         self._model, self._h = model, h
         self._state: Any = None  # y_old, y and counts are used here
         self.force_per_impulse = 1.0 / h
-        # Speeds that are prescribed stand in no state.
-        pulleys = model.system.pulleys
-        self._prescribed = np.setdiff1d(np.arange(pulleys.table.shape[1]), pulleys.free)
 
     @property
     def t(self) -> float:
@@ -97,7 +94,7 @@ class FixedSteps:
         s = self._state
         inside: Array = s.y_old + ratio * (s.y - s.y_old)
         if s.counts[STEPS]:  # before the first step there is no speed but that of the start
-            table = self._model.system.pulleys.table
-            start, end = table[SPEED_OLD, self._prescribed], table[ALPHA, self._prescribed]
-            table[SPEED, self._prescribed] = start + ratio * (end - start)
+            _, prescribed, table = self._model.system.pulleys  # prescribed speeds are in no state
+            start, end = table[SPEED_OLD, prescribed], table[ALPHA, prescribed]
+            table[SPEED, prescribed] = start + ratio * (end - start)
         return inside

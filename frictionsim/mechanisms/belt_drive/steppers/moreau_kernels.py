@@ -86,7 +86,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.signals import PrescribedSpeeds
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Array = npt.NDArray[np.float64]
@@ -197,21 +196,21 @@ def step(
         rate[k] = y[k] + 0.5 * (y[k] - y_old[k])
     for k in range(layout.angles, layout.end):
         y_old[k] = y[k]
-    store_pulley_speeds(t, y[layout.speeds : layout.energies], pulleys, system.prescribed)
+    store_pulley_speeds(t, y[layout.speeds : layout.energies], system)
     for k in range(len(free)):
         pulley[SPEED, free[k]] = rate[layout.speeds + k]
-    prescribed_speeds(t + 0.5 * h, pulleys, system.prescribed)
+    prescribed_speeds(t + 0.5 * h, system)
     pulley_torques(t + 0.5 * h, system)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     aphi = rate[half + 2 * width : half + 3 * width]
     damped = contactless_accelerations(system, middle, ax, ay, aphi)
     clear_padding(system.chain.bodies, ax, ay, aphi)
     damped += midpoint_contacts(h, middle, state.new, (ax, ay), stiff, system)
-    prescribed_speeds(t + h, pulleys, system.prescribed)
+    prescribed_speeds(t + h, system)
     rubbed, braked = move(h, state, (ax, ay, aphi), stiff, system)
     for k in range(len(free)):
         y[layout.speeds + k] = pulley[ALPHA, free[k]]
-    mean_reaction_torques(h, contacts, pulleys, system.prescribed)
+    mean_reaction_torques(h, contacts, pulleys)
     for j in range(pulley.shape[1]):
         mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
         y[layout.angles + j] += h * mean
@@ -247,11 +246,10 @@ def move(
 
 
 @inline_kernel
-def store_pulley_speeds(
-    t: float, speeds: "Array", pulleys: "Pulleys", prescribed: "PrescribedSpeeds | None"
-) -> None:
+def store_pulley_speeds(t: float, speeds: "Array", system: "System") -> None:
     """Write SPEED and SPEED_OLD of all pulleys at the start of a step."""
-    prescribed_speeds(t, pulleys, prescribed)
+    pulleys = system.pulleys
+    prescribed_speeds(t, system)
     for k in range(len(pulleys.free)):
         pulleys.table[SPEED, pulleys.free[k]] = speeds[k]
     for j in range(pulleys.table.shape[1]):
@@ -262,7 +260,7 @@ def store_pulley_speeds(
 def evaluate_forces(state: MoreauState, system: "System") -> None:
     """Evaluate the forces without friction at the start."""
     rate, half, width = state.rate, system.layout.velocities, system.layout.width
-    prescribed_speeds(0.0, system.pulleys, system.prescribed)
+    prescribed_speeds(0.0, system)
     find_contact_candidates(system, state.new)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     contactless_accelerations(system, state.new, ax, ay, rate[half + 2 * width : half + 3 * width])
@@ -355,14 +353,9 @@ def positions_before(h: float, state: MoreauState, size: int) -> None:
 
 
 @inline_kernel
-def mean_reaction_torques(
-    h: float, contacts: "Contacts", pulleys: "Pulleys", prescribed: "PrescribedSpeeds | None"
-) -> None:
+def mean_reaction_torques(h: float, contacts: "Contacts", pulleys: "Pulleys") -> None:
     """Write the mean TORQUE that it took to keep a prescribed speed."""
-    if prescribed is not None:
-        pulley = pulleys.table
-        for j in prescribed.pulleys:
-            gained = pulley[INERTIA, j] * (pulley[ALPHA, j] - pulley[SPEED_OLD, j])
-            pulley[TORQUE, j] = (
-                gained + pulley[PULLEY_RADIUS, j] * total_friction(j, contacts)
-            ) / h
+    pulley = pulleys.table
+    for j in pulleys.prescribed:
+        gained = pulley[INERTIA, j] * (pulley[ALPHA, j] - pulley[SPEED_OLD, j])
+        pulley[TORQUE, j] = (gained + pulley[PULLEY_RADIUS, j] * total_friction(j, contacts)) / h

@@ -135,7 +135,7 @@ def advance(
     """
     clock, counts = state.clock, state.counts
     if task == START:
-        prescribed_speeds(clock[T], system.pulleys, system.prescribed)  # who has slip depends on it
+        prescribed_speeds(clock[T], system)  # who has slip depends on it
         find_contact_candidates(system, state.kinematics)
         rhs(clock[T], clock[H], state.y, state.f, system)
         return RUNNING

@@ -40,7 +40,7 @@ def rhs_with_candidates(t: float, state: "Array", rate: "Array", system: "System
     pulleys, layout = system.pulleys, system.layout
     for k in range(len(pulleys.free)):
         pulleys.table[SPEED, pulleys.free[k]] = state[layout.speeds + k]
-    prescribed_speeds(t, pulleys, system.prescribed)
+    prescribed_speeds(t, system)
     kinematics = state[: layout.angles].reshape((layout.angles // layout.width, layout.width))
     find_contact_candidates(system, kinematics)
     rhs(t, 0.0, state, rate, system)

@@ -1,0 +1,178 @@
+"""Lists of signals, which add: torques and given speeds of pulleys, and what is refused."""
+
+from math import exp, expm1
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.belt_drive.belt_simulation import _kinks
+from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.model_fields import unit_of_key
+from tests.support.belt_scenarios import NO_FRICTION, pair, scenario_of
+from tests.support.drawn_scenarios import some
+from tests.support.scenarios import Scenario, simulate
+
+INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
+DURATION = 0.05  # s
+
+
+def smooth_pulleys(signal: Any, key: str = "torque", **changes: Any) -> Scenario:
+    """Return pulleys on which the belt slides without friction: nothing but torques turns them."""
+    guided = {"effects__contact": None, "effects__bending": None}
+    rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {key: signal}}}
+    return pair(**guided, **rubs, **changes)
+
+
+def over_speed(slope: float, offset: float = 0.0) -> dict[str, Any]:
+    """Return a torque of `offset` less `slope` times the speed."""
+    return {"speed": [-1e3, 1e3], "value": [offset + 1e3 * slope, offset - 1e3 * slope]}
+
+
+@some(12)
+@given(
+    st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=3),
+    st.lists(st.tuples(st.floats(0.01, 0.1), st.floats(-1.0, 1.0)), min_size=1, max_size=3),
+    st.sampled_from([1.0, -1.0]),
+    st.sampled_from(["rkf45", "moreau"]),
+)
+def test_constants_and_brakes_add_to_an_exponential_run_up(
+    constants: list[float], brakes: list[tuple[float, float]], sense: float, backend: str
+) -> None:
+    """J w' = M - c w, with the sums M of the constants and c of the slopes."""
+    terms = [sense * m for m in constants] + [over_speed(c, sense * m) for c, m in brakes]
+    done = simulate(smooth_pulleys(terms, solver__backend=backend))
+    assert done.status == "done"
+    torque = sense * (sum(constants) + sum(m for _, m in brakes))
+    slope = sum(c for c, _ in brakes)
+    rate, final = slope / INERTIA, torque / slope
+    end, left = done.channels["pulley_speed"][-1, 1], exp(-rate * DURATION)
+    # Midpoint steps of 2.6e-4 s at rates of up to 150/s: (h rate)^2/24 = 6e-5 a time constant.
+    # Torques of 100 N m, at the ends of the points, are rounded by 1e-14.
+    close = 2e-4 * abs(final) + 1e-10
+    assert end == pytest.approx(-final * expm1(-rate * DURATION), abs=close)
+    # `moreau` has the torque in the middle of the last step, half of 2.6e-4 s before.
+    late = 1.3e-4 * rate * abs(torque - slope * end)
+    assert done.channels["pulley_torque"][-1, 1] == pytest.approx(
+        torque - slope * end, abs=slope * close + 1.1 * late
+    )
+    # The integral of (M - c w) w: 1/2 J w^2, all that the torque has put in.
+    work = 0.5 * INERTIA * (final * (1.0 - left)) ** 2
+    assert done.channels["energy_input"][-1] == pytest.approx(
+        work, abs=1e-3 * INERTIA * final**2 + 1e-12
+    )
+    assert done.channels["pulley_speed"][-1, 0] == 0.0
+
+
+RAMPS = [
+    {"time": [0.005, 0.02], "value": [0.0, -2.0]},
+    {"smooth_step": {"from": 0.0, "to": -3.0, "start": 0.01, "stop": 0.03}},
+    {"sine": {"mean": 0.5, "amplitude": 1.0, "frequency_hz": 40.0, "phase_deg": 30.0}},
+    -1.0,
+]
+
+
+@pytest.mark.parametrize("key", ["torque", "speed"])
+@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
+def test_a_sum_in_any_order_is_the_same_run(backend: str, key: str) -> None:
+    runs = [
+        simulate(smooth_pulleys(terms, key, solver__backend=backend))
+        for terms in (RAMPS, RAMPS[::-1], [*RAMPS, 5.0, -5.0])
+    ]
+    for other in runs[1:]:
+        for name in ("pulley_speed", "pulley_torque", "energy_input"):
+            found, expected = other.channels[name], runs[0].channels[name]
+            # Sums in another order are rounded in another way, in each of 500 steps.
+            assert found == pytest.approx(expected, abs=1e-11 * np.abs(expected).max()), name
+
+
+def test_a_list_of_one_is_the_signal_to_the_bit() -> None:
+    for signal in (*RAMPS, over_speed(0.1)):
+        plain, listed = (simulate(smooth_pulleys(drive)) for drive in (signal, [signal]))
+        for name, values in plain.channels.items():
+            np.testing.assert_array_equal(values, listed.channels[name], err_msg=name)
+
+
+def test_a_given_speed_is_the_sum_of_its_signals() -> None:
+    done = simulate(pair(drive={"driver": {"speed": RAMPS}}))
+    t = done.time
+    x = np.clip((t - 0.01) / 0.02, 0.0, 1.0)
+    expected = np.interp(t, [0.005, 0.02], [0.0, -2.0]) - 3.0 * x * x * (3.0 - 2.0 * x)
+    expected += 0.5 + np.sin(2.0 * np.pi * 40.0 * t + np.pi / 6.0) - 1.0
+    # Sums and a sine of 12 rad are rounded in another order.
+    assert done.channels["pulley_speed"][:, 0] == pytest.approx(expected, abs=1e-13)
+
+
+def test_a_step_ends_at_the_kinks_of_all_terms() -> None:
+    terms = [*RAMPS, over_speed(0.1)]
+    scenario = scenario_of(pair(drive={"driver": {"torque": terms}, "driven": {"speed": RAMPS}}))
+    assert _kinks(scenario) == [0.005, 0.01, 0.02, 0.03]
+
+
+FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
+
+
+@pytest.mark.parametrize(
+    ("torque", "fault"),
+    [
+        ([], "drive.driven.torque: expected at least one signal, got a list of 0"),
+        ([1.0, "x"], f"drive.driven.torque.1: expected a number in N m, or {FORMS}"),
+        ([[1.0]], f"drive.driven.torque.0: expected a number in N m, or {FORMS}"),
+        ([1.0, {"tim": [0.0]}], f"drive.driven.torque.1: expected a number, {FORMS}"),
+        (
+            [{"time": [0.0, 1.0], "value": [1.0]}],
+            "drive.driven.torque.0.value: 1 values for 2 times; give one for each",
+        ),
+        (
+            [{"sine": {"amplitude": 1.0, "frequency_hz": -1.0}}],
+            "drive.driven.torque.0.sine.frequency_hz: expected a number above 0 Hz, got -1.0",
+        ),
+    ],
+)
+def test_a_wrong_list_is_refused_at_its_place(torque: Any, fault: str) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        fs.load(pair(drive__driven={"torque": torque}))
+    assert f"scenario: {fault}" in str(refused.value)
+
+
+def test_given_speeds_over_a_speed_are_refused() -> None:
+    with pytest.raises(ScenarioError, match=r"drive\.driven\.speed\.1\.speed: unknown key 'speed'"):
+        fs.load(pair(drive__driven={"speed": [1.0, over_speed(0.1)]}))
+
+
+def test_terms_are_set_and_varied_by_their_index() -> None:
+    data = pair(drive__driven={"torque": [{"time": [0.0, 1.0], "value": [0.0, 1.0]}, 2.0]})
+    loaded = fs.load(data, {"drive.driven.torque.0.value.1": 3.0, "drive.driven.torque.1": -4.0})
+    points, number = loaded.drive["driven"].torque
+    assert (points.value, number) == ((0.0, 3.0), -4.0)
+    assert fs.loads(loaded.to_toml()).drive == loaded.drive
+    units = {"torque.0": "N m", "torque.0.time.1": "s", "torque.time.1": "s", "speed.0": "rad/s"}
+    for key, unit in units.items():
+        assert unit_of_key(type(loaded), f"drive.driven.{key}") == unit
+    table = fs.sweep(
+        smooth_pulleys([1.0, over_speed(0.1)]),
+        {"drive.driven.torque.0": [1.0, 2.0]},
+        overrides={"solver.duration": 0.01},
+        workers=1,
+    )
+    one, two = np.asarray(table["energy_input"])
+    assert two == pytest.approx(4.0 * one, rel=1e-6)  # linear, so that energies are squares
+
+
+def test_the_shortest_period_of_a_sum_is_warned_of() -> None:
+    fast = {"sine": {"amplitude": 1.0, "frequency_hz": 5000.0}}
+    scenario = scenario_of(pair(drive__driven={"torque": [RAMPS[2], fast]}))
+    (found,) = scenario.warnings()
+    assert "a tenth of the period of drive.driven.torque, 0.0002 s" in found
+
+
+def test_the_schema_for_editors_knows_lists() -> None:
+    drive = schema("belt_drive")["$defs"]["PulleyDrive"]["properties"]
+    for key in ("torque", "speed"):
+        (listed,) = [form for form in drive[key]["oneOf"] if form.get("type") == "array"]
+        assert listed["minItems"] == 1
+        assert {"type": "number"} in listed["items"]["oneOf"]
