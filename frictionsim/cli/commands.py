@@ -107,7 +107,7 @@ def solve(
         list[str],
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenarios in TOML; - reads the standard input.",
+            help="Scenarios in TOML, or names of shipped ones; - reads the standard input.",
             show_default=False,
         ),
     ],
@@ -215,7 +215,7 @@ def check(
         list[str],
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenarios in TOML, or folders of them.",
+            help="Scenarios in TOML, names of shipped ones, or folders.",
             show_default=False,
         ),
     ],

@@ -66,7 +66,8 @@ def sweep(
         str,
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenario, or study with what is varied, in TOML; - reads the standard input.",
+            help="Scenario or its shipped name, or study with what is varied, in TOML; - reads the"
+            " standard input.",
             show_default=False,
         ),
     ],
