@@ -1,7 +1,7 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike, fsdecode
 from typing import Any
 
@@ -121,6 +121,25 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     if not equals or not all(part.strip() for part in key.split(".")):
         raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
     return _set(data, key, _parsed(where, text.strip()), where)
+
+
+def keys_and_values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the keys of tables with dots, as of --set, with their values.
+
+    Tables in a list have their name in the key where each has its own, else their number.
+    """
+    entries: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, Mapping):
+        entries = value.items()
+    elif isinstance(value, list | tuple) and all(isinstance(row, Mapping) for row in value):
+        names = [str(row.get("name", "")) for row in value]
+        named = all(names) and len(set(names)) == len(names)
+        entries = zip(names if named else range(len(value)), value, strict=True)
+    if not entries or not value:
+        yield path, value
+        return
+    for key, inner in entries:
+        yield from keys_and_values(inner, f"{path}.{key}" if path else str(key))
 
 
 def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:

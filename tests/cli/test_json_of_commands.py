@@ -67,6 +67,19 @@ def test_check_as_json(told: Run) -> None:
     ]
 
 
+def test_an_implausible_radius_is_warned_of_wherever_warnings_are(told: Run) -> None:
+    wrong = ("--set", "mechanism.cord_radius=50.8")
+    words = (
+        "mechanism.cord_radius = 50.8 m is a radius above 5 m; did you mean 0.0508, for 50.8 mm?"
+    )
+    assert told("check", "pulley", *wrong)[1] == f"frictionsim: warning: pulley: {words}\n"
+    assert strict_json(told("check", "pulley", *wrong, "--json")[0])["scenarios"][0]["ok"] is True
+    out, err = told("solve", "pulley", *wrong, "--set", "output.interval=9", "--json")
+    assert err.startswith(f"frictionsim: warning: {words}\n")
+    assert strict_json(out)["warnings"][0] == words
+    assert strict_json(told("show", "results/pulley.h5", "--json")[0])["warnings"][0] == words
+
+
 def test_compare_as_json(told: Run) -> None:
     told("solve", PULLEY, "-q", "-o", "a.h5")
     told("solve", PULLEY, "-q", "-o", "b.h5", "--set", "mechanism.load=2224.2")
