@@ -241,6 +241,7 @@ def check(
                 print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
                 warn(warnings, f"{source}: ")
             data |= {
+                "overrides": loaded.origin.values,
                 "warnings": warnings,
                 "kind": loaded.kind,
                 "effects": list(effects),
@@ -264,6 +265,7 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
         print_json(
             {
                 "scenario": scenario,
+                "overrides": loaded.origin.values,
                 "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
                 "notes": list(quantities.notes),

@@ -123,6 +123,24 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     return _set(data, key, _parsed(where, text.strip()), where)
 
 
+def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
+    """Return overrides KEY=VALUE as data for JSON; None for a key that is taken out.
+
+    In a file that others have changed a value may be none of TOML or of JSON; it stays text.
+    """
+    from json import dumps
+
+    found: dict[str, Any] = {}
+    for override in overrides:
+        key, _, text = override.partition("=")
+        try:
+            found[key] = _parsed(override, text)
+            dumps(found[key], allow_nan=False)
+        except (InputError, TypeError, ValueError):
+            found[key] = text
+    return found
+
+
 def keys_and_values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the keys of tables with dots, as of --set, with their values.
 

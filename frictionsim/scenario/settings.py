@@ -117,6 +117,13 @@ class Origin(NamedTuple):
     overrides: tuple[str, ...] = ()
 
     @property
+    def values(self) -> dict[str, Any]:
+        """The overrides by key, as plain data; None for a key that was taken out."""
+        from frictionsim.scenario.overrides import values_by_key
+
+        return values_by_key(self.overrides)
+
+    @property
     def command(self) -> str:
         """The command that solves the scenario again; empty if it is of no file."""
         from shlex import join
