@@ -156,32 +156,11 @@ def new(
     if file is None:
         print_text(text.rstrip("\n"))
         return
-    _write_with_schema(file, text)
+    from frictionsim.api.starting import write_with_schema
 
-
-def _write_with_schema(file: Path, text: str) -> None:
-    """Write a scenario, and beside it the schema that its first line names for editors."""
-    from json import dumps
-    from tomllib import loads
-
-    from frictionsim.io.new_file import check_new, write_new
-    from frictionsim.scenario.templates import schema_file
-
-    check_new(file, "scenario")
-    kind = loads(text)["kind"]
-    beside, content = file.parent / schema_file(kind), f"{dumps(fs.schema(kind), indent=2)}\n"
-    known = beside.is_file()
-    if not known:
-        write_new(beside, content, "schema")
-    elif beside.read_text(encoding="utf-8", errors="replace") != content:
-        warn(
-            [
-                f"{beside}: kept, but it differs from the schema of this version;"
-                f" 'frictionsim schema {kind} > {beside}' replaces it"
-            ]
-        )
-    write_new(file, f"#:schema ./{beside.name}\n{text}", "scenario")
-    print_beside_files(str(file) if known else f"{file}\n{beside}")
+    files, warnings = write_with_schema(file, text)
+    warn(warnings)
+    print_beside_files("\n".join(map(str, files)))
 
 
 @app.command()
