@@ -319,7 +319,9 @@ def _axis(result: "Record", name: str) -> str:
     axis, members = _columns(result, name)
     if not axis:
         return "one column"
-    return f"{len(members)} columns along {axis}: {', '.join(members)}"[:MAX_VALUE]
+    named = ", ".join(members)
+    cut = named if len(named) <= MAX_VALUE else f"{named[:MAX_VALUE]}..."
+    return f"{len(members)} columns along {axis}: {cut}"
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:

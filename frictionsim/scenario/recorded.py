@@ -1,7 +1,7 @@
 """The scenario that a result holds."""
 
 from collections.abc import Sequence
-from tomllib import TOMLDecodeError, loads
+from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
@@ -21,7 +21,7 @@ def scenario_of(result: "Record") -> dict[str, Any]:
     """
     try:
         return loads(result.attributes["scenario"])
-    except TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also of numbers and tables without end
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 

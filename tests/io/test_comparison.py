@@ -315,8 +315,9 @@ def test_many_keys_are_counted(compare: Compare) -> None:
     assert found[-1] == "note: 5 more keys of their scenarios differ"
 
 
-def test_a_scenario_that_is_no_toml_is_noted(compare: Compare) -> None:
-    code, table = compare(lambda file: file.attrs.update(scenario="another"))
+@pytest.mark.parametrize("text", ["another", f"a = {'[' * 5000}", f"a = {'1' * 5000}"])
+def test_a_scenario_that_is_no_toml_is_noted(text: str, compare: Compare) -> None:
+    code, table = compare(lambda file: file.attrs.update(scenario=text))
     assert (code, notes(table)) == (
         0,
         ["note: the two files differ in their scenario, of which one is not valid TOML"],
