@@ -16,7 +16,7 @@ PACKAGE = ROOT / "frictionsim"
 FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}
 MAX_ENTRIES = 16  # beside the marker of a typed package
-MAX_LINES = 400
+MAX_LINES = 600
 MAX_PARAMETERS = 8
 # Typer makes an option of each parameter of a command.
 COMMANDS = {

@@ -52,10 +52,14 @@ class Fit:
         All of it as plain data.
     source : str
         Path of the scenario; empty if it is of no file.
+    overrides : dict
+        Values of the scenario by key, in the place of those in its file.
     """
 
-    def __init__(self, data: Outcome, source: str = "") -> None:
-        self.data, self.source = data, source
+    def __init__(
+        self, data: Outcome, source: str = "", overrides: Mapping[str, Any] | None = None
+    ) -> None:
+        self.data, self.source, self.overrides = data, source, dict(overrides or {})
 
     @property
     def values(self) -> dict[str, float]:
@@ -198,7 +202,7 @@ class Fit:
 
     def to_json(self) -> dict[str, Any]:
         """Return the fit as plain data, as the command line prints it with --json."""
-        return outcome_json(self.data, self.source)
+        return outcome_json(self.data, self.source, self.overrides)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{key}={value:.6g}" for key, value in self.values.items())
@@ -280,7 +284,8 @@ def fit(
     if not callable(progress):
         raise ArgumentError("progress", f"expected a function of a number, got {progress!r}")
     problem = FitProblem(loaded, keys, found, progress)
-    return Fit(fit_problem(problem, settings), loaded.origin.source)
+    origin = loaded.origin
+    return Fit(fit_problem(problem, settings), origin.source, origin.values)
 
 
 def _settings(options: FitOptions) -> Settings:

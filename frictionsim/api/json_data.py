@@ -25,7 +25,8 @@ def result_json(result: "Result") -> dict[str, Any]:
     attributes = result.record.attributes
     statistics = result.statistics
     data: dict[str, Any] = {
-        "scenario": _source(result),
+        "scenario": result.origin.source or None,
+        "overrides": result.origin.values,
         "kind": result.kind,
         "law": attributes.get("law") or None,
         "backend": attributes["backend"],
@@ -48,11 +49,6 @@ def result_json(result: "Result") -> dict[str, Any]:
             quantity["error"] = finite(result.errors.get(name))
         data["error_estimate"] = result.error_estimate
     return data
-
-
-def _source(result: "Result") -> str | None:
-    """Return the path of the scenario; of a result from a file its name."""
-    return result.origin.source or None
 
 
 def comparison_json(comparison: "Comparison") -> dict[str, Any]:

@@ -1,11 +1,15 @@
 """Scenarios to start from, and the kinds that there are."""
 
+from json import dumps
+from tomllib import loads
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, unknown
+from frictionsim.io.new_file import check_new, write_new
+from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.kinds import kind_names
 from frictionsim.scenario.shipped import shipped_scenarios
-from frictionsim.scenario.templates import new_scenario
+from frictionsim.scenario.templates import new_scenario, schema_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,6 +51,37 @@ def new(kind: str) -> str:
     lines = text.splitlines()
     # The schema stands beside the shipped file, but not beside its copy.
     return "\n".join(line for line in lines if not line.startswith("#:schema")) + "\n"
+
+
+def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]":
+    """Write a scenario, and beside it the schema that its first line names for editors.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+    list of str
+        A warning if another schema is there, which is kept.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written, or the scenario is there already.
+    """
+    check_new(file, "scenario")
+    kind = loads(text)["kind"]
+    beside, content = file.parent / schema_file(kind), f"{dumps(schema(kind), indent=2)}\n"
+    files, warnings = [file], []
+    if not beside.is_file():
+        write_new(beside, content, "schema")
+        files.append(beside)
+    elif beside.read_text(encoding="utf-8", errors="replace") != content:
+        warnings = [
+            f"{beside}: kept, but it differs from the schema of this version;"
+            f" 'frictionsim schema {kind} > {beside}' replaces it"
+        ]
+    write_new(file, f"#:schema ./{beside.name}\n{text}", "scenario")
+    return files, warnings
 
 
 def kinds() -> tuple[str, ...]:

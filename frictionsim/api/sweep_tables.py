@@ -19,6 +19,7 @@ from frictionsim.parameter_study.statistics import (
     varied_values,
 )
 from frictionsim.results import finite
+from frictionsim.scenario.loading import origin_of
 from frictionsim.scenario.overrides import toml_value
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def sweep_json(table: "SweepTable", path: Path | None = None) -> dict[str, Any]:
     is_sample = attributes["design"] == SAMPLE
     return {
         "scenario": attributes["source"] or None,
+        "overrides": origin_of(attributes).values,
         "kind": attributes["kind"],
         "title": attributes["title"],
         "design": attributes["design"],

@@ -24,6 +24,7 @@ from frictionsim.parameter_study.study_file import (
 from frictionsim.parameter_study.values import values_of
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.shipped import scenario_file
 
 if TYPE_CHECKING:
     import xarray
@@ -232,7 +233,7 @@ def _written_study(source: Scenario | ScenarioSource) -> Study | None:
         return study_of(source, Path(), "study") if is_study(source) else None
     if isinstance(source, Scenario):
         return None
-    path = as_path("scenario", source)
+    path = scenario_file(as_path("scenario", source))
     data = read_toml(path)
     return study_of(data, path.parent, str(path)) if is_study(data) else None
 

@@ -68,7 +68,11 @@ app = Application(
 )
 
 ScenarioFile = Annotated[
-    str, typer.Argument(help="Scenario in TOML; - reads the standard input.", show_default=False)
+    str,
+    typer.Argument(
+        help="Scenario in TOML, or the name of a shipped one; - reads the standard input.",
+        show_default=False,
+    ),
 ]
 ResultFile = Annotated[
     Path, typer.Argument(metavar="RESULT", help="Result file in HDF5.", show_default=False)

@@ -107,7 +107,7 @@ def solve(
         list[str],
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenarios in TOML; - reads the standard input.",
+            help="Scenarios in TOML, or names of shipped ones; - reads the standard input.",
             show_default=False,
         ),
     ],
@@ -215,7 +215,7 @@ def check(
         list[str],
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenarios in TOML, or folders of them.",
+            help="Scenarios in TOML, names of shipped ones, or folders.",
             show_default=False,
         ),
     ],
@@ -241,6 +241,7 @@ def check(
                 print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
                 warn(warnings, f"{source}: ")
             data |= {
+                "overrides": loaded.origin.values,
                 "warnings": warnings,
                 "kind": loaded.kind,
                 "effects": list(effects),
@@ -264,6 +265,7 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
         print_json(
             {
                 "scenario": scenario,
+                "overrides": loaded.origin.values,
                 "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
                 "notes": list(quantities.notes),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import frictionsim as fs
 from frictionsim.api.studies import Progress
+from frictionsim.cli.messages import warn_of_name
 from frictionsim.cli.monitor import monitor_run
 from frictionsim.cli.status_line import StatusLine
 from frictionsim.errors import ArgumentError, OutputError
@@ -79,6 +80,7 @@ class Files(NamedTuple):
                     errors.append(str(error))
         if errors:
             raise OutputError("\n".join(errors))
+        warn_of_name(self.output)
 
 
 def _draw(study: "fs.Study", path: Path) -> None:

@@ -134,7 +134,10 @@ def new(
         bool, typer.Option("--list", help="List the kinds and the shipped scenarios.")
     ] = False,
 ) -> None:
-    """Write a commented scenario to start from; an existing file is not replaced."""
+    """Write a commented scenario to start from; an existing file is not replaced.
+
+    With FILE, the schema for editors is written beside it, as KIND.schema.json.
+    """
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
@@ -153,10 +156,11 @@ def new(
     if file is None:
         print_text(text.rstrip("\n"))
         return
-    from frictionsim.io.new_file import write_new
+    from frictionsim.api.starting import write_with_schema
 
-    write_new(file, text, "scenario")
-    print_beside_files(str(file))
+    files, warnings = write_with_schema(file, text)
+    warn(warnings)
+    print_beside_files("\n".join(map(str, files)))
 
 
 @app.command()

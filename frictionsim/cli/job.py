@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
 from frictionsim.cli.log_lines import log_on_stderr
-from frictionsim.cli.messages import print_beside_files, print_error, warn
+from frictionsim.cli.messages import print_beside_files, print_error, warn, warn_of_name
 from frictionsim.cli.monitor import RunMonitor, monitor_run
 from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (
@@ -114,6 +114,7 @@ class Report:
             print_beside_files(result.summary())
         if result.error_estimate and not result.errors:
             print_error(f"warning: {result.error_estimate}")
+        warn_of_name(result.path)
         _report_end(result, whole)
         self.exit_code = max(self.exit_code, result.exit_code)
 

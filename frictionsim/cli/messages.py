@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from frictionsim.errors import OutputError
@@ -24,6 +25,15 @@ def warn(warnings: Iterable[str], source: str = "") -> None:
     """
     for warning in warnings:
         print_error(f"warning: {source}{warning}")
+
+
+def warn_of_name(written: Path | None) -> None:
+    """Warn of a written file whose name does not say that it is HDF5."""
+    from frictionsim.io.atomic_write import SUFFIXES
+
+    if written is not None and written.suffix.lower() not in SUFFIXES:
+        ends = " or ".join((", ".join(SUFFIXES[:-1]), SUFFIXES[-1]))
+        warn([f"{written}: the file is HDF5 whatever its name; names of HDF5 end in {ends}"])
 
 
 def print_text(text: str) -> None:

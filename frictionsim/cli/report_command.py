@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import NoClobber, app
+from frictionsim.cli.app import NoClobber, Quiet, app
 from frictionsim.cli.messages import print_beside_files
 
 
@@ -27,6 +27,7 @@ def report(
         ),
     ] = None,
     no_clobber: NoClobber = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write a report in one HTML file, which any browser shows without a network.
 
@@ -34,4 +35,6 @@ def report(
     """
     # What has no name, as a folder that is given as '/', is refused when it is read.
     target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
-    print_beside_files(str(fs.report(list(result), target, no_clobber=no_clobber)))
+    written = fs.report(list(result), target, no_clobber=no_clobber)
+    if not quiet:
+        print_beside_files(str(written))

@@ -24,7 +24,7 @@ from frictionsim.cli.app import (
     app,
 )
 from frictionsim.cli.completion import sampling_methods
-from frictionsim.cli.messages import print_beside_files, print_error, warn
+from frictionsim.cli.messages import print_beside_files, print_error, warn, warn_of_name
 from frictionsim.cli.monitor import SECONDS_FOR_ONE_SIGNAL, STOP_SIGNALS
 from frictionsim.cli.sources import STDIN, load_scenario
 from frictionsim.errors import (
@@ -66,7 +66,8 @@ def sweep(
         str,
         typer.Argument(
             metavar="SCENARIO",
-            help="Scenario, or study with what is varied, in TOML; - reads the standard input.",
+            help="Scenario or its shipped name, or study with what is varied, in TOML; - reads the"
+            " standard input.",
             show_default=False,
         ),
     ],
@@ -251,6 +252,7 @@ def _print(swept: "SweepFile", files: Files, shown: Shown) -> None:
         print_beside_files(swept.to_json() | {"scenario": shown.source, "csv": csv})
     elif not shown.quiet:
         print_beside_files(swept.summary())
+    warn_of_name(swept.path)
     for failures in swept.failures:
         print_error(f"warning: {failures}")
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.overrides import toml_value
+from frictionsim.scenario.recorded import differing_keys
 from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 FLOAT_BYTES = 8
+MAX_KEYS = 20  # of the scenarios that are named
+MAX_VALUE = 60  # characters of the value of a key
 
 
 class Row(NamedTuple):
@@ -106,9 +110,7 @@ def compare_records(
     _compare_status(result, golden, comparison)
     common = _common_samples(result, golden)
     _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
-    for key in ("backend", "frictionsim_version", "scenario"):
-        if result.attributes[key] != golden.attributes[key]:
-            comparison.notes.append(f"note: the two files differ in their {key}")
+    comparison.notes += [f"note: {text}" for text in _differing_origins(result, golden)]
 
     def wanted(name: str) -> bool:
         return not any(fnmatch(name, pattern) for pattern in ignore)
@@ -124,6 +126,39 @@ def compare_records(
             comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
     comparison.rows.sort(key=_tolerance_ratio, reverse=True)
     return comparison
+
+
+def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
+    """Yield the version and the keys of their scenarios in which two results differ."""
+    found, expected = (r.attributes["frictionsim_version"] for r in (result, golden))
+    if found != expected:
+        yield f"frictionsim_version: '{found}', expected '{expected}'"
+    if result.attributes["scenario"] == golden.attributes["scenario"]:
+        return
+    try:
+        differing = differing_keys((result, golden))
+    except InputError:  # of a file that others have changed
+        yield "the two files differ in their scenario, of which one is not valid TOML"
+        return
+    for key, (found, expected) in list(differing.items())[:MAX_KEYS]:
+        yield f"{key}: {_in_short(found, expected)}, expected {_in_short(expected, found)}"
+    if len(differing) > MAX_KEYS:
+        yield f"{len(differing) - MAX_KEYS} more keys of their scenarios differ"
+
+
+def _in_short(value: Any, other: Any) -> str:
+    """Return a value as TOML; of long lists, the first entry that another one does not have."""
+    if value is None:
+        return "none"
+    text = toml_value(value)
+    if len(text) <= MAX_VALUE:
+        return text
+    if isinstance(value, list) and isinstance(other, list):
+        for place, (one, another) in enumerate(zip(value, other, strict=False)):
+            if one != another:
+                return f"a list of {len(value)} with {_in_short(one, another)} at {place}"
+        return f"a list of {len(value)}"
+    return f"{text[:MAX_VALUE]}..."
 
 
 def _check_patterns(ignore: list[str], names: set[str]) -> None:
@@ -192,9 +227,14 @@ def _compare_times(
         return
     counts = f"{times.size} and {expected.size} samples"
     if result.attributes["status"] == golden.attributes["status"] == "done":
+        keys = "; ".join(
+            text
+            for text in _differing_origins(result, golden)
+            if text.startswith(("solver.duration", "output."))
+        )
         raise InputError(
             f"cannot compare {pair}: they are sampled at different times ({counts}); run both with"
-            " the same solver.duration and output.interval"
+            f" the same solver.duration and output.interval{keys and f' ({keys})'}"
         )
     note = f"different sample times, {counts}; only common samples are compared"
     comparison.rows.append(Row("time", None, None, None, False, note))
@@ -216,7 +256,8 @@ def _compare_channel(
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
         return Row(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
-        return Row(name, None, None, None, False, "different axis or members of the axis")
+        note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
+        return Row(name, None, None, None, False, note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, time_atol))
     found, expected = result.channels[name], golden.channels[name]
@@ -271,6 +312,16 @@ def _columns(result: "Record", name: str) -> tuple[str, tuple[str, ...]]:
     """Return the axis of a channel and the names of its members; both empty without columns."""
     axis = result.axes[name]
     return axis, result.members[axis] if axis else ()
+
+
+def _axis(result: "Record", name: str) -> str:
+    """Return the axis of a channel with the number and names of its members, in words."""
+    axis, members = _columns(result, name)
+    if not axis:
+        return "one column"
+    named = ", ".join(members)
+    cut = named if len(named) <= MAX_VALUE else f"{named[:MAX_VALUE]}..."
+    return f"{len(members)} columns along {axis}: {cut}"
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:

@@ -1,7 +1,7 @@
 """Text files that are written once: an existing file is never replaced."""
 
 from contextlib import suppress
-from os.path import isdir
+from os.path import exists, isdir
 from pathlib import Path
 
 from frictionsim.errors import OutputError
@@ -17,7 +17,7 @@ def check_new(path: Path, what: str) -> None:
     """
     from frictionsim.io.atomic_write import check_place
 
-    if path.exists() and not isdir(path):
+    if exists(path) and not isdir(path):  # Path.exists fails for a name that is too long
         raise _not_written(path, what, FileExistsError())
     check_place(path, what)
 

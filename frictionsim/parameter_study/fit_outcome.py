@@ -1,5 +1,6 @@
 """What a fit found, as plain data."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -137,7 +138,7 @@ class Outcome(NamedTuple):
         return self.chi_squared / self.degrees
 
 
-def outcome_json(found: Outcome, source: str) -> dict[str, Any]:
+def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON object of a fit.
 
     Parameters
@@ -145,10 +146,13 @@ def outcome_json(found: Outcome, source: str) -> dict[str, Any]:
     found : Outcome
     source : str
         Path of the scenario.
+    overrides : mapping
+        Of its keys, without those that were fitted.
     """
     bootstrap = found.bootstrap
     return {
         "scenario": source,
+        "overrides": dict(overrides),
         "kind": found.fitted.kind,
         "status": found.status,
         "reason": found.reason,

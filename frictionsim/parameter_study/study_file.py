@@ -26,6 +26,7 @@ from frictionsim.parameter_study.values import Distribution, Values, values_of
 from frictionsim.scenario.loading import load, read_toml
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
+from frictionsim.scenario.shipped import scenario_file
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -112,7 +113,7 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
         )
     settings = _settings(given, name)
     fixed = dict(_leaves(_table(data, "set", name), ""))
-    scenario = load(folder / source if isinstance(source, str) else source, fixed)
+    scenario = load(scenario_file(source, folder) if isinstance(source, str) else source, fixed)
     vary, sampling = _vary(data, name), _sampling(settings)
     check_not_fixed(fixed, vary)
     return Study(scenario, vary, settings.zip, sampling, settings.keep_series)

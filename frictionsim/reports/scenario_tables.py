@@ -1,12 +1,12 @@
 """The scenarios of runs as text, in which keys they differ, and how the results were made."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
 from frictionsim.reports.page import text
 from frictionsim.reports.tables import paragraph, section, table
-from frictionsim.scenario.recorded import scenario_of
+from frictionsim.scenario.recorded import differing_keys
 
 if TYPE_CHECKING:
     from frictionsim.reports.reported_run import ReportedRun
@@ -33,15 +33,10 @@ def differences(runs: "Sequence[ReportedRun]") -> str:
     if len(runs) < 2:
         return ""
     try:
-        found = [dict(_leaves(scenario_of(run.record))) for run in runs]
+        found = differing_keys([run.record for run in runs])
     except InputError as error:
         return section("differences", "Differing keys", paragraph(str(error)))
-    names = dict.fromkeys(name for values in found for name in values)
-    rows = []
-    for name in names:
-        cells = [_value(values[name]) if name in values else ABSENT for values in found]
-        if any(cell != cells[0] for cell in cells):
-            rows.append((name, *(_cut(cell) for cell in cells)))
+    rows = [(name, *map(_cell, values)) for name, values in found.items()]
     if not rows:
         return section("differences", "Differing keys", paragraph("The scenarios are the same."))
     headings = ["key", *(run.label for run in runs)]
@@ -49,26 +44,15 @@ def differences(runs: "Sequence[ReportedRun]") -> str:
     return section("differences", "Differing keys", table(caption, headings, rows))
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield each key of a scenario with its value; tables in a list by their number."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _leaves(inner, f"{path}.{key}" if path else key)
-    elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
-        for place, inner in enumerate(value):
-            yield from _leaves(inner, f"{path}[{place}]")
-    else:
-        yield path, value
+def _cell(value: Any) -> str:
+    text = ABSENT if value is None else _value(value)
+    return text if len(text) <= MAX_VALUE else f"{text[: MAX_VALUE - 3]}..."
 
 
 def _value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
     return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _cut(value: str) -> str:
-    return value if len(value) <= MAX_VALUE else f"{value[: MAX_VALUE - 3]}..."
 
 
 def origins(runs: "Sequence[ReportedRun]") -> str:

@@ -160,6 +160,12 @@ def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
     if not points:
         what = "a speed" if table.abscissa == "speed" else "a time"
         raise inconsistent(("csv",), f"'{path}' has no lines with {what} and a value")
+    if len(points) == 1:
+        raise inconsistent(
+            ("csv",),
+            f"'{path}' has only one line with numbers, expected at least two; a constant signal is"
+            f" given as a number, here {points[0].value!r}, in the place of the file",
+        )
     _check_increasing(table.abscissa, points, path)
     return {
         table.abscissa: [point.abscissa for point in points],

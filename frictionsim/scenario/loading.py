@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Iterator, Mapping
-from os import PathLike, fsdecode
+from os import PathLike
 from os.path import isdir
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from frictionsim.scenario.model_validation import (
 )
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
 from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_limits import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
 
@@ -31,8 +32,9 @@ def load(
     Parameters
     ----------
     source : path or mapping
-        A TOML file, or the tables of a scenario as dicts. File names in it are relative to the
-        folder of the file, or to the current folder.
+        A TOML file, the name of a shipped scenario, as ``pulley``, if there is no such file, or the
+        tables of a scenario as dicts. File names in it are relative to the folder of the file, or
+        to the current folder.
     overrides : mapping or iterable of str, optional
         Values by key, as ``{"effects.shaft_friction.mu_s": 0.3}``, or texts ``a.b=VALUE`` with
         VALUE in TOML; they override the source.
@@ -59,7 +61,7 @@ def load(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"
             f" {type(source).__name__}{_way_out(source)}"
         )
-    path = Path(fsdecode(source))
+    path = scenario_file(source)
     if "\n" in str(path):
         raise InputError("load: expected the path of a scenario, got its text; loads takes text")
     text = _read(path)
@@ -193,6 +195,8 @@ def _read(path: Path) -> str:
             content = file.read(MAX_BYTES + 1)
     except FileNotFoundError as error:
         near = near_files(path, (".toml",))
+        if not near or not (path.suffix or "did you mean" in near):
+            near = near_shipped(path) or near
         raise ScenarioError(
             [f"{path}: cannot read this scenario: {error.strerror}{near}"]
         ) from None

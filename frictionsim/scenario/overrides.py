@@ -1,7 +1,7 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike, fsdecode
 from typing import Any
 
@@ -121,6 +121,43 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     if not equals or not all(part.strip() for part in key.split(".")):
         raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
     return _set(data, key, _parsed(where, text.strip()), where)
+
+
+def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
+    """Return overrides KEY=VALUE as data for JSON; None for a key that is taken out.
+
+    In a file that others have changed a value may be none of TOML or of JSON; it stays text.
+    """
+    from json import dumps
+
+    found: dict[str, Any] = {}
+    for override in overrides:
+        key, _, text = override.partition("=")
+        try:
+            found[key] = _parsed(override, text)
+            dumps(found[key], allow_nan=False)
+        except (InputError, TypeError, ValueError):
+            found[key] = text
+    return found
+
+
+def keys_and_values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the keys of tables with dots, as of --set, with their values.
+
+    Tables in a list have their name in the key where each has its own, else their number.
+    """
+    entries: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, Mapping):
+        entries = value.items()
+    elif isinstance(value, list | tuple) and all(isinstance(row, Mapping) for row in value):
+        names = [str(row.get("name", "")) for row in value]
+        named = all(names) and len(set(names)) == len(names)
+        entries = zip(names if named else range(len(value)), value, strict=True)
+    if not entries or not value:
+        yield path, value
+        return
+    for key, inner in entries:
+        yield from keys_and_values(inner, f"{path}.{key}" if path else str(key))
 
 
 def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:

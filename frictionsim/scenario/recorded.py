@@ -1,9 +1,11 @@
 """The scenario that a result holds."""
 
-from tomllib import TOMLDecodeError, loads
+from collections.abc import Sequence
+from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
+from frictionsim.scenario.overrides import keys_and_values
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -19,7 +21,7 @@ def scenario_of(result: "Record") -> dict[str, Any]:
     """
     try:
         return loads(result.attributes["scenario"])
-    except TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also of numbers and tables without end
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 
@@ -45,3 +47,22 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
             where = ".".join(map(str, keys))
             raise InputError(f"the scenario in this result has no {where}") from None
     return value
+
+
+def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
+    """Return the keys, as of --set, in which the scenarios of results differ.
+
+    Returns
+    -------
+    dict of list
+        The value of each result; None where it has no such key.
+
+    Raises
+    ------
+    InputError
+        If a scenario is not valid TOML.
+    """
+    found = [dict(keys_and_values(scenario_of(result))) for result in results]
+    names = dict.fromkeys(name for values in found for name in values)
+    compared = {name: [values.get(name) for values in found] for name in names}
+    return {name: values for name, values in compared.items() if values != values[:1] * len(found)}

@@ -1,7 +1,8 @@
 """The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 10_000_000
 MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
+MAX_PLAUSIBLE_RADIUS = 5.0  # m; the largest winders and flywheels have about as much
+MAX_PLAUSIBLE_MU = 2.0  # soft rubber on dry rough ground stays below it
 STDIN = "<stdin>"  # the source of a scenario from the standard input
 
 
@@ -112,6 +115,13 @@ class Origin(NamedTuple):
 
     source: str = ""
     overrides: tuple[str, ...] = ()
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The overrides by key, as plain data; None for a key that was taken out."""
+        from frictionsim.scenario.overrides import values_by_key
+
+        return values_by_key(self.overrides)
 
     @property
     def command(self) -> str:
@@ -261,19 +271,40 @@ class Scenario(Params):
         from frictionsim.scenario.signal_checks import period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
+        implausible = list(self._implausible_values())
         if interval > duration:
             return [
+                *implausible,
                 f"output.interval = {interval} s is longer than the run: only its start and end"
-                " are sampled"
+                " are sampled",
             ]
         periods = {name: period_of(signal, duration) for name, signal in self.signals.items()}
-        return [
+        return implausible + [
             f"output.interval = {interval:g} s is longer than a tenth of the period of {name},"
             f" {period:.6g} s: the samples do not resolve it;"
             f" {shorter(period, duration, MAX_SAMPLES)}"
             for name, period in periods.items()
             if period is not None and too_long(interval, period)
         ]
+
+    def _implausible_values(self) -> Iterator[str]:
+        """Yield warnings about radii that look like millimetres and coefficients like percent."""
+        from frictionsim.scenario.overrides import keys_and_values
+
+        for key, value in keys_and_values(self.model_dump(by_alias=True, exclude_none=True)):
+            name = key.rpartition(".")[2]
+            if not isinstance(value, int | float):
+                continue
+            if name.endswith("radius") and abs(value) > MAX_PLAUSIBLE_RADIUS:
+                yield (
+                    f"{key} = {value:g} m is a radius above {MAX_PLAUSIBLE_RADIUS:g} m; did you"
+                    f" mean {value / 1000.0:.6g}, for {value:g} mm?"
+                )
+            elif name in ("mu_s", "mu_k") and value > MAX_PLAUSIBLE_MU:
+                yield (
+                    f"{key} = {value:g} is a coefficient of friction above {MAX_PLAUSIBLE_MU:g};"
+                    f" did you mean {value / 10.0 ** (floor(log10(value)) + 1):.6g}?"
+                )
 
     @field_validator("title")
     @classmethod

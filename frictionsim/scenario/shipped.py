@@ -1,5 +1,7 @@
 """The scenarios that come with the package: examples of each kind, hard ones, benchmarks."""
 
+from os import PathLike, fsdecode
+from os.path import exists
 from pathlib import Path
 
 from frictionsim.errors import InputError
@@ -42,3 +44,35 @@ def shipped_scenarios() -> dict[str, Path]:
     for name in FOLDERS:
         found |= {f"{name}/{path.stem}": path for path in sorted((folder / name).glob("*.toml"))}
     return found
+
+
+def scenario_file(source: str | PathLike[str], folder: Path = Path()) -> Path:
+    """Return the file of a scenario; a shipped one also by its name, if no file has that name.
+
+    Parameters
+    ----------
+    source : path
+        A file, or a name as of `shipped_scenarios`.
+    folder : Path
+        Of a relative path.
+    """
+    path, name = folder / fsdecode(source), Path(fsdecode(source)).as_posix()
+    return path if exists(path) else _shipped_or_none().get(name, path)
+
+
+def near_shipped(path: Path) -> str:
+    """Return the shipped scenarios with a name like that of a missing file, for messages."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(path.with_suffix("").as_posix(), _shipped_or_none())
+    if near:
+        return f" (did you mean the shipped scenario {' or '.join(map(repr, near))}?)"
+    return "" if path.suffix else "; 'frictionsim new --list' lists the shipped scenarios"
+
+
+def _shipped_or_none() -> dict[str, Path]:
+    """Return the shipped scenarios; none of an installation without them."""
+    try:
+        return shipped_scenarios()
+    except InputError:
+        return {}

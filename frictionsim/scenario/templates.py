@@ -89,6 +89,11 @@ def new_scenario(kind: str) -> str:
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
+def schema_file(kind: str) -> str:
+    """Return the name of the schema of a kind beside the scenarios of a user."""
+    return f"{kind}.schema.json"
+
+
 def _examples(kind: str) -> _Examples:
     own = getattr(mechanism_module(kind), "EXAMPLE", None)
     if own is not None:
@@ -108,11 +113,10 @@ def _examples(kind: str) -> _Examples:
 
 def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
     """Yield the lines above the first key: how to use this file, and what there is to choose."""
-    file = f"{kind}.schema.json"
-    yield f"#:schema ./{file}"
+    file = schema_file(kind)
     yield from _prose(
-        f"With `frictionsim schema {kind} > {file}`, an editor that knows TOML completes and checks"
-        " this file, by the line above."
+        f"The line `#:schema ./{file}` at the top of a file has editors complete and check it;"
+        f" `frictionsim schema {kind} > {file}` writes that schema."
     )
     yield "#"
     yield from _prose(

@@ -31,6 +31,7 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
     reference = study.reference
     return {
         "scenario": source,
+        "overrides": study.scenario.origin.values,
         "kind": study.scenario.kind,
         "status": study.status,
         "reason": study.reason,

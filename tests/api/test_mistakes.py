@@ -3,12 +3,10 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.quick
@@ -44,19 +42,6 @@ def test_threads_write_results_at_once(tmp_path: Path) -> None:
         results = list(pool.map(lambda file: fs.solve(PULLEY, output=file), files))
     assert {result.status for result in results} == {"done"}
     assert {file.read_bytes() for file in files} == {whole.read_bytes()}
-
-
-def test_names_of_digits_stay_names(tmp_path: Path) -> None:
-    data = pair(solver__duration=1e-3, output__interval=1e-3)
-    names = {"driver": "1", "driven": "0"}
-    for pulley in data["mechanism"]["pulleys"]:
-        pulley["name"] = names[pulley["name"]]
-    data["drive"] = {names[name]: table for name, table in data["drive"].items()}
-    result = fs.solve(data, output=tmp_path / "a.h5")
-    for found in (result, fs.open(tmp_path / "a.h5")):
-        assert found.dataset["pulley"].values.tolist() == ["1", "0"]
-    with h5py.File(tmp_path / "a.h5") as file:
-        assert file["pulley"].asstr()[...].tolist() == ["1", "0"]
 
 
 def test_an_arithmetic_error_of_the_progress_function_is_its_own() -> None:

@@ -131,8 +131,8 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination", "whole_name"},
-    "frictionsim.io.atomic_write": {"check_no_clobber"},
-    "frictionsim.io.new_file": {"check_new", "write_new"},
+    "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
+    "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
         *("COSTS", "COSTS_IN_HDF5", "SWEEP_IN_CSV", "check_apart", "check_target"),
     },

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xarray
@@ -385,3 +386,16 @@ def test_errors_of_check_can_be_copied() -> None:
     for copied in COPIES.values():
         found = copied(caught.value)
         assert (str(found), found.exit_code) == (str(caught.value), 130)
+
+
+def test_names_of_digits_stay_names(tmp_path: Path) -> None:
+    data = pair(solver__duration=1e-3, output__interval=1e-3)
+    names = {"driver": "1", "driven": "0"}
+    for row in data["mechanism"]["pulleys"]:
+        row["name"] = names[row["name"]]
+    data["drive"] = {names[name]: table for name, table in data["drive"].items()}
+    result = fs.solve(data, output=tmp_path / "a.h5")
+    for found in (result, fs.open(tmp_path / "a.h5")):
+        assert found.dataset["pulley"].values.tolist() == ["1", "0"]
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["pulley"].asstr()[...].tolist() == ["1", "0"]

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
+import h5py
 import numpy as np
 import pytest
 import tomli_w
@@ -117,6 +118,45 @@ def test_invalid_scenario_exits_2_without_traceback(cli: Cli, tmp_path: Path) ->
     assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
 
 
+NAME_OF_HDF5 = "names of HDF5 end in .h5, .hdf5 or .nc"
+LOOSE = ["--set", "solver.rtol=1e-4", "-q"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["solve", PULLEY, *LOOSE],
+        ["sweep", PULLEY, "--vary", "mechanism.load=[2000.0, 2100.0]", *LOOSE],
+        ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"],
+        ["resume", "incomplete.h5", "-q"],
+    ],
+    ids=lambda command: command[0],
+)
+@pytest.mark.parametrize(
+    ("name", "is_told"),
+    [("x.txt", True), ("x", True), ("x.h5.bak", True), ("x.h5", False), ("x.HDF5", False)],
+)
+def test_a_file_with_another_name_is_said_to_be_hdf5(
+    command: list[str], name: str, is_told: bool, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if command[0] == "resume":
+        run_command_line(["solve", PULLEY, *LOOSE, "--max-steps", "9", "-o", "incomplete.h5"])
+        capsys.readouterr()
+    assert run_command_line([*command, "-o", name]) == 0
+    told = f"frictionsim: warning: {name}: the file is HDF5 whatever its name; {NAME_OF_HDF5}\n"
+    assert capsys.readouterr().err == (told if is_told else "")
+    assert h5py.is_hdf5(here / name)
+
+
+def test_a_folder_for_several_results_is_no_name_of_hdf5(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "out").mkdir()
+    other = str(SCENARIOS / "pulley_return.toml")
+    assert run_command_line(["solve", PULLEY, other, "-q", "-o", "out"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_solve_prints_quantities_and_names_the_file_after_the_scenario(
     cli: Cli, tmp_path: Path
 ) -> None:
@@ -146,6 +186,7 @@ def test_json_is_one_object_with_the_documented_keys(
     found = json_of(capsys)
     documented = {"scenario", "kind", "law", "backend", "status", "quantities", "solver", "effects"}
     assert found.keys() == documented | {
+        "overrides",
         "audit",
         "output",
         "reason",
@@ -311,7 +352,7 @@ def test_static_prints_forces_and_writes_nothing(
 ) -> None:
     assert run_command_line(["static", PULLEY, "--json"]) == 0
     found = json_of(capsys)
-    assert found.keys() == {"scenario", "kind", "quantities", "notes"}
+    assert found.keys() == {"scenario", "overrides", "kind", "quantities", "notes"}
     assert found["notes"] == []
     assert found["quantities"]["force_to_lift"]["unit"] == "N"
     # Eq 24 by hand: 2224.1 (0.0508 + r)/(0.0508 - r) with r = 0.0254 0.2/sqrt(1.04), 7 digits.

@@ -2,14 +2,18 @@
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
+import frictionsim as fs
+from frictionsim.scenario.overrides import override_text
 from tests.cli.conftest import Run, strict_json
-from tests.support.scenarios import SCENARIOS
+from tests.support.scenarios import ROOT, SCENARIOS
 
+FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
 PULLEY = str(SCENARIOS / "pulley.toml")
 
 
@@ -53,6 +57,7 @@ def test_check_as_json(told: Run) -> None:
         "ok": True,
         "faults": [],
         "warnings": [],
+        "overrides": {},
         "kind": "pulley",
         "effects": ["shaft_friction", "viscous_damping"],
         "law": "set-valued",
@@ -65,6 +70,19 @@ def test_check_as_json(told: Run) -> None:
     assert found["scenarios"][0]["warnings"] == [
         "output.interval = 9.0 s is longer than the run: only its start and end are sampled"
     ]
+
+
+def test_an_implausible_radius_is_warned_of_wherever_warnings_are(told: Run) -> None:
+    wrong = ("--set", "mechanism.cord_radius=50.8")
+    words = (
+        "mechanism.cord_radius = 50.8 m is a radius above 5 m; did you mean 0.0508, for 50.8 mm?"
+    )
+    assert told("check", "pulley", *wrong)[1] == f"frictionsim: warning: pulley: {words}\n"
+    assert strict_json(told("check", "pulley", *wrong, "--json")[0])["scenarios"][0]["ok"] is True
+    out, err = told("solve", "pulley", *wrong, "--set", "output.interval=9", "--json")
+    assert err.startswith(f"frictionsim: warning: {words}\n")
+    assert strict_json(out)["warnings"][0] == words
+    assert strict_json(told("show", "results/pulley.h5", "--json")[0])["warnings"][0] == words
 
 
 def test_compare_as_json(told: Run) -> None:
@@ -141,3 +159,73 @@ def test_plot_keeps_an_existing_picture(options: list[str], told: Run) -> None:
 def test_plot_into_an_impossible_file(output: str, code: int, message: str, told: Run) -> None:
     told("solve", PULLEY, "-q", "-o", "a.h5")
     assert told("plot", "a.h5", "-o", output, code=code) == ("", f"frictionsim: {message}\n")
+
+
+SET = {
+    "effects.shaft_friction.mu_s": 0.25,
+    "effects.viscous_damping": None,
+    "drive.direction": "horizontal",
+    "drive.force": {"time": [0, 0.5], "value": [1832.6, 3000.0]},
+    "output.at_events": False,
+    "title": "A = B, \u00b0",
+}
+OPTIONS = [
+    part for key, value in SET.items() for part in ("--set", f"{key}={override_text(value)}")
+]
+BRIEF = ("--set", "solver.rtol=1e-6", "--set", "solver.duration=0.4")
+
+
+def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> None:
+    found = strict_json(told("solve", "pulley", *OPTIONS, "--backend", "rkf45", "--json")[0])
+    assert found["overrides"] == SET | {"solver.backend": "rkf45"}
+    shown = strict_json(told("show", "results/pulley.h5", "--json")[0])
+    assert shown["overrides"] == found["overrides"]
+    # They give the same scenario again, from Python too.
+    assert fs.load("pulley", found["overrides"]) == fs.open("results/pulley.h5").scenario.replace(
+        {"output.interval": 0.01}
+    )
+    assert strict_json(told("solve", "pulley", "--json")[0])["overrides"] == {}
+
+
+def test_the_overrides_of_a_resumed_run_are_those_of_its_start(told: Run) -> None:
+    told("solve", "pulley", "--set", "solver.rtol=1e-8", "-q", "--max-steps", "9", code=5)
+    found = strict_json(told("resume", "results/pulley.h5", "--json")[0])
+    assert found["overrides"] == {"solver.rtol": 1e-8}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("check",),
+        ("static",),
+        ("cost", "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
+        ("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]"),
+        ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=3000"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_every_command_that_takes_overrides_has_them_in_its_json(
+    command: tuple[str, ...], told: Run
+) -> None:
+    def found(*options: str) -> Any:
+        text = told(command[0], "pulley", *command[1:], *options, "--json")[0]
+        data = strict_json(text)
+        return (data["scenarios"][0] if command[0] == "check" else data)["overrides"]
+
+    assert found() == {}
+    assert found(*BRIEF) == {"solver.rtol": 1e-6, "solver.duration": 0.4}
+
+
+def test_a_sweep_that_is_shown_has_its_overrides(told: Run) -> None:
+    told("sweep", "pulley", *BRIEF, "--vary", "mechanism.load=[2000.0, 2100.0]", "-q")
+    found = strict_json(told("show", "results/pulley-sweep.h5", "--json")[0])
+    assert found["overrides"] == {"solver.rtol": 1e-6, "solver.duration": 0.4}
+
+
+def test_overrides_that_are_no_toml_stay_text(told: Run) -> None:
+    told("solve", "pulley", *BRIEF, "-q")
+    with h5py.File("results/pulley.h5", "r+") as file:
+        file.attrs["overrides"] = "a=[1,\nb\nc=inf\nd=1979-05-27\ne=2"
+    found = strict_json(told("show", "results/pulley.h5", "--json")[0])
+    assert found["overrides"] == {"a": "[1,", "b": "", "c": "inf", "d": "1979-05-27", "e": 2}
+    assert strict_json(told("show", FORMAT_1, "--json")[0])["overrides"] == {}

@@ -14,6 +14,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.shipped import shipped_scenarios
 from tests.cli.conftest import Run, strict_json
+from tests.scenario.test_json_schema import lint, with_taplo
 from tests.support.scenarios import SCENARIOS
 
 SHIPPED = tuple(shipped_scenarios())
@@ -21,11 +22,42 @@ SHIPPED = tuple(shipped_scenarios())
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_new_scenario_of_each_kind_is_valid(kind: str, told: Run) -> None:
-    assert told("new", kind, "hoist.toml") == ("hoist.toml\n", "")
+    assert told("new", kind, "hoist.toml") == (f"hoist.toml\n{kind}.schema.json\n", "")
     out, err = told("check", "hoist.toml")
     assert (out.startswith("hoist.toml: ok; effects "), err) == (True, "")
     assert strict_json(told("check", "hoist.toml", "--json")[0])["scenarios"][0]["kind"] == kind
-    assert told("new", kind)[0] == Path("hoist.toml").read_text(encoding="utf-8")
+    first, _, text = Path("hoist.toml").read_text(encoding="utf-8").partition("\n")
+    assert first == f"#:schema ./{kind}.schema.json"
+    assert told("new", kind)[0] == text
+
+
+@with_taplo
+@pytest.mark.parametrize("name", [*KINDS, "swing_door", "hard/jump_from_csv"])
+def test_editors_take_a_new_scenario_and_find_what_is_wrong_in_it(name: str, told: Run) -> None:
+    Path("folder").mkdir()
+    right, wrong = Path("folder/right.toml").absolute(), Path("folder/wrong.toml").absolute()
+    told("new", name, "folder/right.toml")
+    wrong.write_text(right.read_text().replace("\nduration = ", "\nduratoin = "))
+    assert lint(right).returncode == 0
+    assert "'duratoin' was unexpected" in lint(wrong).stderr
+
+
+def test_a_schema_that_is_there_is_kept(told: Run) -> None:
+    told("new", "pulley", "first.toml")
+    made = Path("pulley.schema.json").read_text(encoding="utf-8")
+    assert made == told("schema", "pulley")[0]
+    assert told("new", "pulley_return", "second.toml") == ("second.toml\n", "")
+    Path("pulley.schema.json").write_text("{}")
+    assert told("new", "pulley", "third.toml") == (
+        "third.toml\n",
+        "frictionsim: warning: pulley.schema.json: kept, but it differs from the schema of this"
+        " version; 'frictionsim schema pulley > pulley.schema.json' replaces it\n",
+    )
+    assert Path("pulley.schema.json").read_text() == "{}"
+    Path("shaft.schema.json").mkdir()
+    _, err = told("new", "shaft", "fourth.toml", code=4)
+    assert "shaft.schema.json: cannot write the schema: this is a folder" in err
+    assert not Path("fourth.toml").exists()
 
 
 def test_a_new_scenario_runs(told: Run) -> None:
@@ -39,7 +71,7 @@ def test_a_shipped_scenario_is_written(name: str, told: Run) -> None:
     told("new", name, "copy.toml")
     assert told("check", "copy.toml")[0].startswith("copy.toml: ok; effects ")
     if name not in KINDS:  # of these there is a commented one
-        assert "#:schema" not in Path("copy.toml").read_text(encoding="utf-8")
+        assert Path("copy.toml").read_text(encoding="utf-8").count("#:schema ./") == 1
 
 
 def test_the_list_has_all(told: Run) -> None:

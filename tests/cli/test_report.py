@@ -24,6 +24,15 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     assert "--no-clobber forbids to replace it" in err
 
 
+@pytest.mark.parametrize("option", ["-q", "--quiet"])
+def test_a_quiet_report_is_written_without_a_word(option: str, told: Run, here: Path) -> None:
+    fs.solve(SCENARIOS / "pulley.toml", FAST, output="a.h5")
+    assert told("report", "a.h5", option) == ("", "")
+    assert (here / "a.html").exists()
+    _, err = told("report", "a.h5", option, "--no-clobber", code=4)
+    assert "--no-clobber forbids to replace it" in err
+
+
 @pytest.mark.parametrize("name", [".", "/", ".."])
 def test_a_folder_is_refused(name: str, told: Run, here: Path) -> None:
     _, err = told("report", name, code=2)

@@ -37,6 +37,16 @@ def test_each_has_a_file_and_a_summary(told: Run) -> None:
     assert hdf5_reader.read(Path("results/pulley_return.h5")).attributes["status"] == "done"
 
 
+def test_shipped_ones_are_solved_by_name(told: Run) -> None:
+    found = strict_json(told("solve", "pulley", "hard/jump", "--json")[0])
+    assert [item["scenario"] for item in found] == ["pulley", "hard/jump"]
+    assert [item["output"] for item in found] == ["results/pulley.h5", "results/jump.h5"]
+    by_name = Path("results/pulley.h5").read_bytes()
+    told("solve", PULLEY, "-q")
+    assert Path("results/pulley.h5").read_bytes() == by_name
+    assert told("check", "pulley")[0].startswith("pulley: ok; effects shaft_friction")
+
+
 def test_output_is_a_folder(told: Run) -> None:
     Path("down").mkdir()
     told("solve", PULLEY, RETURN, "-q", "-o", "down")

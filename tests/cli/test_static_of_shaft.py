@@ -23,7 +23,7 @@ def test_static_as_json_has_the_sentences_as_notes(told: Run) -> None:
     found = strict_json(
         told("static", CRANK, "--set", "statics.unknown=mechanism.mass", "--json")[0]
     )
-    assert found.keys() == {"scenario", "kind", "quantities", "notes"}
+    assert found.keys() == {"scenario", "overrides", "kind", "quantities", "notes"}
     assert found["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
     assert found["notes"][:2] == [
         "at 0 deg and 0 s, the body rests",

@@ -9,6 +9,8 @@ import h5py
 import numpy as np
 import pytest
 
+import frictionsim as fs
+from frictionsim import __version__
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import pulley, simulate
@@ -254,11 +256,72 @@ def test_a_sample_beside_an_event_may_be_on_the_other_side_of_the_jump(
     assert compare(add("friction_torque", after + 1, 10.0), *wide)[0] == 1
 
 
-@pytest.mark.parametrize("key", ["backend", "frictionsim_version", "scenario"])
-def test_different_origins_are_noted_but_agree(key: str, compare: Compare) -> None:
-    code, table = compare(lambda file: file.attrs.update({key: "another"}))
+def test_another_version_is_noted_but_agrees(compare: Compare) -> None:
+    code, table = compare(lambda file: file.attrs.update(frictionsim_version="0.0.1"))
     assert code == 0
-    assert f"note: the two files differ in their {key}" in table
+    assert f"note: frictionsim_version: '0.0.1', expected '{__version__}'\n" in table
+
+
+def notes(table: str) -> list[str]:
+    return [line for line in table.splitlines() if line.startswith("note: ")]
+
+
+POINTS = np.linspace(0.0, 1.0, 40).tolist()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "note"),
+    [
+        ("mechanism.load", 2224.2, "mechanism.load: 2224.2, expected 2224.1"),
+        ("solver.backend", "rkf45", 'solver.backend: "rkf45", expected "events"'),
+        ("effects.viscous_damping", None,
+         "effects.viscous_damping.coefficient: none, expected 1.355"),
+        ("drive.force.value.1", 3113.5,
+         "drive.force.value: [1832.6, 3113.5], expected [1832.6, 3113.75]"),
+        ("solver.max_step", 0.1, "solver.max_step: 0.1, expected none"),
+        ("solver.rtol", 1e-9 * (1.0 + 2.0**-52), f"solver.rtol: {1e-9 * (1.0 + 2.0**-52)!r},"
+         " expected 1e-09"),
+        ("title", "x" * 70, f'title: "{"x" * 59}..., expected "Pulley on a dry shaft"'),
+        ("output.channels", ["angle"], 'output.channels: ["angle"], expected none'),
+    ],
+)  # fmt: skip
+def test_each_key_that_differs_is_noted_with_both_values(
+    key: str, value: Any, note: str, compare: Compare
+) -> None:
+    other = fs.load(pulley(), {key: value}).to_toml()
+    code, table = compare(lambda file: file.attrs.update(scenario=other))
+    assert (code, notes(table)) == (0, [f"note: {note}"])
+
+
+def test_the_entry_of_a_long_list_that_differs_is_noted() -> None:
+    other = [*POINTS[:20], 3.0, *POINTS[21:]]
+    results = [
+        fs.solve(pulley(drive={"force": {"time": POINTS, "value": values}}))
+        for values in (other, POINTS)
+    ]
+    comparison = fs.compare(results[0], results[1])
+    assert comparison.notes == [
+        "note: drive.force.value: a list of 40 with 3.0 at 20, expected a list of 40 with"
+        f" {POINTS[20]!r} at 20"
+    ]
+
+
+def test_many_keys_are_counted(compare: Compare) -> None:
+    def edit(file: Any) -> None:
+        file.attrs["scenario"] += "\n" + "\n".join(f"extra_{i} = {i}" for i in range(25))
+
+    found = notes(compare(edit)[1])
+    assert len(found) == 21
+    assert found[-1] == "note: 5 more keys of their scenarios differ"
+
+
+@pytest.mark.parametrize("text", ["another", f"a = {'[' * 5000}", f"a = {'1' * 5000}"])
+def test_a_scenario_that_is_no_toml_is_noted(text: str, compare: Compare) -> None:
+    code, table = compare(lambda file: file.attrs.update(scenario=text))
+    assert (code, notes(table)) == (
+        0,
+        ["note: the two files differ in their scenario, of which one is not valid TOML"],
+    )
 
 
 def test_a_different_status_differs(compare: Compare) -> None:
@@ -303,14 +366,25 @@ def test_incomparable_files_exit_2(edit: Edit, message: str, compare: Compare) -
     assert message in captured
 
 
-@pytest.mark.parametrize("change", [{"output__interval": 0.02}, {"solver__duration": 2.0}])
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"output__interval": 0.02}, "output.interval: 0.02, expected 0.01"),
+        ({"solver__duration": 2.0}, "solver.duration: 2.0, expected 3.0"),
+    ],
+)
 def test_runs_sampled_differently_exit_2(
-    change: dict[str, float], golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    change: dict[str, float],
+    key: str,
+    golden: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     path = tmp_path / "other.h5"
     hdf5_writer.write(simulate(pulley(**change)), path)
     assert run_command_line(["compare", str(path), str(golden)]) == 2
-    assert "run both with the same solver.duration and output.interval" in capsys.readouterr().err
+    way = f"run both with the same solver.duration and output.interval ({key})\n"
+    assert way in capsys.readouterr().err
 
 
 def test_the_sides_of_an_event_are_compared(compare: Compare) -> None:

@@ -181,7 +181,10 @@ def test_compare_names_the_member_of_the_largest_difference(
 def test_different_members_of_an_axis_differ(run: RunResult, path: Path) -> None:
     for names in (("driver", "idler"), ("0", "1")):
         row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
-        assert row.note == "different axis or members of the axis"
+        assert row.note == (
+            f"2 columns along pulley: {', '.join(names)}, expected 2 columns along pulley: driver,"
+            " driven"
+        )
     flat = run.channels | {"tension": run.time}
     info = CHANNELS | {"tension": Channel("N", "tension")}
     row = compared(run, path, "tension", channels=flat, channel_info=info)

@@ -12,8 +12,6 @@ from frictionsim.mechanisms.shaft.statics import breakaway_values
 from frictionsim.mechanisms.shaft.unknowns import unknowns_of
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 CRANK, DRUM, DOOR = (SCENARIOS / f"{name}.toml" for name in ("shaft", "hoist_drum", "swing_door"))
 OF_CRANK = (
     "forces.load.size, forces.load.distance, forces.effort.size, forces.effort.distance,"

@@ -51,3 +51,13 @@ def test_a_plain_install_has_all_that_the_package_imports() -> None:
 def test_the_citation_has_the_version() -> None:
     lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
     assert f"version: {__version__}" in lines
+
+
+def test_the_citation_and_the_changelog_agree_on_releases() -> None:
+    """A version is released where the changelog has a heading with its date, on that date."""
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    dated = re.findall(r"^## \[?([\d.]+)\]?\D+(\d{4}-\d\d-\d\d)$", changelog, re.MULTILINE)
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    dates = re.findall(r"^date-released: (\S+)$", citation, re.MULTILINE)
+    assert dates == [date for version, date in dated if version == __version__]
+    assert dated or "\n## Unreleased\n" in changelog

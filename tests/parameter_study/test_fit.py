@@ -21,8 +21,6 @@ from tests.parameter_study.measurements import (
     series,
 )
 
-pytestmark = pytest.mark.quick
-
 TRUTH = {MU_S: 0.231, MU_K: 0.123}
 FREE = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3)}
 

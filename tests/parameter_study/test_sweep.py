@@ -12,8 +12,6 @@ from frictionsim.parameter_study import single_run
 from frictionsim.parameter_study.combinations import Combinations
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 PULLEY = SCENARIOS / "pulley.toml"
 MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 LOOSE = {"solver.rtol": 1e-6}

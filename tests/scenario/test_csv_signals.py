@@ -42,6 +42,10 @@ def fault(folder: Path, text: str | bytes, **keys: Any) -> str:
     return f"{'.'.join(map(str, path))}: {message}".replace(f"{folder}/", "")
 
 
+ONE_LINE = (
+    "csv: 'log.csv' has only one line with numbers, expected at least two; a constant signal is"
+    " given as a number, here 1832.6, in the place of the file"
+)
 LOG = "t;n;F_N\n0,0;7;10,5\n0,5;8;20,5\n"
 POINTS = ((0.0, 0.5), (10.5, 20.5))
 
@@ -181,6 +185,8 @@ NAMED = {"time": "t", "value": "F_N"}
             " several columns, choose with time and value",
         ),
         ("", NAMED, "csv: 'log.csv' has no lines with a time and a value"),
+        ("t,F_N\n0,1832.6\n", NAMED, ONE_LINE),
+        ("# force\n0.5 1832.6\n", {}, ONE_LINE),
         ("t,F_N\n", NAMED, "csv: 'log.csv' has no lines with a time and a value"),
         ("t,F_N\n", {"value": 2}, "csv: 'log.csv' has no lines with a time and a value"),
         ("0,1\n", {"time": 2}, "value: column 2 is that of the time, too"),

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.errors import InputError
+import frictionsim as fs
+from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario import shipped
 from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.shipped import shipped_folder, shipped_scenarios
-from tests.support.scenarios import ROOT, SCENARIOS
+from frictionsim.scenario.shipped import scenario_file, shipped_folder, shipped_scenarios
+from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
 pytestmark = pytest.mark.quick
 
@@ -51,3 +52,64 @@ def test_they_are_listed_by_name() -> None:
 def test_a_wheel_takes_them_along() -> None:
     build = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]
     assert build["targets"]["wheel"]["force-include"] == {"scenarios": "frictionsim/scenarios"}
+
+
+@pytest.mark.parametrize("name", ["pulley", "shaft", "hard/jump_from_csv"])
+def test_they_are_loaded_by_name(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    by_name, by_path = fs.load(name), fs.load(SCENARIOS / f"{name}.toml")
+    assert (by_name, by_name.origin) == (by_path, by_path.origin)
+    assert fs.static(name) == fs.static(by_path)
+
+
+def test_a_file_or_folder_of_that_name_comes_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pulley").write_text(fs.load(pulley(title="Mine")).to_toml())
+    assert fs.load("pulley").title == "Mine"
+    (tmp_path / "shaft").mkdir()
+    with pytest.raises(ScenarioError, match=r"^shaft: cannot read .*: this is a folder"):
+        fs.load("shaft")
+    # Below another folder there is the file, or none.
+    assert scenario_file("pulley", tmp_path) == tmp_path / "pulley"
+    assert scenario_file(tmp_path / "epicyclic") == tmp_path / "epicyclic"
+
+
+def test_a_sweep_and_a_study_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    vary = {"mechanism.load": [2000.0, 2224.1]}
+    of_file = fs.sweep(SCENARIOS / "pulley.toml", vary)
+    assert of_file.identical(fs.sweep("pulley", vary))
+    study = tmp_path / "below" / "study.toml"
+    study.parent.mkdir()
+    study.write_text('[study]\nscenario = "pulley"\n[vary]\n"mechanism.load" = [2000.0, 2224.1]\n')
+    assert of_file.equals(fs.sweep(study))
+
+
+@pytest.mark.parametrize(
+    ("name", "end"),
+    [
+        ("puley", " (did you mean the shipped scenario 'pulley'?)"),
+        ("hard/jmp", " (did you mean the shipped scenario 'hard/jump' or 'hard/jump_from_csv'?)"),
+        ("xyz", "; 'frictionsim new --list' lists the shipped scenarios"),
+        ("swing_dor.toml", " (did you mean the shipped scenario 'swing_door'?)"),
+        ("xyz.toml", ""),
+        ("counterweigh.toml", " (did you mean 'counterweight.toml'?)"),
+        ("counterweight", " (did you mean 'counterweight.toml'?)"),
+        ("none/pulley.toml", " (there is no folder 'none')"),
+    ],
+)
+def test_near_names_are_listed(
+    name: str, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("counterweight.toml").touch()
+    with pytest.raises(ScenarioError) as raised:
+        fs.load(name)
+    assert str(raised.value) == f"{name}: cannot read this scenario: No such file or directory{end}"
+    monkeypatch.setattr(shipped, "PACKAGE", tmp_path / "without_scenarios")
+    with pytest.raises(ScenarioError, match=f"^{name}: cannot read this scenario: No such file"):
+        fs.load(name)

@@ -23,8 +23,6 @@ from tests.support.lockstep import alone, content, varied
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import changed, pulley
 
-pytestmark = pytest.mark.quick
-
 SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 RETURN = {"time": [0.0, 0.8, 1.6, 2.4], "value": [1832.6, 3113.75, 3113.75, 1832.6]}
 COARSE = {"backend": "events", "duration": 3.0, "rtol": 1e-6}

@@ -1,0 +1,107 @@
+"""Warnings about radii that look like millimetres, and coefficients of friction like percent."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.scenario.kinds import KINDS
+from frictionsim.scenario.overrides import keys_and_values
+from tests.support.drawn_scenarios import scenarios, some
+from tests.support.scenarios import SCENARIOS, Scenario
+
+MU, RADIUS = "effects.shaft_friction.mu_s", "mechanism.cord_radius"
+
+
+def asked(scenario: fs.Scenario) -> list[str]:
+    """Return the warnings that ask whether another value was meant."""
+    return [warning for warning in scenario.warnings() if "did you mean" in warning]
+
+
+def values(kind: str) -> dict[str, Any]:
+    """Return the radii and coefficients of the shipped scenario of a kind."""
+    found = dict(keys_and_values(fs.load(kind).to_dict()))
+    return {
+        key: value
+        for key, value in found.items()
+        if re.search(r"radius$|\.mu_[sk]$", key) and isinstance(value, float)
+    }
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_millimetres_are_suggested_as_metres_in_every_kind(kind: str) -> None:
+    radii = {key: value for key, value in values(kind).items() if key.endswith("radius")}
+    assert radii
+    large = {key: 1000.0 * value for key, value in radii.items() if abs(value) > 0.005}
+    if kind == "belt_drive":  # its pulleys do not overlap then
+        rows = fs.load(kind).to_dict()["mechanism"]["pulleys"]
+        for row in rows:
+            large[f"mechanism.pulleys.{row['name']}.center"] = [1000.0 * x for x in row["center"]]
+        large["effects.contact"], large["effects.bending"] = None, None
+    found = asked(fs.load(kind, large))
+    assert len(found) == sum(key.endswith("radius") for key in large)
+    for key, value in radii.items():
+        if key in large:
+            words = f"{key} = {large[key]:g} m is a radius above 5 m; did you mean {value:.6g}, for"
+            assert any(warning.startswith(words) for warning in found)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "epicyclic"])
+def test_percent_are_suggested_as_coefficients(kind: str) -> None:
+    coefficients = {key: 0.25 for key in values(kind) if not key.endswith("radius")}
+    assert coefficients
+    percent = {key: 100.0 * value for key, value in coefficients.items()}
+    assert asked(fs.load(kind, coefficients)) == []
+    assert sorted(asked(fs.load(kind, percent))) == sorted(
+        f"{key} = 25 is a coefficient of friction above 2; did you mean 0.25?" for key in percent
+    )
+
+
+@given(st.floats(2.0, 1e4, exclude_min=True))
+def test_a_suggested_coefficient_has_the_same_digits(mu: float) -> None:
+    (warning,) = asked(fs.load("pulley", {MU: mu}))
+    suggested = float(warning.rpartition("mean ")[2].rstrip("?"))
+    assert 0.1 <= suggested <= 1.0  # 1 where six digits are rounded up
+    powers = [10.0**power for power in range(1, 6)]
+    # Six digits are printed: half of the last one is 5e-6 of the value at most.
+    assert any(suggested * power == pytest.approx(mu, rel=1e-5) for power in powers)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "count"),
+    [
+        ({MU: 2.0, RADIUS: 5.0}, 0),
+        ({MU: 2.001, RADIUS: 5.0}, 1),
+        ({MU: 2.0, RADIUS: 5.001}, 1),
+        ({MU: 20, "effects.shaft_friction.mu_k": 10, RADIUS: 50.8}, 3),
+    ],
+)
+def test_the_limits_themselves_are_plausible(overrides: dict[str, float], count: int) -> None:
+    assert len(asked(fs.load("pulley", overrides))) == count
+
+
+@pytest.mark.parametrize("path", sorted(SCENARIOS.rglob("*.toml")), ids=lambda path: path.stem)
+def test_no_shipped_scenario_is_asked(path: Path) -> None:
+    assert asked(fs.load(path)) == []
+
+
+@some(200)
+@given(scenarios())
+def test_no_drawn_scenario_is_asked(data: Scenario) -> None:
+    try:
+        scenario = fs.load(data)
+    except fs.ScenarioError:
+        return
+    assert asked(scenario) == []
+
+
+def test_a_cord_on_the_other_side_has_a_radius_too() -> None:
+    (force, *_) = fs.load("shaft").to_dict()["forces"]
+    key = f"forces.{force['name']}"
+    turned = {k: v for k, v in force.items() if k not in ("point", "cord_radius", "frame")}
+    (warning,) = asked(fs.load("shaft", {key: turned | {"cord_radius": -50.8}}))
+    assert warning.startswith(f"{key}.cord_radius = -50.8 m is a radius above 5 m; did you mean -0")
