@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from frictionsim.api.arguments import as_count, as_names, as_path
+from frictionsim.api.arguments import as_count, as_names, as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.errors import ArgumentError
 from frictionsim.parameter_study.fit import Settings
@@ -259,10 +259,7 @@ def fit(
     TypeError
         If there is no such argument.
     """
-    unknown = options.keys() - FitOptions.__annotations__.keys()
-    if unknown:
-        names = ", ".join(f"'{name}'" for name in sorted(unknown))
-        raise TypeError(f"fit() got an unexpected keyword argument {names}")
+    check_keywords(fit, options, FitOptions)
     settings = _settings(options)
     source = _source(data, channels, options)
     loaded = with_overrides(scenario, overrides)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
-from frictionsim.api.arguments import as_path
+from frictionsim.api.arguments import as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
@@ -94,7 +94,10 @@ def sweep(
         If an argument or a combination is not valid; before anything is run.
     OutputError
         If the file cannot be written.
+    TypeError
+        If there is no such argument.
     """
+    check_keywords(sweep, options, SweepOptions)
     output = options.get("output")
     path = None if output is None else as_path("output", output)
     with shown(options.get("progress", False)) as progress:

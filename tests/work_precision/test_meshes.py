@@ -268,7 +268,7 @@ def test_wrong_meshes_are_refused(scenario: str, given: dict[str, Any], sentence
 
 
 def test_an_unknown_argument_is_a_mistake_of_the_caller() -> None:
-    with pytest.raises(TypeError, match="unexpected keyword argument 'body'"):
+    with pytest.raises(TypeError, match=r"'body' \(did you mean 'bodies'\?\)"):
         fs.cost(BELT, body=[60])  # type: ignore[call-arg]
 
 
