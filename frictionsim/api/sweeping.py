@@ -21,7 +21,7 @@ from frictionsim.parameter_study.study_file import (
     is_study,
     study_of,
 )
-from frictionsim.parameter_study.values import values_of
+from frictionsim.parameter_study.values import values_by_key
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.settings import Scenario
 
@@ -65,8 +65,8 @@ def sweep(
     vary : mapping of str
         By key as of `solve`'s overrides: a list or array of values, or text as
         ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, as
-        ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Without `zip` and `sample`, all
-        combinations are run.
+        ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
+        have one value. Without `zip` and `sample`, all combinations are run.
     overrides : mapping or iterable of str, optional
         What is the same in all runs, as of `solve`.
     **options
@@ -206,7 +206,7 @@ def study_from(
     loaded = with_overrides(scenario, overrides)
     if vary is not None and not isinstance(vary, Mapping):
         raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
-    values = {str(key): values_of(str(key), given) for key, given in (vary or {}).items()}
+    values = values_by_key((str(key), given) for key, given in (vary or {}).items())
     check_not_fixed(_keys(overrides), values)
     sampling, count = None, options.get("sample")
     if count is None:

@@ -75,8 +75,9 @@ def sweep(
         typer.Option(
             "--vary",
             metavar="KEY=VALUES",
-            help="Vary a key: [0.1, 0.2], lin(a, b, n), log(a, b, n); with --sample"
-            " uniform(a, b), normal(m, s), lognormal(m, s), triangular(a, c, b).",
+            help="Vary a key, or several that have one value, as A,B=...: [0.1, 0.2],"
+            " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
+            " lognormal(m, s), triangular(a, c, b).",
         ),
     ] = None,
     overrides: Overrides = None,

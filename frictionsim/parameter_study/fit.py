@@ -12,7 +12,6 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
 from frictionsim.parameter_study.fit_bootstrap import bootstrap
-from frictionsim.parameter_study.fit_keys import expanded
 from frictionsim.parameter_study.fit_noise import Noise
 from frictionsim.parameter_study.fit_outcome import (
     DONE,
@@ -39,6 +38,7 @@ from frictionsim.parameter_study.fit_warnings import (
     residual_warnings,
     run_warnings,
 )
+from frictionsim.parameter_study.keys import expanded
 
 if TYPE_CHECKING:
     import numpy.typing as npt

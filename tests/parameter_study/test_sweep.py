@@ -9,13 +9,14 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.parameter_study import single_run
-from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from tests.support.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.quick
 
 PULLEY = SCENARIOS / "pulley.toml"
-MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
+MU_S, MU_K = "effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k"
+LOAD = "mechanism.load"
 LOOSE = {"solver.rtol": 1e-6}
 
 
@@ -35,6 +36,46 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
             assert str(at["warnings"].item()) == "\n".join(single.warnings)
     assert found[MU_S].attrs["units"] == "1"
     assert found[LOAD].attrs["units"] == "N"
+
+
+def test_several_keys_have_one_value(tmp_path: Path) -> None:
+    both = f"{MU_S},{MU_K}"
+    values = [0.1, 0.2]
+    found = fs.sweep(PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5")
+    assert dict(found.sizes) == {both: 2}
+    for mu in values:
+        single = fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu})
+        for name, quantity in single.quantities.items():
+            at = found[name].sel({both: mu})
+            # The same steps are taken whatever is sampled: the same bits.
+            assert np.array_equal(float(at), float(quantity), equal_nan=True), name
+    assert found[both].attrs["units"] == "1"
+    again = fs.sweep(tomllib.loads(found.attrs["study"]))
+    xarray.testing.assert_equal(found, again)
+    assert fs.open_sweep(tmp_path / "s.h5").identical(found)
+
+
+def test_several_keys_have_one_value_in_lockstep_and_along_the_runs() -> None:
+    both = f"{MU_S},{MU_K}"
+    many = np.linspace(0.1, 0.3, MIN_IN_LOCKSTEP)
+    found = fs.sweep(PULLEY, {both: many, LOAD: np.linspace(1900.0, 2300.0, many.size)}, zip=True)
+    one_by_one = {MU_S: many[7], MU_K: many[7], LOAD: float(found[LOAD][7])}
+    single = fs.solve(PULLEY, one_by_one)
+    assert float(found["final_angle"][7]) == float(single.quantities["final_angle"])
+    same = found.isel(run=[0])
+    assert same[both].values.tolist() == [0.1]
+
+
+def test_a_key_of_a_sweep_is_given_once() -> None:
+    for vary, message in (
+        ({f"{MU_S},{MU_K}": [0.1], MU_K: [0.1]}, f"vary: {MU_K} is given twice"),
+        ({f"{MU_S},{MU_S}": [0.1]}, f"vary: {MU_S} is given twice"),
+        ({f"{MU_S},": [0.1]}, "vary: expected a key, or several with commas"),
+    ):
+        with pytest.raises(fs.InputError, match=message):
+            fs.sweep(PULLEY, vary)
+    with pytest.raises(fs.InputError, match=f"{MU_K} is both set for all runs and varied"):
+        fs.sweep(PULLEY, {f"{MU_S},{MU_K}": [0.1]}, {MU_K: 0.1})
 
 
 def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
