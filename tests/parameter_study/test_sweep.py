@@ -94,6 +94,24 @@ def test_the_study_in_the_file_runs_again(tmp_path: Path) -> None:
     xarray.testing.assert_equal(found, again)
 
 
+@pytest.mark.parametrize(
+    ("kind", "steps"), [("pulley", [20, 60]), ("marble_machine", [5, 200]), ("epicyclic", [5, 100])]
+)
+def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: list[int]) -> None:
+    path = SCENARIOS / f"{kind}.toml"
+    found = fs.sweep(path, {"solver.max_steps": steps})
+    assert found["status"].values.tolist() == [2, 2]
+    names = [n for n in found.data_vars if n not in ("status", "failure", "reason", "warnings")]
+    for number, limit in enumerate(steps):
+        single = fs.solve(path, {"solver.max_steps": limit})
+        assert single.quantities.keys() <= set(names)
+        for name in names:
+            quantity = single.quantities.get(name)
+            wanted = np.nan if quantity is None else float(quantity)
+            # The same run: the same bits.
+            assert np.array_equal(found[name].values[number], wanted, equal_nan=True), name
+
+
 def test_a_run_that_fails_is_a_row() -> None:
     found = fs.sweep(PULLEY, {"solver.max_steps": [5, 10_000]}, LOOSE)
     assert found["status"].values.tolist() == [2, 1]
