@@ -12,7 +12,17 @@ from frictionsim.api.arguments import as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.sweep_table import (
+    RUN,
+    SOBOL,
+    SOBOL_BASIS,
+    SOBOL_KEY,
+    SOBOL_QUANTITY,
+    STATUS,
+    TEXTS,
+    Coordinate,
+    SweepTable,
+)
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.study_file import (
     Study,
@@ -297,6 +307,15 @@ def dataset_of(table: SweepTable) -> "xarray.Dataset":
     )
     for name, words in TEXTS.items():
         variables[name] = (dimensions, table.text_array(name), {"long_name": words})
+    sobol = table.sobol
+    if sobol is not None:
+        for name, words in SOBOL.items():
+            attributes = {"units": "1", "long_name": words}
+            variables[name] = ((SOBOL_QUANTITY, SOBOL_KEY), sobol.columns[name], attributes)
+        words = "what the indices are computed from, or why there are none"
+        variables[SOBOL_BASIS] = (SOBOL_QUANTITY, sobol.basis, {"long_name": words})
+        coordinates[SOBOL_QUANTITY] = (SOBOL_QUANTITY, sobol.quantities, {"long_name": "quantity"})
+        coordinates[SOBOL_KEY] = (SOBOL_KEY, sobol.keys, {"long_name": "varied key"})
     return xarray.Dataset(variables, coordinates, dict(table.attributes))
 
 

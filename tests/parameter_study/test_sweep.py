@@ -1,5 +1,6 @@
 """A sweep gives what single runs give, in the order of its design, in memory and in its file."""
 
+import csv
 import tomllib
 from pathlib import Path
 
@@ -8,6 +9,8 @@ import pytest
 import xarray
 
 import frictionsim as fs
+from frictionsim.api.opening import SweepFile
+from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import single_run
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from tests.support.scenarios import SCENARIOS
@@ -110,6 +113,48 @@ def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: 
             wanted = np.nan if quantity is None else float(quantity)
             # The same run: the same bits.
             assert np.array_equal(found[name].values[number], wanted, equal_nan=True), name
+
+
+def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path) -> None:
+    vary = {MU_S: "uniform(0.15, 0.3)", LOAD: "normal(2224.0, 50.0)"}
+    path, csv_path = tmp_path / "s.h5", tmp_path / "s.csv"
+    found = fs.sweep(PULLEY, vary, LOOSE, sample=32, indices=True, output=path)
+    a, b, *mixed = found["force_to_lift"].values.reshape(4, 32)
+    variance = np.var(np.concatenate((a, b)))
+    centre = 0.5 * (a.mean() + b.mean())
+    at = {"sobol_quantity": "force_to_lift"}
+    for key, ab in zip((MU_S, LOAD), mixed, strict=True):
+        of_key = found.sel(at | {"sobol_key": key})
+        first = ((b - centre) * (ab - a)).mean() / variance  # Saltelli et al. 2010, Table 2 (b)
+        assert float(of_key["sobol_first"]) == pytest.approx(first, rel=1e-12)
+        total = 0.5 * ((a - ab) ** 2).mean() / variance  # (f)
+        assert float(of_key["sobol_total"]) == pytest.approx(total, rel=1e-12)
+        assert of_key["sobol_total_low"] < of_key["sobol_total"] < of_key["sobol_total_high"]
+    assert fs.open_sweep(path).identical(found)
+    with xarray.open_dataset(path, engine="h5netcdf") as read:
+        xarray.testing.assert_equal(read.load(), found)
+    swept = SweepFile(read_sweep(path), path)
+    swept.save_csv(csv_path)
+    told = swept.to_json()["sobol_indices"]
+    with (tmp_path / "s.sobol.csv").open(newline="") as file:
+        lines = {(line["quantity"], line["key"]): line for line in csv.DictReader(file)}
+    for name in found["sobol_quantity"].values.tolist():
+        for key in (MU_S, LOAD):
+            of_key = found.sel({"sobol_quantity": name, "sobol_key": key})
+            for index in ("first", "total"):
+                ends = [float(of_key[f"sobol_{index}{end}"]) for end in ("", "_low", "_high")]
+                wanted = [None if np.isnan(value) else value for value in ends]
+                in_json = told[name]["keys"][key]
+                interval = in_json[f"{index}_interval"] or [None, None]
+                assert [in_json[index], *interval] == wanted
+                cells = [
+                    lines[name, key][f"sobol_{index}{end} [1]"] for end in ("", "_low", "_high")
+                ]
+                assert [float(cell) if cell else None for cell in cells] == wanted
+    assert told["final_time"]["basis"] == "no Sobol indices: the quantity does not vary"
+    assert "force_to_lift" in swept.summary().partition("Sobol indices of")[2]
+    report = fs.report(found, tmp_path / "s.html").read_text(encoding="utf-8")
+    assert "first-order index" in report
 
 
 def test_a_run_that_fails_is_a_row() -> None:
