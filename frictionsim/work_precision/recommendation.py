@@ -12,7 +12,7 @@ from frictionsim.work_precision.outcome import Row, Study
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
 QUANTITY_TARGETS = (1e-2, 1e-3)  # of a single quantity
 # Of wall times, relative: repeats within a second agree better than runs minutes apart.
-LEAST_SPREAD = 0.1
+MIN_SPREAD = 0.1
 
 
 class Advice(NamedTuple):
@@ -152,4 +152,4 @@ def _fastest(rows: list[Row], advice: Advice) -> Advice:
 
 def _spread(row: Row) -> float:
     """Return the spread of the wall time of a row, s."""
-    return max(row.wall_spread or 0.0, LEAST_SPREAD * row.wall_seconds)
+    return max(row.wall_spread or 0.0, MIN_SPREAD * row.wall_seconds)
