@@ -6,11 +6,8 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import (
+    NAMES_OF_SOBOL,
     RUN,
-    SOBOL,
-    SOBOL_BASIS,
-    SOBOL_KEY,
-    SOBOL_QUANTITY,
     STATUS,
     TEXTS,
     Coordinate,
@@ -50,9 +47,9 @@ def table_of(dataset: Any) -> SweepTable:
     coordinates = {
         str(key): _coordinate(str(key), values)
         for key, values in dataset.coords.items()
-        if key not in (RUN, SOBOL_QUANTITY, SOBOL_KEY) and values.ndim == 1
+        if key not in (RUN, *NAMES_OF_SOBOL) and values.ndim == 1
     }
-    others = {STATUS, *TEXTS, *SOBOL, SOBOL_BASIS}
+    others = {STATUS, *TEXTS, *NAMES_OF_SOBOL}
     names = [str(n) for n in dataset.data_vars if n not in others]
     for name in (*names, *TEXTS):
         if dataset[name].dims != status.dims:

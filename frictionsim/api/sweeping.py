@@ -14,10 +14,6 @@ from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import (
     RUN,
-    SOBOL,
-    SOBOL_BASIS,
-    SOBOL_KEY,
-    SOBOL_QUANTITY,
     STATUS,
     TEXTS,
     Coordinate,
@@ -307,15 +303,10 @@ def dataset_of(table: SweepTable) -> "xarray.Dataset":
     )
     for name, words in TEXTS.items():
         variables[name] = (dimensions, table.text_array(name), {"long_name": words})
-    sobol = table.sobol
-    if sobol is not None:
-        for name, words in SOBOL.items():
-            attributes = {"units": "1", "long_name": words}
-            variables[name] = ((SOBOL_QUANTITY, SOBOL_KEY), sobol.columns[name], attributes)
-        words = "what the indices are computed from, or why there are none"
-        variables[SOBOL_BASIS] = (SOBOL_QUANTITY, sobol.basis, {"long_name": words})
-        coordinates[SOBOL_QUANTITY] = (SOBOL_QUANTITY, sobol.quantities, {"long_name": "quantity"})
-        coordinates[SOBOL_KEY] = (SOBOL_KEY, sobol.keys, {"long_name": "varied key"})
+    of_sobol = {} if table.sobol is None else table.sobol.datasets
+    for name, (along, values, words) in of_sobol.items():
+        attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
+        (coordinates if name in along else variables)[name] = (along, values, attributes)
     return xarray.Dataset(variables, coordinates, dict(table.attributes))
 
 

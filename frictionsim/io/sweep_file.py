@@ -47,10 +47,6 @@ from frictionsim.io.replaceable import SWEEP, check_replaceable
 from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.sweep_table import (
     RUN,
-    SOBOL,
-    SOBOL_BASIS,
-    SOBOL_KEY,
-    SOBOL_QUANTITY,
     STATUS,
     TEXTS,
     VERSION,
@@ -116,17 +112,16 @@ def _fill(file: Any, table: SweepTable) -> None:
 
 
 def _add_indices(file: Any, found: SobolIndices) -> None:
-    scales = []
-    for name, texts, words in (
-        (SOBOL_QUANTITY, found.quantities, "quantity"),
-        (SOBOL_KEY, found.keys, "varied key"),
-    ):
-        scales.append(_add_texts(file, name, np.array(texts, object), words))
-        scales[-1].make_scale(name)
-    for name, words in SOBOL.items():
-        _add(file, name, found.columns[name], "1", words, scales)
-    words = "what the indices are computed from, or why there are none"
-    _add_texts(file, SOBOL_BASIS, np.array(found.basis, object), words, scales[:1])
+    scales: dict[str, Any] = {}
+    for name, (dimensions, values, words) in found.datasets.items():
+        along = [scales[dimension] for dimension in dimensions if dimension != name]
+        if not isinstance(values, list):
+            _add(file, name, values, "1", words, along)
+            continue
+        dataset = _add_texts(file, name, np.array(values, object), words, along)
+        if name in dimensions:
+            dataset.make_scale(name)
+            scales[name] = dataset
 
 
 def _add(file: Any, name: str, values: Any, unit: str, long_name: str, dimensions: Any = ()) -> Any:

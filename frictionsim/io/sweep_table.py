@@ -26,6 +26,9 @@ SOBOL = {
 }
 
 
+NAMES_OF_SOBOL = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
+
+
 class SobolIndices(NamedTuple):
     """The Sobol indices of a sample.
 
@@ -42,6 +45,20 @@ class SobolIndices(NamedTuple):
     keys: list[str]
     basis: list[str]
     columns: "dict[str, Array]"
+
+    @property
+    def datasets(self) -> dict[str, tuple[tuple[str, ...], Any, str]]:
+        """Dimensions, values and description of each dataset, by name; the dimensions come first.
+
+        Values are lists of text, or arrays of pure numbers.
+        """
+        quantity, key = (SOBOL_QUANTITY,), (SOBOL_KEY,)
+        basis = "what the indices are computed from, or why there are none"
+        return {
+            SOBOL_QUANTITY: (quantity, self.quantities, "quantity"),
+            SOBOL_KEY: (key, self.keys, "varied key"),
+            SOBOL_BASIS: (quantity, self.basis, basis),
+        } | {name: (quantity + key, self.columns[name], words) for name, words in SOBOL.items()}
 
 
 class Coordinate(NamedTuple):
