@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 from frictionsim.api.tables import Cells, Parts
 from frictionsim.errors import counted
+from frictionsim.parameter_study.fit_outcome import OUT_OF_REACH
 
 if TYPE_CHECKING:
     from frictionsim.parameter_study.fit_outcome import Outcome, TargetResiduals
 
 DIGITS = 6
-SAME = 1e-3  # relative: searches with such costs have found the same minimum
-EXACT = 1e-12
 FITTED = "# Fitted by 'frictionsim fit'"
 
 
@@ -81,14 +80,8 @@ def _residuals(found: "Outcome") -> Cells:
 
 
 def _searches(found: "Outcome") -> str:
-    starts = found.starts
-    least = starts[0].cost
-    # Of data without noise the costs are roundings.
-    same = sum(start.cost <= least * (1.0 + SAME) + EXACT for start in starts)
     ended = "" if found.status == "done" else f"; {found.status}: {found.reason}"
-    searches = "search" if len(starts) == 1 else "searches"
-    runs = counted(found.runs, "run")
-    return f"{same} of {len(starts)} {searches} found this minimum, in {runs}{ended}"
+    return f"{found.finding.sentence}, in {counted(found.runs, 'run')}{ended}"
 
 
 def _read_as(part: "TargetResiduals") -> str:
@@ -134,6 +127,8 @@ def toml_of(found: "Outcome", source: str) -> str:
         )
     for part in found.residuals:
         lines.append(f"# Residual of {part.name}: rms {_short(part.rms)} {part.unit}")
+    if found.finding.kind == OUT_OF_REACH:
+        lines.append(f"# {found.finding.sentence}")
     # One line each: names of files may hold anything.
     comments = [" ".join(line.split()) if i == 0 else line for i, line in enumerate(lines)]
     return "\n".join([*comments, "", found.fitted.to_toml()])

@@ -5,14 +5,20 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from frictionsim.api.arguments import as_count, as_names, as_path
+from frictionsim.api.arguments import as_count, as_names, as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.errors import ArgumentError
 from frictionsim.parameter_study.fit import Settings
 from frictionsim.parameter_study.fit import fit as fit_problem
 from frictionsim.parameter_study.fit_data import Source, check_names, measured
 from frictionsim.parameter_study.fit_keys import check_runs, free_keys
-from frictionsim.parameter_study.fit_outcome import Bootstrap, Outcome, outcome_json
+from frictionsim.parameter_study.fit_outcome import (
+    OUT_OF_REACH,
+    Bootstrap,
+    Finding,
+    Outcome,
+    outcome_json,
+)
 from frictionsim.parameter_study.fit_problem import FitProblem
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
@@ -139,10 +145,17 @@ class Fit:
         return (*unidentified, *self.data.warnings)
 
     @property
+    def finding(self) -> Finding:
+        """What kind of estimate was found, in a sentence; of a single value what is reachable."""
+        return self.data.finding
+
+    @property
     def exit_code(self) -> int:
         """The exit code of the command line for this fit."""
-        from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE
+        from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED
 
+        if self.finding.kind == OUT_OF_REACH:
+            return EXIT_SOLVER_FAILED
         return EXIT_DONE if self.status == "done" else EXIT_BUDGET_EXCEEDED
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
@@ -263,10 +276,7 @@ def fit(
     TypeError
         If there is no such argument.
     """
-    unknown = options.keys() - FitOptions.__annotations__.keys()
-    if unknown:
-        names = ", ".join(f"'{name}'" for name in sorted(unknown))
-        raise TypeError(f"fit() got an unexpected keyword argument {names}")
+    check_keywords(fit, options, FitOptions)
     settings = _settings(options)
     source = _source(data, channels, options)
     loaded = with_overrides(scenario, overrides)

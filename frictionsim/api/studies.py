@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from frictionsim.api.arguments import as_number, as_path
+from frictionsim.api.arguments import as_number, as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.study_plan import Choice, Meshes, plan_of
 from frictionsim.errors import ArgumentError, InputError
@@ -182,11 +182,9 @@ def cost(
     TypeError
         If there is no such argument.
     """
+    check_keywords(cost, meshes, Meshes)
     if as_number("max_wall", max_wall, "s") == float("inf"):
         raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
-    if meshes.keys() - {"bodies", "models"}:
-        names = ", ".join(f"'{name}'" for name in meshes.keys() - {"bodies", "models"})
-        raise TypeError(f"cost() got an unexpected keyword argument {names}")
     if not isinstance(repeats, int) or repeats < 1:
         raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
     told = _progress(progress)

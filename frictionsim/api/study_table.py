@@ -19,9 +19,9 @@ def study_parts(study: "Study") -> Parts:
     headings = [
         *(*of_mesh, "law", "method", "setting", ">error", *in_time),
         *(f">{name}" for name in names),
-        *(">events", ">ms", ">steps", ">rejected", ">rhs", ""),
+        *(">events", ">ms", ">spread", ">steps", ">rejected", ">rhs", ""),
     ]
-    yield Cells(headings, [_cells(row, names, study.of_meshes) for row in study.rows])
+    yield Cells(headings, [_cells(study, row, names) for row in study.rows])
     yield from (advice.sentence for advice in recommendations(study))
 
 
@@ -45,26 +45,30 @@ def _reference_lines(study: "Study") -> list[str]:
         )
     return [
         *lines,
-        "errors are relative, `error` is the largest; rhs: evaluations of the right-hand side",
+        "errors are relative, `error` is the largest; * below the reference uncertainty; spread:"
+        " largest minus least ms of the repeats; rhs: evaluations of the right-hand side",
     ]
 
 
-def _cells(row: "Row", names: list[str], of_meshes: bool) -> list[str]:
-    def error(name: str) -> str:
-        return f"{row.errors[name].relative:.1e}" if name in row.errors else ""
+def _cells(study: "Study", row: "Row", names: list[str]) -> list[str]:
+    below, of_meshes = study.below_uncertainty(row), study.of_meshes
+
+    def marked(name: str, error: float | None) -> str:
+        return "" if error is None else f"{error:.1e}{'*' if name in below else ''}"
 
     mesh = row.setting.mesh
-    in_time = "" if row.time_error is None else f"{row.time_error:.1e}"
+    spread = row.wall_spread
     return [
         *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if of_meshes else ()),
         row.setting.law,
         row.setting.backend,
         row.setting.label,
-        "failed" if row.error is None else f"{row.error:.1e}",
-        *((in_time,) if of_meshes else ()),
-        *map(error, names),
+        marked("error", row.error) or "failed",
+        *((marked("time_error", row.time_error),) if of_meshes else ()),
+        *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
         str(row.events),
         f"{1e3 * row.wall_seconds:.3g}",
+        "" if spread is None else f"{1e3 * spread:.2g}",
         str(row.steps),
         "" if row.rejected is None else str(row.rejected),
         str(row.rhs_evaluations),

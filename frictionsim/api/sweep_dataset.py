@@ -5,7 +5,14 @@ from typing import Any
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.sweep_table import (
+    NAMES_OF_SOBOL,
+    RUN,
+    STATUS,
+    TEXTS,
+    Coordinate,
+    SweepTable,
+)
 
 ATTRIBUTES = ("study", "scenario", "source", "kind", "title", "design", "status", "reason")
 
@@ -40,9 +47,10 @@ def table_of(dataset: Any) -> SweepTable:
     coordinates = {
         str(key): _coordinate(str(key), values)
         for key, values in dataset.coords.items()
-        if key != RUN and values.ndim == 1
+        if key not in (RUN, *NAMES_OF_SOBOL) and values.ndim == 1
     }
-    names = [str(n) for n in dataset.data_vars if n != STATUS and n not in TEXTS]
+    others = {STATUS, *TEXTS, *NAMES_OF_SOBOL}
+    names = [str(n) for n in dataset.data_vars if n not in others]
     for name in (*names, *TEXTS):
         if dataset[name].dims != status.dims:
             raise InputError(f"'{name}' of this dataset does not have a value for each run")

@@ -3,7 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from frictionsim.api.tables import Cells, Parts
+from frictionsim.io.sweep_table import SOBOL
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.statistics import (
@@ -23,7 +26,7 @@ from frictionsim.scenario.loading import origin_of
 from frictionsim.scenario.overrides import toml_value
 
 if TYPE_CHECKING:
-    from frictionsim.io.sweep_table import SweepTable
+    from frictionsim.io.sweep_table import SobolIndices, SweepTable
 
 MAX_GROUPS = 5  # of reasons, and of warnings
 MAX_VALUES = 3  # of a key in a line
@@ -70,6 +73,7 @@ def sweep_parts(table: "SweepTable", path: Path | None = None) -> Parts:
     if attributes["design"] == SAMPLE:
         yield _statistics_table(table)
         yield from _sample_lines(table, sampling)
+        yield from _sobol_parts(table)
     else:
         yield _extremes_table(table)
     yield from _group_lines("failed", grouped(_reasons(table)))
@@ -117,6 +121,7 @@ def sweep_json(table: "SweepTable", path: Path | None = None) -> dict[str, Any]:
         },
         "independent_runs": independent_runs(table, sampling).stop if is_sample else None,
         "quantities": _sample_json(table) if is_sample else _extremes_json(table),
+        "sobol_indices": _sobol_json(table),
         "failures": _groups_json(grouped(_reasons(table))),
         "warnings": _groups_json(grouped(table.texts["warnings"])),
         "output": None if path is None else str(path),
@@ -155,6 +160,25 @@ def _sample_lines(table: "SweepTable", sampling: Sampling | None) -> list[str]:
         f"the first {count} runs are independent and make these numbers; the others are for Sobol"
         " indices"
     ]
+
+
+def _sobol_parts(table: "SweepTable") -> Parts:
+    """Yield the Sobol indices, and why quantities have none."""
+    found = table.sobol
+    if found is None:
+        return
+    rows = []
+    for number, (name, basis) in enumerate(zip(found.quantities, found.basis, strict=True)):
+        values = np.array([found.columns[column][number] for column in SOBOL])
+        if np.isnan(values[0]).all():
+            yield f"{name}: {basis}"
+            continue
+        rows += [
+            (name, key, *(f"{value:.3f}" if value == value else "" for value in column), basis)
+            for key, column in zip(found.keys, values.T, strict=True)
+        ]
+    ends = (">95 % from", ">to")
+    yield Cells(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
 
 
 def _range_text(values: Any) -> str:
@@ -223,6 +247,32 @@ def _sample_json(table: "SweepTable") -> dict[str, Any]:
     return {
         name: _statistics_json(s, table.units[name]) for name, s in sample_statistics(table).items()
     }
+
+
+def _sobol_json(table: "SweepTable") -> dict[str, Any] | None:
+    found = table.sobol
+    if found is None:
+        return None
+    return {
+        name: {
+            "basis": found.basis[i],
+            "keys": {
+                key: {
+                    "first": finite(found.columns["sobol_first"][i, j]),
+                    "first_interval": _interval_json(found, "sobol_first", i, j),
+                    "total": finite(found.columns["sobol_total"][i, j]),
+                    "total_interval": _interval_json(found, "sobol_total", i, j),
+                }
+                for j, key in enumerate(found.keys)
+            },
+        }
+        for i, name in enumerate(found.quantities)
+    }
+
+
+def _interval_json(found: "SobolIndices", name: str, i: int, j: int) -> list[Any] | None:
+    ends = [finite(found.columns[f"{name}_{end}"][i, j]) for end in ("low", "high")]
+    return None if None in ends else ends
 
 
 def _statistics_json(s: Statistics, unit: str) -> dict[str, Any]:

@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
-from frictionsim.api.arguments import as_path
+from frictionsim.api.arguments import as_path, check_keywords
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.sweep_table import (
+    RUN,
+    STATUS,
+    TEXTS,
+    Coordinate,
+    SweepTable,
+)
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.study_file import (
     Study,
@@ -21,7 +27,7 @@ from frictionsim.parameter_study.study_file import (
     is_study,
     study_of,
 )
-from frictionsim.parameter_study.values import values_of
+from frictionsim.parameter_study.values import values_by_key
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
@@ -66,8 +72,8 @@ def sweep(
     vary : mapping of str
         By key as of `solve`'s overrides: a list or array of values, or text as
         ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, as
-        ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Without `zip` and `sample`, all
-        combinations are run.
+        ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
+        have one value. Without `zip` and `sample`, all combinations are run.
     overrides : mapping or iterable of str, optional
         What is the same in all runs, as of `solve`.
     **options
@@ -95,7 +101,10 @@ def sweep(
         If an argument or a combination is not valid; before anything is run.
     OutputError
         If the file cannot be written.
+    TypeError
+        If there is no such argument.
     """
+    check_keywords(sweep, options, SweepOptions)
     output = options.get("output")
     path = None if output is None else as_path("output", output)
     with shown(options.get("progress", False)) as progress:
@@ -204,7 +213,7 @@ def study_from(
     loaded = with_overrides(scenario, overrides)
     if vary is not None and not isinstance(vary, Mapping):
         raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
-    values = {str(key): values_of(str(key), given) for key, given in (vary or {}).items()}
+    values = values_by_key((str(key), given) for key, given in (vary or {}).items())
     check_not_fixed(_keys(overrides), values)
     sampling, count = None, options.get("sample")
     if count is None:
@@ -295,6 +304,10 @@ def dataset_of(table: SweepTable) -> "xarray.Dataset":
     )
     for name, words in TEXTS.items():
         variables[name] = (dimensions, table.text_array(name), {"long_name": words})
+    of_sobol = {} if table.sobol is None else table.sobol.datasets
+    for name, (along, values, words) in of_sobol.items():
+        attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
+        (coordinates if name in along else variables)[name] = (along, values, attributes)
     return xarray.Dataset(variables, coordinates, dict(table.attributes))
 
 

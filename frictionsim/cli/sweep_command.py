@@ -76,8 +76,9 @@ def sweep(
         typer.Option(
             "--vary",
             metavar="KEY=VALUES",
-            help="Vary a key: [0.1, 0.2], lin(a, b, n), log(a, b, n); with --sample"
-            " uniform(a, b), normal(m, s), lognormal(m, s), triangular(a, c, b).",
+            help="Vary a key, or several that have one value, as A,B=...: [0.1, 0.2],"
+            " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
+            " lognormal(m, s), triangular(a, c, b).",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -143,7 +144,7 @@ def sweep(
         return run_study(study, target, no_clobber, progress, workers, dask)
 
     with _target(output, source) as target:
-        _check_csv(files, target)
+        _check_csv(files, target, indices=study.sampling is not None and study.sampling.indices)
         warn(study.scenario.warnings())
         return _run(run, target, files, Shown(source, as_json, quiet, verbose))
 
@@ -197,16 +198,18 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
                 RESULTS.rmdir()
 
 
-def _check_csv(files: Files, target: Path) -> None:
+def _check_csv(files: Files, target: Path, *, indices: bool) -> None:
     if files.csv is None:
         return
     from frictionsim.io.atomic_write import check_no_clobber
-    from frictionsim.io.replaceable import SWEEP_IN_CSV, check_apart, check_target
+    from frictionsim.io.replaceable import check_apart, check_target
+    from frictionsim.parameter_study.report import files_of
 
     check_apart({"-o": target, "--csv": files.csv})
-    if files.no_clobber:
-        check_no_clobber(files.csv)
-    check_target(files.csv, SWEEP_IN_CSV)
+    for path, kind in files_of(files.csv, indices).items():
+        if files.no_clobber:
+            check_no_clobber(path)
+        check_target(path, kind)
 
 
 def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:

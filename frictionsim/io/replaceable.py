@@ -1,9 +1,10 @@
 """What may be written to: a new file, or one of the kind that replaces it.
 
 A result replaces a result, a sweep a sweep, a picture a picture, a report a report, a GIF a GIF, an
-MP4 an MP4, a table of costs such a table, and a sweep in CSV one in CSV. Any other file, as a
-scenario, a text, or HDF5 of another program, is refused whatever its name is. An empty file may be
-replaced by anything: programs that make names for new files leave such.
+MP4 an MP4, a table of costs such a table, a sweep in CSV one in CSV, and Sobol indices in CSV such
+indices. Any other file, as a scenario, a text, or HDF5 of another program, is refused whatever its
+name is. An empty file may be replaced by anything: programs that make names for new files leave
+such.
 
 A file that bears the line with our checksum is ours, also where the checksum does not match: it is
 a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
@@ -22,6 +23,7 @@ from frictionsim.results import HDF5_SIGNATURE
 
 TABLE = b"law,backend,setting,"  # what the first line of a table of costs in CSV begins with
 SWEEP_TABLE = b"run [1],", b",status,failure,reason,warnings\n"  # that of a sweep, and its end
+SOBOL_TABLE = b"quantity,key,sobol_first "  # what that of Sobol indices begins with
 MAX_LINE = 2**20  # bytes
 PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
 XML, SVG = b"<?xml", b"<svg"
@@ -83,6 +85,11 @@ def _is_table(path: Path) -> bool:
         return file.read(len(TABLE)) == TABLE
 
 
+def _is_sobol_in_csv(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(SOBOL_TABLE)) == SOBOL_TABLE
+
+
 def _is_sweep_in_csv(path: Path) -> bool:
     with path.open("rb") as file:
         line = file.readline(MAX_LINE)
@@ -111,6 +118,7 @@ COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
 SWEEP = Kind("sweep", "a sweep", _is_sweep)
 COSTS = Kind("table", "a table of costs", _is_table)
 SWEEP_IN_CSV = Kind("table", "a sweep in CSV", _is_sweep_in_csv)
+SOBOL_IN_CSV = Kind("table", "a table of Sobol indices in CSV", _is_sobol_in_csv)
 REPORT = Kind("report", "a report", _is_report)
 ANIMATIONS = {
     ".gif": Kind("animation", "a GIF", _is_gif),

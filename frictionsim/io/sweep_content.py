@@ -22,11 +22,16 @@ from frictionsim.io.hdf5_structure import (
 from frictionsim.io.sweep_table import (
     ORDER,
     RUN,
+    SOBOL,
+    SOBOL_BASIS,
+    SOBOL_KEY,
+    SOBOL_QUANTITY,
     STATUS,
     TEXTS,
     VERSION,
     VERSION_NAME,
     Coordinate,
+    SobolIndices,
     SweepTable,
 )
 
@@ -99,6 +104,7 @@ def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget)
     )
     texts = {name: _some_texts(datasets.pop(name), status.shape, budget) for name in TEXTS}
     coordinates, dimensions = _coordinates(datasets, status, budget)
+    sobol = _indices(datasets, list(coordinates), budget) if SOBOL_BASIS in datasets else None
     values, units = {}, {}
     for name, dataset in datasets.items():
         if name == RUN or name in coordinates:
@@ -110,7 +116,26 @@ def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget)
     outcome = values_of(status, budget).astype(np.int8).reshape(-1)
     if not np.isin(outcome, [number for number, _ in statuses]).all():
         raise ValueError("a run has a status that there is not")
-    return SweepTable(attributes, dimensions, coordinates, units, values, outcome, statuses, texts)
+    if sobol is not None and sobol.quantities != list(values):
+        raise ValueError("its Sobol indices are of other quantities")
+    return SweepTable(
+        attributes, dimensions, coordinates, units, values, outcome, statuses, texts, sobol
+    )
+
+
+def _indices(datasets: dict[str, Any], keys: list[str], budget: Budget) -> SobolIndices:
+    """Take the Sobol indices out of the datasets."""
+    names, found, basis = (
+        list(_texts(datasets.pop(name), budget))
+        for name in (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS)
+    )
+    columns = {
+        name: np.asarray(values_of(datasets.pop(name), budget), dtype=np.float64) for name in SOBOL
+    }
+    shape = (len(names), len(keys))
+    if found != keys or len(basis) != len(names) or any(c.shape != shape for c in columns.values()):
+        raise ValueError("its Sobol indices are not those of its keys")
+    return SobolIndices(names, keys, basis, columns)
 
 
 def _coordinates(

@@ -21,6 +21,12 @@
                          not defined
     /status              0 not run, 1 done, 2 failed, 3 done, but its audit failed
     /failure, /reason, /warnings    text; empty if there is none
+    /sobol_first, /sobol_total      (sobol_quantity, sobol_key): Sobol indices, only of a sample
+                         with `indices` that is done; NaN where there are none
+    /sobol_first_low, /sobol_first_high, /sobol_total_low, /sobol_total_high
+                         the ends of their 95 % intervals
+    /sobol_basis         (sobol_quantity): what they are computed from, or why there are none
+    /sobol_quantity, /sobol_key     the names of the quantities and of the varied keys
 
 The runs of a grid are numbered with the last key varying fastest. Everything has the attributes
 `units` and `long_name`, but for text, which has no unit. The file does not depend on the number of
@@ -46,6 +52,7 @@ from frictionsim.io.sweep_table import (
     VERSION,
     VERSION_NAME,
     Coordinate,
+    SobolIndices,
     SweepTable,
 )
 
@@ -100,6 +107,21 @@ def _fill(file: Any, table: SweepTable) -> None:
         named = " ".join(table.coordinates)
         for name in (*table.values, STATUS, *TEXTS):
             file[name].attrs["coordinates"] = named
+    if table.sobol is not None:
+        _add_indices(file, table.sobol)
+
+
+def _add_indices(file: Any, found: SobolIndices) -> None:
+    scales: dict[str, Any] = {}
+    for name, (dimensions, values, words) in found.datasets.items():
+        along = [scales[dimension] for dimension in dimensions if dimension != name]
+        if not isinstance(values, list):
+            _add(file, name, values, "1", words, along)
+            continue
+        dataset = _add_texts(file, name, np.array(values, object), words, along)
+        if name in dimensions:
+            dataset.make_scale(name)
+            scales[name] = dataset
 
 
 def _add(file: Any, name: str, values: Any, unit: str, long_name: str, dimensions: Any = ()) -> Any:

@@ -15,6 +15,52 @@ TEXTS = {
 }
 
 
+SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS = "sobol_quantity", "sobol_key", "sobol_basis"
+SOBOL = {
+    "sobol_first": "first-order Sobol index",
+    "sobol_first_low": "lower end of the 95 % interval of the first-order index",
+    "sobol_first_high": "upper end of the 95 % interval of the first-order index",
+    "sobol_total": "total Sobol index",
+    "sobol_total_low": "lower end of the 95 % interval of the total index",
+    "sobol_total_high": "upper end of the 95 % interval of the total index",
+}
+
+
+NAMES_OF_SOBOL = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
+
+
+class SobolIndices(NamedTuple):
+    """The Sobol indices of a sample.
+
+    Attributes
+    ----------
+    quantities, keys : list of str
+    basis : list of str
+        Of each quantity, what its indices are computed from, or why there are none.
+    columns : dict of (quantities, keys)
+        By the names of SOBOL; NaN where there are none.
+    """
+
+    quantities: list[str]
+    keys: list[str]
+    basis: list[str]
+    columns: "dict[str, Array]"
+
+    @property
+    def datasets(self) -> dict[str, tuple[tuple[str, ...], Any, str]]:
+        """Dimensions, values and description of each dataset, by name; the dimensions come first.
+
+        Values are lists of text, or arrays of pure numbers.
+        """
+        quantity, key = (SOBOL_QUANTITY,), (SOBOL_KEY,)
+        basis = "what the indices are computed from, or why there are none"
+        return {
+            SOBOL_QUANTITY: (quantity, self.quantities, "quantity"),
+            SOBOL_KEY: (key, self.keys, "varied key"),
+            SOBOL_BASIS: (quantity, self.basis, basis),
+        } | {name: (quantity + key, self.columns[name], words) for name, words in SOBOL.items()}
+
+
 class Coordinate(NamedTuple):
     """The values of a varied key.
 
@@ -55,6 +101,8 @@ class SweepTable(NamedTuple):
         The meanings of its values.
     texts : dict of dict of str
         `failure`, `reason` and `warnings` of the runs that have some, by number.
+    sobol : SobolIndices or None
+        Of a sample with `indices` that is done.
     """
 
     attributes: dict[str, str]
@@ -65,6 +113,7 @@ class SweepTable(NamedTuple):
     status: Any
     statuses: "Flags"
     texts: dict[str, dict[int, str]]
+    sobol: SobolIndices | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:

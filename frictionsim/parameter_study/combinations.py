@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
+from frictionsim.parameter_study.keys import expanded
 from frictionsim.scenario.model_validation import (
     MAX_NUMBER,
     MIN_NUMBER,
@@ -35,7 +36,8 @@ class Combinations:
     scenario : Scenario
         The one that is varied.
     keys : sequence of str
-        Of --set: `effects.shaft_friction.mu_s`, `drive.force.value.1`.
+        Of --set: `effects.shaft_friction.mu_s`, `drive.force.value.1`; several with commas
+        between them have one value.
 
     Raises
     ------
@@ -45,7 +47,9 @@ class Combinations:
 
     def __init__(self, scenario: Scenario, keys: Sequence[str]) -> None:
         self.base, self.keys = scenario, tuple(keys)
-        for key in keys:
+        # Of each single key, the number of its value in a combination.
+        self._numbers = expanded({key: number for number, key in enumerate(keys)})
+        for key in self._numbers:
             if key.strip() == "kind":
                 raise InputError("vary kind: a sweep has runs of one kind; start one for each")
         # Without defaults: some depend on other keys, as output.interval on the duration.
@@ -53,9 +57,9 @@ class Combinations:
             scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
         )
         self._folder = Path(scenario.origin.source).parent
-        # For numbers: data to change, and where in them the keys are.
+        # For numbers: data to change, where in them the keys are, and the number of the value.
         self._changed: dict[str, Any] = {}
-        self._places: list[tuple[Any, Any]] = []
+        self._places: list[tuple[Any, Any, int]] = []
 
     @cached_property
     def in_lockstep(self) -> bool:
@@ -66,7 +70,7 @@ class Combinations:
         # Which of wanted channels a run lacks is a warning, and lockstep makes no channels.
         if base.needs_samples or base.output.channels is not None:
             return False
-        return applies(base, self.keys)
+        return applies(base, list(self._numbers))
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values.
@@ -82,8 +86,8 @@ class Combinations:
             found = self._validated(values)
             self._find_places(values)
             return found
-        for (table, key), value in zip(self._places, values, strict=True):
-            table[key] = value
+        for table, key, number in self._places:
+            table[key] = values[number]
         try:
             # The limits of magnitude of all other numbers were checked the first time.
             return type(self.base).model_validate(self._changed, context={"folder": self._folder})
@@ -92,18 +96,18 @@ class Combinations:
 
     def _find_places(self, values: Sequence[Any]) -> None:
         self._changed = _copied(self._data)
-        for *above, last in apply_overrides(
-            self._changed, dict(zip(self.keys, values, strict=True))
-        )[0]:
+        given = {key: values[number] for key, number in self._numbers.items()}
+        paths = apply_overrides(self._changed, given)[0]
+        for (*above, last), number in zip(paths, self._numbers.values(), strict=True):
             table: Any = self._changed
             for key in above:
                 table = table[key]
-            self._places.append((table, last))
+            self._places.append((table, last, number))
 
     def _validated(self, values: Sequence[Any]) -> Scenario:
         given = {
-            key: REMOVED if value == REMOVED_TEXT else value
-            for key, value in zip(self.keys, values, strict=True)
+            key: REMOVED if values[number] == REMOVED_TEXT else values[number]
+            for key, number in self._numbers.items()
         }
         data = _copied(self._data)
         try:

@@ -12,10 +12,10 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
 from frictionsim.parameter_study.fit_bootstrap import bootstrap
-from frictionsim.parameter_study.fit_keys import expanded
 from frictionsim.parameter_study.fit_noise import Noise
 from frictionsim.parameter_study.fit_outcome import (
     DONE,
+    OUT_OF_REACH,
     STOPPED,
     Outcome,
     TargetResiduals,
@@ -36,9 +36,11 @@ from frictionsim.parameter_study.fit_uncertainty import (
 )
 from frictionsim.parameter_study.fit_warnings import (
     derivative_warnings,
+    finding,
     residual_warnings,
     run_warnings,
 )
+from frictionsim.parameter_study.keys import expanded
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -98,8 +100,10 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
         drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
     found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
+    told = finding(problem, best, starts, found)
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
+        *([told.sentence] if told.kind == OUT_OF_REACH else []),
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
         *run_warnings(model, len(problem.data.runs)),
         *derivative_warnings(problem.keys, *rough, found),
@@ -121,6 +125,7 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
         degrees=degrees,
         status=DONE if best.converged else STOPPED,
         reason="" if best.converged else f"limit of {MAX_ITERATIONS} iterations reached",
+        finding=told,
         starts=starts,
         warnings=tuple(warnings),
         bootstrap=drawn,

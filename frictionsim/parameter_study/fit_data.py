@@ -10,6 +10,7 @@ from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.parameter_study.units import factor
 from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
+from frictionsim.scenario.model_validation import MIN_NUMBER
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -324,7 +325,7 @@ def _single(source: Source, name: str, value: float, unit: str) -> Target:
     """Return the target of one measured quantity."""
     values, one = np.array([float(value)]), np.ones(1, dtype=bool)
     sigma = _sigma(source, name, None, 1.0, one)
-    scale = np.abs(values) if value else np.ones(1)
+    scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # of a zero there is none
     runs, times = np.zeros(1, dtype=np.int64), np.empty(0)
     return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 import numpy as np
 
 from frictionsim.errors import ArgumentError, ScenarioError
+from frictionsim.parameter_study.keys import expanded, names_in
 from frictionsim.scenario.model_fields import fields_of_key, unit_of_key
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, 
     keys, chosen = [], []
     for key, bounds in given.items():
         low, high, start = _bounds(key, bounds)
-        names = key.split(",")
+        names = names_in(key)
         for name in names:
             _check_key(name, low, high, scenario)
         if start is None:
@@ -229,11 +230,6 @@ def fault_of(scenario: "Scenario", values: Mapping[str, Any]) -> str:
     except ScenarioError as error:
         return "; ".join(fault.removeprefix("overrides: ") for fault in error.faults)
     return ""
-
-
-def expanded(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by key, each key by itself, for values of which some are of several keys."""
-    return {name: value for key, value in values.items() for name in key.split(",")}
 
 
 def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> "Array":

@@ -18,6 +18,28 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 DONE, STOPPED = "done", "stopped"
+REACHED, OUT_OF_REACH, FLAT, PLATEAU = "reached", "out_of_reach", "flat", "plateau"
+EQUAL_MINIMA, MINIMUM = "equal_minima", "minimum"
+
+
+class Finding(NamedTuple):
+    """What kind of estimate a search has found.
+
+    Attributes
+    ----------
+    kind : str
+        `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives
+        the single value of the data. `flat`: the data do not change with any key. `plateau`: they
+        do not near the estimate. `equal_minima`: several searches ended elsewhere with the same
+        residual. Else `minimum`.
+    sentence : str
+    reachable : (float, float) or None
+        The least and the largest value that runs gave, of a fit to a single value.
+    """
+
+    kind: str
+    sentence: str
+    reachable: tuple[float, float] | None = None
 
 
 class TargetResiduals(NamedTuple):
@@ -105,6 +127,7 @@ class Outcome(NamedTuple):
     status : str
         `done`, or `stopped` where the search reached its limit of iterations.
     reason : str
+    finding : Finding
     starts : list of Start
         By their costs.
     warnings : tuple of str
@@ -125,6 +148,7 @@ class Outcome(NamedTuple):
     degrees: int
     status: str
     reason: str
+    finding: Finding
     starts: "list[Start]"
     warnings: tuple[str, ...]
     bootstrap: Bootstrap | None
@@ -156,6 +180,9 @@ def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> d
         "kind": found.fitted.kind,
         "status": found.status,
         "reason": found.reason,
+        "finding": found.finding.kind,
+        "sentence": found.finding.sentence,
+        "reachable": None if found.finding.reachable is None else list(found.finding.reachable),
         "keys": {key.key: _key_json(found, key) for key in found.keys},
         "correlations": [[finite(float(c)) for c in row] for row in found.correlations],
         "residuals": {

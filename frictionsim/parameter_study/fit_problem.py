@@ -14,7 +14,8 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.parameter_study.fit_data import Measured, Target
-from frictionsim.parameter_study.fit_keys import FreeKey, expanded
+from frictionsim.parameter_study.fit_keys import FreeKey
+from frictionsim.parameter_study.keys import expanded
 from frictionsim.parameter_study.units import factor
 from frictionsim.simulation.simulate import run
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
+NEAR_ZERO = 1e-3  # of the values that the runs gave
+EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
 MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in them
 
 
@@ -72,6 +75,11 @@ class FitProblem:
         How many runs there were.
     units : dict of str
         The units of the targets, by name; of quantities after the first run.
+    least, largest : (n,)
+        What the runs that succeeded gave so far, in the order of the data.
+    known : list of (Array, float or None)
+        Of a single value: the scaled places so far, and what the scenario gives there; None of a
+        run that failed.
     """
 
     def __init__(
@@ -85,6 +93,8 @@ class FitProblem:
         self.runs, self._on_run = 0, on_run
         self.units = {t.name: t.unit for t in data.targets}
         self._seen: dict[bytes, Model] = {}
+        self.least, self.largest = np.full(data.size, np.inf), np.full(data.size, -np.inf)
+        self.known: list[tuple[Array, float | None]] = []
         self._times, self._sampled = self._sample_times()
         self._base = scenario
         only_channels = all(target.of == "channel" for target in data.targets)
@@ -120,7 +130,29 @@ class FitProblem:
             if len(self._seen) >= min(MAX_REMEMBERED, 1 + MAX_NUMBERS // self.data.size):
                 self._seen.clear()
             self._seen[place] = self._evaluate(self.values(x))
+            self._remember(x, self._seen[place].values)
         return self._seen[place]
+
+    def _remember(self, x: "Array", values: "Array | None") -> None:
+        if values is not None:
+            self.least = np.minimum(self.least, values)
+            self.largest = np.maximum(self.largest, values)
+        if self.data.size == 1:
+            self.known.append((x.copy(), None if values is None else float(values[0])))
+
+    @property
+    def accuracy(self) -> "Array":
+        """The residuals (n,) below which the runs give the data exactly."""
+        targets = self.data.targets
+        size = np.concatenate([t.scale for t in targets])
+        if self.data.size == 1:  # without a spread of data; a value near 0 has that of the runs
+            size = np.maximum(np.abs(targets[0].values), NEAR_ZERO * (self.largest - self.least))
+        rtol = FIXED_ERROR if self.scenario.pair.fixed_step else 10.0 * self.scenario.solver.rtol
+        return np.asarray(size * max(EXACT, min(rtol, FIXED_ERROR)))
+
+    def gives(self, x: "Array") -> bool:
+        """Return whether a scaled place at which the runs succeed gives the data exactly."""
+        return bool((np.abs(residuals_of(self, x)) <= self.accuracy).all())
 
     def _evaluate(self, values: dict[str, float]) -> Model:
         found, doubt = [np.empty(target.values.size) for target in self.data.targets], ""

@@ -7,8 +7,13 @@ are scaled to their bounds. Derivatives are central differences whose step is fa
 tolerance of the runs, and short against what moves an event from one sample to the next.
 
 A run that fails counts as a residual much larger than the data, so that the search turns back.
+
+A single value that the local searches have not reached is bracketed: between two places whose
+residuals differ in sign, Brent's method finds where the scenario gives the value, or where it jumps
+over it.
 """
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -33,6 +38,9 @@ MAX_ITERATIONS = 60
 SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
 DISAGREE = 0.1  # relative
 JUMPS = 0.5  # relative: the run jumps or kinks between the steps
+RESOLVED = 1e-12  # of the distance of the ends of a bracket
+EDGE = 1e-9  # of the bounds: beside runs that fail
+MAX_BISECTIONS, MAX_BRACKETS = 100, 4
 
 
 class Start(NamedTuple):
@@ -55,11 +63,27 @@ class Start(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """Where a local search ended: scaled place, half the sum of squares, and whether at rest."""
+    """Where a local search ended.
+
+    Attributes
+    ----------
+    x : (keys,)
+        Scaled place.
+    cost : float
+        Half the weighted sum of squares.
+    converged : bool
+    jump : (float, float) or None
+        What the scenario gives on both sides of the place, if it jumps over a single value there.
+    """
 
     x: "Array"
     cost: float
     converged: bool
+    jump: tuple[float, float] | None = None
+
+
+class _Failed(Exception):
+    """A run within a bracket failed."""
 
 
 class Search:
@@ -171,6 +195,48 @@ class Search:
         )
         return Minimum(np.asarray(found.x), float(found.cost), found.status > 0)
 
+    def within(self, first: "Array", last: "Array") -> Minimum | None:
+        """Return where between two places a single value is reached, by Brent's method.
+
+        Parameters
+        ----------
+        first, last : (1,)
+            Scaled places at which the residual of the value differs in sign.
+
+        Returns
+        -------
+        Minimum or None
+            The nearer side of a jump over the value; None if a run in between fails.
+        """
+        from scipy.optimize import brentq
+
+        problem, wanted = self.problem, self.measured[0]
+        # The part of the way and the residual of the last run below, and of the last one above:
+        # the bracket that Brent's method has left.
+        ends: dict[bool, tuple[float, float]] = {}
+
+        def residual(part: float) -> float:
+            model = problem.at(first + part * (last - first)).values
+            if model is None:
+                raise _Failed
+            found = float(model[0] - wanted)
+            ends[found > 0.0] = part, found
+            return found
+
+        try:
+            root = float(
+                brentq(residual, 0.0, 1.0, xtol=RESOLVED, maxiter=MAX_BISECTIONS, disp=False)
+            )
+        except _Failed:
+            return None
+        residual(root)
+        part, _ = min(ends.values(), key=lambda end: abs(end[1]))
+        x = first + part * (last - first)
+        jump = None
+        if not problem.gives(x):
+            jump = wanted + ends[False][1], wanted + ends[True][1]
+        return Minimum(x, self.cost(x), True, jump)
+
 
 def difference_step(problem: FitProblem) -> float:
     """Return the step of differences as a part of the bounds.
@@ -210,23 +276,79 @@ def search(
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
     # Before any scan: a channel or quantity that there is not is told at once.
     works = [point for point in points if problem.at(point).values is not None]
+    if not works and problem.data.size == 1:
+        points += list(_grid())
+        works = [point for point in points if problem.at(point).values is not None]
     if not works:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
         what = "the run of the fit failed" if len(points) == 1 else all_failed
         raise SolverError(f"{what}: {problem.at(points[0]).reason}")
     found = []
     for first in _choose(works, task, starts):
-        last = task.minimum(first)
-        start = Start(
-            problem.values(first),
-            problem.values(last.x),
-            task.cost(first),
-            last.cost,
-            last.converged,
-        )
-        found.append((last, start))
+        found.append(_with_start(task, first, task.minimum(first)))
+    if problem.data.size == 1 and not any(problem.gives(last.x) for last, _ in found):
+        found = [*_bracketed(task), *found]
     found.sort(key=lambda one: one[0].cost)
     return found[0][0], [start for _, start in found]
+
+
+def _grid() -> "Array":
+    """Return scaled places of a single key at equal distances, with its bounds (n, 1)."""
+    return np.linspace(0.0, 1.0, SCANNED + 1)[:, None]
+
+
+def _with_start(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
+    at = task.problem.values
+    return last, Start(at(first), at(last.x), task.cost(first), last.cost, last.converged)
+
+
+def _bracketed(task: Search) -> list[tuple[Minimum, Start]]:
+    """Return the searches for a single value between places whose residuals differ in sign.
+
+    A single value has a single key. Without such places it is the nearest of all runs.
+    """
+    problem, wanted = task.problem, task.measured[0]
+    for point in _grid():
+        problem.at(point)
+    pairs = list(pairwise(sorted(problem.known, key=lambda known: float(known[0][0]))))
+    brackets = [
+        (a, b)
+        for (a, below), (b, above) in pairs
+        if below is not None and above is not None and (below - wanted) * (above - wanted) < 0.0
+    ]
+    if not brackets:
+        for (a, left), (b, right) in pairs:
+            if (left is None) != (right is None):
+                brackets += _to_edge(task, *((b, a) if left is None else (a, b)))
+    found = []
+    for first, last in brackets[:MAX_BRACKETS]:
+        end = task.within(first, last)
+        found += [] if end is None else [_with_start(task, first, end)]
+    if not found:
+        known = [(abs(value - wanted), x) for x, value in problem.known if value is not None]
+        _, x = min(known, key=lambda one: one[0])
+        found.append(_with_start(task, x, Minimum(x, task.cost(x), True)))
+    return found
+
+
+def _to_edge(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
+    """Return the bracket between a place and one at which the run fails; none if there is none.
+
+    Places are tried up to where the runs begin to fail, as those of a pulley that does not break
+    away: a value that is reached near there is not missed.
+    """
+    side = task.residual(good)[0]
+    for _ in range(MAX_BISECTIONS):
+        middle = 0.5 * (good + failed)
+        if task.problem.at(middle).values is None:
+            failed = middle
+        elif task.residual(middle)[0] * side < 0.0:
+            return [(good, middle)]
+        else:
+            good = middle
+        if abs(float(failed[0] - good[0])) < EDGE:
+            break
+    return []
 
 
 def _choose(points: "list[Array]", task: Search, starts: int) -> "list[Array]":

@@ -1,11 +1,26 @@
-"""What the models of a scenario say of a key that is varied."""
+"""The keys that are varied or fitted: several that have one value, and what the models say of them.
 
+Several keys with commas between them, as `effects.shaft_friction.mu_s,effects.shaft_friction.mu_k`,
+have one value.
+"""
+
+from collections.abc import Mapping
 from typing import Any, get_args
 
 from frictionsim.scenario.model_fields import fields_along
 from frictionsim.scenario.settings import Scenario
 
 PURE_NUMBER = "1"
+
+
+def names_in(key: str) -> list[str]:
+    """Return the single keys of a text that has one, or several with commas between them."""
+    return key.split(",")
+
+
+def expanded(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by single key, for values of which some are of several keys."""
+    return {name: value for key, value in values.items() for name in names_in(key)}
 
 
 def description_of(model: type[Scenario], key: str) -> tuple[str, str]:
@@ -16,8 +31,15 @@ def description_of(model: type[Scenario], key: str) -> tuple[str, str]:
     model : type
         Of the kind of the scenario.
     key : str
-        As of --set; of an entry of a list the unit is that of the list.
+        As of --set; of an entry of a list the unit is that of the list. Several keys have the unit
+        that all of them have, if there is one, and the description of the first.
     """
+    found = [_description_of_one(model, name) for name in names_in(key)]
+    unit, words = found[0]
+    return unit if all(other == unit for other, _ in found) else "", words
+
+
+def _description_of_one(model: type[Scenario], key: str) -> tuple[str, str]:
     unit, words = "", ""
     for fields in fields_along(model, key):
         if not fields:

@@ -1,6 +1,7 @@
-"""A sweep as CSV: a line for each run.
+"""A sweep as CSV: a line for each run, and of a sample with Sobol indices a second file with these.
 
     run [1], <key> [unit] ..., <quantity> [unit] ..., status, failure, reason, warnings
+    quantity, key, sobol_first [1], ..., sobol_total_high [1], sobol_basis
 
 Numbers have as many digits as they need to be read back exactly; a quantity that is not defined is
 empty. Text that a spreadsheet would take for a formula begins with an apostrophe.
@@ -14,8 +15,17 @@ from typing import Any, Protocol
 import numpy as np
 
 from frictionsim.io.atomic_write import replaced_atomically
-from frictionsim.io.replaceable import SWEEP_IN_CSV, check_replaceable
-from frictionsim.io.sweep_table import RUN, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.replaceable import SOBOL_IN_CSV, SWEEP_IN_CSV, Kind, check_replaceable
+from frictionsim.io.sweep_table import (
+    RUN,
+    SOBOL,
+    SOBOL_BASIS,
+    STATUS,
+    TEXTS,
+    Coordinate,
+    SobolIndices,
+    SweepTable,
+)
 
 RUNS_AT_ONCE = 4096
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -28,8 +38,22 @@ class Writable(Protocol):
         """Write text."""
 
 
+def files_of(path: Path, with_indices: bool) -> dict[Path, Kind]:
+    """Return the files in CSV that a sweep is written to: NAME.csv, and NAME.sobol.csv of indices.
+
+    Parameters
+    ----------
+    path : Path
+        Of the table of the runs.
+    with_indices : bool
+        Whether it is a sample with Sobol indices.
+    """
+    found = {path: SWEEP_IN_CSV}
+    return found | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else found
+
+
 def write_csv(table: SweepTable, path: Path) -> None:
-    """Write a sweep as CSV, whole or not at all.
+    """Write a sweep as CSV, each file whole or not at all.
 
     Parameters
     ----------
@@ -39,14 +63,30 @@ def write_csv(table: SweepTable, path: Path) -> None:
     Raises
     ------
     OutputError
-        If the file cannot be written, or would replace what is no such table.
+        If a file cannot be written, or would replace what is no such table.
     """
-    check_replaceable(path, SWEEP_IN_CSV)
-    with (
-        replaced_atomically(path, SWEEP_IN_CSV.word) as part,
-        part.open("w", encoding="utf-8", newline="") as file,
-    ):
-        write_lines(table, file)
+    files = files_of(path, table.sobol is not None)
+    for target, kind in files.items():
+        check_replaceable(target, kind)
+    for target, kind in files.items():
+        with (
+            replaced_atomically(target, kind.word) as part,
+            part.open("w", encoding="utf-8", newline="") as file,
+        ):
+            if target == path:
+                write_lines(table, file)
+            elif table.sobol is not None:
+                _write_indices(table.sobol, file)
+
+
+def _write_indices(found: SobolIndices, file: Writable) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["quantity", "key", *(f"{name} [1]" for name in SOBOL), SOBOL_BASIS])
+    for i, quantity in enumerate(found.quantities):
+        for j, key in enumerate(found.keys):
+            values = (found.columns[name][i, j].item() for name in SOBOL)
+            cells = ["" if value != value else value for value in values]
+            writer.writerow([quantity, key, *cells, found.basis[i]])
 
 
 def write_lines(table: SweepTable, file: Writable) -> None:

@@ -4,8 +4,10 @@ The first-order index of a key is its part alone, the total index its part with 
 They are computed in one of two ways:
 
 - From the samples A, B and A with one column of B that a sweep runs with `indices`: the estimators
-  of Saltelli et al. 2010, with 95 % intervals from a bootstrap over the rows. A row counts if the
-  quantity is defined in all its runs; SciPy wants a power of two of them.
+  of Saltelli et al. 2010, with 95 % intervals from SciPy's bootstrap over the rows. It takes the
+  rows as independent. Those of a Sobol sequence are not: they are spread more evenly, and the
+  intervals are too wide. A row counts if the quantity is defined in all its runs; SciPy wants a
+  power of two of them.
 - From any other sample: of a polynomial that is fitted to it. In polynomials that are orthonormal
   for the distributions of the keys the indices are sums of squares of its coefficients (Sudret
   2008). They are given only if the polynomial predicts runs that it was not fitted to: Q², the part
@@ -25,12 +27,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.io.sweep_table import SweepTable
+from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.statistics import sound_values, variation
 from frictionsim.parameter_study.values import Distribution
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from frictionsim.results import Array
 
 MIN_ROWS = 16  # of A and B, below which the estimates mean nothing
@@ -41,8 +45,9 @@ RUNS_PER_TERM = 2  # at least, of a polynomial
 MAX_FITTED = 8192  # runs
 MAX_TERMS = 500
 ROUNDING = 1e-12  # a quantity that varies relatively less is constant
-RESAMPLES, CONFIDENCE = 200, 0.95
-SEED = 0  # of the bootstrap: the same file gives the same picture
+RESAMPLES, CONFIDENCE = 999, 0.95
+SEED = 0  # of the bootstrap: the same sample gives the same file and the same picture
+MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
 
 
 class Indices(NamedTuple):
@@ -88,6 +93,38 @@ def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
         name: _of_values(sound_values(table, name), points, distributions, sampling)
         for name in names
     }
+
+
+def sobol_indices_of(table: SweepTable) -> SobolIndices | None:
+    """Return the indices of all quantities of a sample with `indices`; None of another sweep.
+
+    Raises
+    ------
+    InputError
+        If the study in its file is not valid.
+    """
+    sampling = variation(table)[1]
+    if sampling is None or not sampling.indices:
+        return None
+    found = indices_of(table, list(table.values))
+    keys = list(table.coordinates)
+    unknown = np.full(len(keys), np.nan)
+    columns: dict[str, list[Array]] = {name: [] for name in SOBOL}
+    for each in found.values():
+        for name, values, interval in (
+            ("sobol_first", each.first, each.first_interval),
+            ("sobol_total", each.total, each.total_interval),
+        ):
+            low, high = (unknown, unknown) if interval is None else interval.T
+            columns[name].append(values if values.size else unknown)
+            columns[f"{name}_low"].append(low)
+            columns[f"{name}_high"].append(high)
+    return SobolIndices(
+        quantities=list(found),
+        keys=keys,
+        basis=[each.basis for each in found.values()],
+        columns={n: np.array(rows).reshape(len(found), len(keys)) for n, rows in columns.items()},
+    )
 
 
 def _none(keys: tuple[str, ...], why: str) -> Indices:
@@ -147,10 +184,13 @@ def of_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
 
 
 def _bootstrap(f_a: "Array", f_b: "Array", f_ab: "Array") -> "tuple[Array, Array]":
-    """Return the intervals of the indices, (keys, 2) each, from rows drawn with replacement.
+    """Return the intervals of the indices, (keys, 2) each: percentiles of SciPy's bootstrap.
 
-    SciPy's own bootstrap draws other rows each time, and needs memory for all pairs of rows.
+    That of `scipy.stats.sobol_indices` draws other rows each time, and its correction of bias
+    leaves out each row in turn, which takes a time that grows with the square of their number.
     """
+    from scipy.stats import bootstrap
+
     mean = 0.5 * (f_a.mean() + f_b.mean())
     f_a, f_b, f_ab = f_a - mean, f_b - mean, f_ab - mean
     count = f_a.size
@@ -162,17 +202,25 @@ def _bootstrap(f_a: "Array", f_b: "Array", f_ab: "Array") -> "tuple[Array, Array
             0.5 * (f_a**2 + f_b**2),
         )
     )
-    generator = np.random.default_rng(SEED)
-    means = np.empty((RESAMPLES, len(terms)))
-    for i in range(RESAMPLES):
-        weights = np.bincount(generator.integers(0, count, count), minlength=count)
-        means[i] = terms @ weights / count
-    variance = means[:, -1] - means[:, -2] ** 2
-    variance[variance <= 0.0] = np.nan
-    tail = 0.5 * (1.0 - CONFIDENCE)
+
+    def indices(rows: "npt.NDArray[np.int64]", axis: int) -> "Array":
+        means = terms[:, rows].mean(axis=axis)
+        variance = means[-1] - means[-2] ** 2
+        return np.asarray(means[:-2] / np.where(variance > 0.0, variance, np.nan))
+
+    found: Any = bootstrap(
+        (np.arange(count),),
+        indices,
+        n_resamples=RESAMPLES,
+        batch=max(1, MAX_DRAWN // terms.size),
+        vectorized=True,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        random_state=np.random.default_rng(SEED),
+    )
+    bounds = np.stack(found.confidence_interval, axis=-1)
     keys = len(f_ab)
-    bounds = np.nanquantile(means[:, : 2 * keys] / variance[:, None], (tail, 1.0 - tail), axis=0)
-    return bounds[:, :keys].T, bounds[:, keys:].T
+    return bounds[:keys], bounds[keys:]
 
 
 def of_polynomial(

@@ -144,6 +144,8 @@ def outcome_of(
         scenario = combinations.scenario(values)
         reduced = scenario if target is not None else without_samples(scenario)
         done = run(reduced, on_step)
+        if done.status == "failed" and reduced is not scenario:
+            done = run(scenario, on_step)  # quantities at its end are those of its last sample
         if target is not None:
             from frictionsim.io.hdf5_writer import write
 

@@ -11,7 +11,7 @@ seed = 1
 
 [vary]                              # keys as of --set
 "effects.shaft_friction.mu_s" = "uniform(0.1, 0.3)"
-"mechanism.load" = "normal(2224, 50)"
+"mechanism.load" = "normal(2224, 50)"   # several keys with commas between them have one value
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -22,7 +22,8 @@ from pydantic import Field
 
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.values import Distribution, Values, values_of
+from frictionsim.parameter_study.keys import names_in
+from frictionsim.parameter_study.values import Distribution, Values, values_by_key
 from frictionsim.scenario.loading import load, read_toml
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
@@ -151,7 +152,7 @@ def _settings(given: dict[str, Any], name: str) -> StudySettings:
 
 
 def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
-    return {key: values_of(key, given) for key, given in _leaves(_table(data, "vary", name), "")}
+    return values_by_key(_leaves(_table(data, "vary", name), ""))
 
 
 def _sampling(settings: StudySettings) -> Sampling | None:
@@ -172,8 +173,9 @@ def check_of_sample(given: Collection[str]) -> None:
 
 def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
     """Raise InputError if a key is set for all runs and varied as well."""
+    varied = {name for key in vary for name in names_in(key)}
     for key in fixed:
-        if key.strip() in vary:
+        if key.strip() in varied:
             raise InputError(f"{key.strip()} is both set for all runs and varied; leave out one")
 
 

@@ -13,6 +13,7 @@ from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
 from frictionsim.parameter_study.keys import description_of
+from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
 from frictionsim.scenario.overrides import toml_value
 from frictionsim.scenario.settings import Scenario
@@ -247,7 +248,7 @@ class Assembly:
         found["reason"] = reason if unfinished else ""
         # As they appear from run to run, in whatever order the blocks came.
         names = sorted(self._columns, key=lambda name: self._first[name])
-        return SweepTable(
+        table = SweepTable(
             attributes=found | self._order(),
             dimensions=dict(zip(plan.design.dimensions, plan.design.shape, strict=True)),
             coordinates=coordinates_of(plan),
@@ -257,6 +258,7 @@ class Assembly:
             statuses=STATUSES,
             texts={name: dict(sorted(texts.items())) for name, texts in self.texts.items()},
         )
+        return table if unfinished else table._replace(sobol=sobol_indices_of(table))
 
 
 def attributes_of(plan: SweepPlan, study: str) -> dict[str, str]:

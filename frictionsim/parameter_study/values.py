@@ -11,12 +11,13 @@ triangular(a, c, b)     between a and b, most probable at c
 
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from math import exp, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
+from frictionsim.parameter_study.keys import names_in
 from frictionsim.scenario.overrides import plain, toml_value
 from frictionsim.scenario.toml_limits import excess_of_text
 
@@ -65,6 +66,37 @@ class Distribution(NamedTuple):
 
 
 Values = Levels | Distribution
+
+
+def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
+    """Return the values that are given for keys; several keys with commas between them have one.
+
+    Parameters
+    ----------
+    given : iterable of (str, object)
+        Keys, and values as of `values_of`.
+
+    Raises
+    ------
+    InputError
+        If a key is empty or given twice, or its values are no values.
+    """
+    found: dict[str, Values] = {}
+    known: set[str] = set()
+    for text, values in given:
+        names = [name.strip() for name in names_in(text)]
+        for name in names:
+            if not name:
+                raise InputError(
+                    f"vary: expected a key, or several with commas between them, as a.b,a.c; got"
+                    f" '{text}'"
+                )
+            if name in known:
+                raise InputError(f"vary: {name} is given twice; give all its values in one list")
+            known.add(name)
+        key = ",".join(names)
+        found[key] = values_of(key, values)
+    return found
 
 
 def values_of(key: str, given: Any) -> Values:

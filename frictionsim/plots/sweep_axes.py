@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
+from frictionsim.parameter_study.keys import names_in
 from frictionsim.plots.literal_text import literal
 from frictionsim.plots.style import axis_label, with_unit
 
@@ -281,6 +282,8 @@ def shortened_key(key: str) -> str:
     """Return a key without its first parts if it is too long for a label."""
     if len(key) <= MAX_KEY:
         return key
+    if len(names_in(key)) > 1:
+        return _cut(short_keys([key])[0], MAX_KEY)
     parts = key.split(".")
     while len(parts) > 1 and len(".".join(parts)) > MAX_KEY - 2:
         parts = parts[1:]
@@ -289,16 +292,18 @@ def shortened_key(key: str) -> str:
 
 def short_keys(keys: Sequence[str]) -> list[str]:
     """Return the shortest ends of keys that tell them apart, for labels in little space."""
-    found = []
-    for key in keys:
-        parts = key.split(".")
-        for count in range(1, len(parts) + 1):
-            end = ".".join(parts[-count:])
-            same = [other for other in keys if f".{other}".endswith(f".{end}")]
-            if len(same) == 1 and not parts[-count].isdecimal():
-                break
-        found.append(end)
-    return found
+    names = [name for key in keys for name in names_in(key)]
+    return [", ".join(_short_name(name, names) for name in names_in(key)) for key in keys]
+
+
+def _short_name(name: str, names: list[str]) -> str:
+    parts = name.split(".")
+    for count in range(1, len(parts) + 1):
+        end = ".".join(parts[-count:])
+        same = [other for other in names if f".{other}".endswith(f".{end}")]
+        if len(same) == 1 and not parts[-count].isdecimal():
+            break
+    return end
 
 
 def _cut(text: str, length: int) -> str:

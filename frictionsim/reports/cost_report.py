@@ -16,6 +16,7 @@ from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, m
 
 SCRIPTS = ("data.js", "elements.js", "theme.js", "plot.js", "study.js", "cost.js")
 WORK = ("wall_seconds", "rhs_evaluations", "steps")
+BELOW = "below_uncertainty"
 COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
 MAX_ROWS = 1000  # in the page; a study has some hundred
 MAX_MEASURES = 40
@@ -95,6 +96,8 @@ def _limits(found: CostTable, rows: int) -> Iterator[str]:
     measures = len(measures_of(found))
     if rows > MAX_ROWS:
         yield f"<p>The first {MAX_ROWS} of {rows} rows are shown.</p>"
+    if BELOW in found.columns:
+        yield "<p>* below the reference uncertainty: an error that is not resolved.</p>"
     if measures > MAX_MEASURES:
         yield f"<p>The first {MAX_MEASURES} of {measures} measures are shown.</p>"
 
@@ -107,6 +110,7 @@ def _settings(found: CostTable, rows: list[Row], measures: list[str]) -> str:
         *in_time,
         *(f">{name}, relative" for name in measures),
         ">wall time, s",
+        *((">its spread, s",) if "wall_spread" in found.columns else ()),
         *(f">{name.replace('_', ' ')}" for name in COUNTS if name in found.columns),
         *(("keys it sets",) if "overrides" in found.columns else ()),
     ]
@@ -119,8 +123,13 @@ def _settings(found: CostTable, rows: list[Row], measures: list[str]) -> str:
 def _cells(
     found: CostTable, place: int, row: Row, measures: list[str], of_meshes: bool
 ) -> list[str | Number]:
+    below = str(found.columns[BELOW].values[place]).split() if BELOW in found.columns else []
+
     def value(name: str) -> Number:
-        return number(_value(found, name, place), 4)
+        cell = number(_value(found, name, place), 4)
+        return (
+            cell._replace(shown=f"{cell.shown}*") if name.removesuffix(RELATIVE) in below else cell
+        )
 
     bodies = row.setting.mesh.bodies if row.setting.mesh else 0
     return [
@@ -132,6 +141,7 @@ def _cells(
         *((value("time_error"),) if "time_error" in found.columns else ()),
         *(value(name + RELATIVE) for name in measures),
         value("wall_seconds"),
+        *((value("wall_spread"),) if "wall_spread" in found.columns else ()),
         *(number(_value(found, name, place), 10) for name in COUNTS if name in found.columns),
         *((found.columns["overrides"].values[place],) if "overrides" in found.columns else ()),
     ]

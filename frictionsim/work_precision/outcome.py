@@ -55,6 +55,8 @@ class Row(NamedTuple):
         By metric; empty if failed.
     time_errors : mapping of Error
         Against the same mesh converged in time; empty if that is not known, and without meshes.
+    wall_spread : float or None, s
+        Largest minus least wall time of the repeats; None of a single run.
     """
 
     setting: Setting
@@ -69,6 +71,7 @@ class Row(NamedTuple):
     events: int
     errors: dict[str, Error]
     time_errors: "Mapping[str, Error]" = MappingProxyType({})
+    wall_spread: float | None = None
 
     @property
     def error(self) -> float | None:
@@ -127,3 +130,16 @@ class Study(NamedTuple):
     def floor(self) -> float:
         """The reference uncertainty: the largest relative difference of the reference runs."""
         return self.reference.uncertainty if self.reference else 0.0
+
+    def below_uncertainty(self, row: Row) -> list[str]:
+        """Return the errors of a row that are below the reference uncertainty, by their names.
+
+        They are not resolved: `error`, `time_error`, and measures.
+        """
+        floors = self.reference.floor if self.reference else {}
+        in_time = self.time_reference.uncertainty if self.time_reference else 0.0
+        found = [("error", row.error, self.floor), ("time_error", row.time_error, in_time)]
+        found += [
+            (n, row.errors[n].relative, e.relative) for n, e in floors.items() if n in row.errors
+        ]
+        return [name for name, error, floor in found if error is not None and error < floor]

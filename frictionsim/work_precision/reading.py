@@ -97,4 +97,9 @@ def _row(values: dict[str, Any], measures: list[str]) -> Row:
         states=whole("states"),
         events=whole("events"),
         errors=errors,
+        wall_spread=_known(values.get("wall_spread")),
     )
+
+
+def _known(value: Any) -> float | None:
+    return value if isinstance(value, float) and isfinite(value) else None

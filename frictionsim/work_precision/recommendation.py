@@ -1,4 +1,8 @@
-"""The fastest setting for a required error."""
+"""The fastest setting for a required error.
+
+Of settings whose wall times differ by less than their spread none is the faster one: they are
+ranked by evaluations of the right-hand side, which are the same every time.
+"""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -7,21 +11,23 @@ from frictionsim.work_precision.outcome import Row, Study
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
 QUANTITY_TARGETS = (1e-2, 1e-3)  # of a single quantity
-# Wall times within 10 % count as equal; the first wins, so that the default backend is preferred.
-TIME_TIE_RATIO = 1.1
+# Of wall times, relative: repeats within a second agree better than runs minutes apart.
+MIN_SPREAD = 0.1
 
 
 class Advice(NamedTuple):
     """The fastest setting with an error of at most `wanted`.
 
     `row` is None if no setting reaches this error, or if the reference uncertainty exceeds it.
-    `metric` is the name of the one that counts; empty if all do.
+    `metric` is the name of the one that counts; empty if all do. `equal` is the number of settings
+    that are as fast within the spread of the times, of which `row` has the fewest evaluations.
     """
 
     wanted: float
     row: Row | None
     floor: float
     metric: str = ""
+    equal: int = 1
 
     @property
     def sentence(self) -> str:
@@ -45,9 +51,10 @@ class Advice(NamedTuple):
             return f"{goal}: no setting reached it"
         row = self.row
         error = row.errors[self.metric].relative if self.metric else row.error
+        equal = f"; of {self.equal} as fast, the fewest evaluations" if self.equal > 1 else ""
         return (
             f"{goal}: {row.setting.line} with {row.setting.detail},"
-            f" {per_second * row.wall_seconds:.3g} {unit}, error {error:.1e}"
+            f" {per_second * row.wall_seconds:.3g} {unit}, error {error:.1e}{equal}"
         )
 
 
@@ -85,7 +92,7 @@ def _of_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) 
         for row in rows
         if row.error is not None and metric in row.errors
     ]
-    return Advice(wanted, _fastest(_sufficient(errors, wanted, floor)), floor, metric)
+    return _fastest(_sufficient(errors, wanted, floor), Advice(wanted, None, floor, metric))
 
 
 def _sufficient(errors: list[tuple[Row, float]], wanted: float, floor: float) -> list[Row]:
@@ -124,11 +131,25 @@ def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
     """
     done = [(row, row.error) for row in rows if row.error is not None]
     return [
-        Advice(wanted, _fastest(_sufficient(done, wanted, floor)), floor)
+        _fastest(_sufficient(done, wanted, floor), Advice(wanted, None, floor))
         for wanted in TARGET_ERRORS
     ]
 
 
-def _fastest(rows: list[Row]) -> Row | None:
-    shortest = min((row.wall_seconds for row in rows), default=0.0)
-    return next((row for row in rows if row.wall_seconds <= shortest * TIME_TIE_RATIO), None)
+def _fastest(rows: list[Row], advice: Advice) -> Advice:
+    """Return the advice with the fastest row; the first of those with as few evaluations."""
+    if not rows:
+        return advice
+    shortest = min(rows, key=lambda row: row.wall_seconds)
+    equal = [
+        row
+        for row in rows
+        if row.wall_seconds - shortest.wall_seconds <= max(_spread(row), _spread(shortest))
+    ]
+    best = min(equal, key=lambda row: row.rhs_evaluations)
+    return advice._replace(row=best, equal=len(equal))
+
+
+def _spread(row: Row) -> float:
+    """Return the spread of the wall time of a row, s."""
+    return max(row.wall_spread or 0.0, MIN_SPREAD * row.wall_seconds)

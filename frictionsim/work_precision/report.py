@@ -39,7 +39,10 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
         "references": list(reference.names) if reference else [],
         "floor": _errors_json(reference.floor) if reference else {},
         "time_references": list(study.time_reference.names) if study.time_reference else [],
-        "settings": [_row_json(row) for row in study.rows],
+        "settings": [
+            _row_json(row) | {"below_uncertainty": study.below_uncertainty(row)}
+            for row in study.rows
+        ],
         "recommendations": [
             {
                 "wanted": advice.wanted,
@@ -70,6 +73,7 @@ def _row_json(row: "Row") -> dict[str, Any]:
         "errors": _errors_json(row.errors),
         "events": row.events,
         "wall_seconds": row.wall_seconds,
+        "wall_spread": row.wall_spread,
         "repeats": row.repeats,
         "steps": row.steps,
         "rejected": row.rejected,
@@ -132,6 +136,10 @@ def columns(study: "Study") -> list[Column]:
     if study.of_meshes:
         times = [number(row.time_error) for row in rows]
         table.append(Column("time_error", "1", "largest relative error in time alone", times))
+    below = [" ".join(study.below_uncertainty(row)) for row in rows]
+    table.append(
+        Column("below_uncertainty", "", "errors that are below the reference uncertainty", below)
+    )
     for m in study.metrics:
         errors = [row.errors.get(m.name) for row in rows]
         absolute = [number(e and e.absolute) for e in errors]
@@ -141,6 +149,7 @@ def columns(study: "Study") -> list[Column]:
     for name, unit, long_name in (
         ("events", "1", "events of the run"),
         ("wall_seconds", "s", "median wall time of the solution alone"),
+        ("wall_spread", "s", "largest minus least wall time of the repeats"),
         ("repeats", "1", "runs that were timed"),
         ("steps", "1", "accepted steps"),
         ("rejected", "1", "rejected steps"),

@@ -202,6 +202,7 @@ class Benchmark:
             events=len(judged.transitions),
             errors=errors,
             time_errors=time_errors,
+            wall_spread=max(seconds) - min(seconds) if len(seconds) > 1 else None,
         )
 
     def _warm_up(self, setting: Setting, on_step: OnStep) -> None:

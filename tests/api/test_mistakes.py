@@ -1,6 +1,7 @@
 """What a user of the functions may get wrong, or may expect of them."""
 
 from concurrent.futures import ThreadPoolExecutor
+from inspect import isfunction, signature
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,22 @@ def test_a_mistake_is_told_with_the_way_out(call, message: str) -> None:  # type
         call(result)
     assert str(refused.value).endswith(message)
     assert len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize("name", [n for n in fs.__all__ if isfunction(getattr(fs, n))])
+def test_no_function_ignores_an_unknown_keyword(name: str) -> None:
+    function = getattr(fs, name)
+    named = signature(function).parameters.values()
+    needed = [p.name for p in named if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    with pytest.raises((TypeError, fs.InputError), match="'wrokers'"):
+        function(**dict.fromkeys(needed), wrokers=1)
+
+
+def test_the_nearest_keyword_of_a_sweep_is_named() -> None:
+    with pytest.raises(TypeError, match=r"'wrokers' \(did you mean 'workers'\?\)$"):
+        fs.sweep(PULLEY, {"mechanism.load": [1.0]}, wrokers=1)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"'overides' \(did you mean 'overrides'\?\)$"):
+        fs.sweep(PULLEY, {"mechanism.load": [1.0]}, overides={})  # type: ignore[call-arg]
 
 
 def test_a_table_or_picture_replaces_no_other_file(tmp_path: Path) -> None:

@@ -139,6 +139,23 @@ def test_what_is_not_identified_is_a_warning(told: Run, log: Path) -> None:
     assert err.splitlines()[0] == f"frictionsim: warning: {MU_S} is not identified: {why}"
 
 
+def test_a_value_out_of_reach_is_exit_1(told: Run, here: Path) -> None:
+    arguments = ("fit", PULLEY, *SET, "--free", f"{MU_S}=0.1:0.4", "--quantity")
+    out, err = told(*arguments, "breakaway_time=1.4", code=1)
+    reason = "out of reach: breakaway_time = 1.4 s; "
+    assert out.splitlines()[-1].startswith(reason)
+    assert f"warning: {reason}" in err
+    out, _ = told(*arguments, "breakaway_time=1.4", "--json", code=1)
+    found = strict_json(out)
+    assert found["finding"] == "out_of_reach"
+    assert found["sentence"].startswith(reason)
+    # The ramp ends at 0.8 s; 0 s where the pulley does not stick.
+    assert found["reachable"] == [0.0, pytest.approx(0.8, rel=1e-6)]
+    out, _ = told(*arguments, "breakaway_time=0.6", "--json")
+    found = strict_json(out)
+    assert (found["finding"], found["reachable"][0]) == ("reached", 0.0)
+
+
 def test_a_fit_of_which_all_runs_fail(told: Run, log: Path) -> None:
     limits = ("--set", "solver.max_steps=2", "--set", "mechanism.initial_angular_velocity=1.0")
     out, err = told("fit", PULLEY, *SET, *limits, *ONE, "--data", log, "-o", "f.toml", code=1)

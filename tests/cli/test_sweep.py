@@ -55,6 +55,16 @@ def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
     assert len(Path("s.csv").read_text().splitlines()) == 3
 
 
+def test_several_keys_are_varied_as_fit_frees_them(told: Run, here: Path) -> None:
+    names = [f"effects.shaft_friction.{name}" for name in ("mu_s", "mu_k")]
+    told("sweep", PULLEY, "--vary", f"{','.join(names)}=[0.1, 0.2]", "-o", "s.h5", "--csv", "s.csv")
+    heads = next(csv.reader(io.StringIO(Path("s.csv").read_text())))
+    assert heads[:2] == ["run [1]", f"{','.join(names)} [1]"]
+    single = fs.solve(PULLEY, dict.fromkeys(names, 0.2))
+    last = fs.open_sweep("s.h5")["breakaway_time"].values[1]
+    assert last == single.quantities["breakaway_time"].value
+
+
 def test_runs_that_fail_are_rows_and_are_counted(told: Run, here: Path) -> None:
     vary = "solver.max_steps=[1, 100000]"
     out, err = told("sweep", PULLEY, "--vary", vary, "--set", "solver.rtol=1e-4", "--json")

@@ -352,8 +352,9 @@ def test_bounds_that_another_key_forbids() -> None:
 
 
 def test_an_unknown_argument_is_one_of_python() -> None:
-    with pytest.raises(TypeError, match=r"^fit\(\) got an unexpected keyword argument 'tries'$"):
-        fs.fit(frictionless(), data=GOOD, channels="angle", free=FREE, tries=3)  # type: ignore[call-arg]
+    wanted = r"^fit\(\): unknown keyword argument 'sart' \(did you mean 'starts'\?\)$"
+    with pytest.raises(TypeError, match=wanted):
+        fs.fit(frictionless(), data=GOOD, channels="angle", free=FREE, sart=3)  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize(

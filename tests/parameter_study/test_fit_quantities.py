@@ -127,7 +127,9 @@ def test_a_quantity_that_the_scenario_jumps_over() -> None:
     assert found.bootstrap is not None
     assert found.bootstrap.intervals[MU_S] is not None
     assert found.data.degrees == 0
+    assert (found.finding.kind, found.exit_code) == ("out_of_reach", 1)
     assert found.warnings[1:] == (
+        found.finding.sentence,
         "the residuals are up to 4.12 sigma, of breakaway_time, although there are as many free"
         " keys as values: the scenario cannot give the data, or sigma is too small",
     )

@@ -8,7 +8,7 @@ from scipy import stats
 
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.sensitivity import Indices, indices_of
+from frictionsim.parameter_study.sensitivity import Indices, indices_of, of_blocks
 from frictionsim.parameter_study.values import values_of
 from tests.support.sweeps import Function, sample_of, with_outcomes
 
@@ -36,13 +36,17 @@ def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> Ind
     return indices_of(sample_of(vary, {"f": function}, sampling), ["f"])["f"]
 
 
-def test_the_indices_of_ishigami() -> None:
-    # Closed forms of Ishigami and Homma 1990 with a = 7, b = 0.1.
+def indices_of_ishigami() -> tuple[Any, Any]:
+    """Return first-order and total indices: closed forms of Ishigami and Homma 1990."""
     a, b = 7.0, 0.1
     v1 = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2
     v2, v13 = a**2 / 8.0, b**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
-    first = np.array([v1, v2, 0.0]) / (v1 + v2 + v13)
-    total = np.array([v1 + v13, v2, v13]) / (v1 + v2 + v13)
+    first, total = np.array([v1, v2, 0.0]), np.array([v1 + v13, v2, v13])
+    return first / (v1 + v2 + v13), total / (v1 + v2 + v13)
+
+
+def test_the_indices_of_ishigami() -> None:
+    first, total = indices_of_ishigami()
     found = indices(CUBE, ishigami, Sampling(4096, indices=True))
     np.testing.assert_allclose(found.first, first, atol=0.015)
     np.testing.assert_allclose(found.total, total, atol=0.015)
@@ -52,6 +56,43 @@ def test_the_indices_of_ishigami() -> None:
         assert (interval[:, 0] <= known).all()
         assert (known <= interval[:, 1]).all()
         assert (np.ptp(interval, axis=1) < 0.25).all()
+
+
+@pytest.mark.parametrize(("method", "least", "most"), [("random", 0.8, 1.3), ("sobol", 1.3, 2.5)])
+def test_intervals_are_those_of_independent_rows(method: str, least: float, most: float) -> None:
+    first, total = indices_of_ishigami()
+    known = np.concatenate((first, total))
+    estimates, widths, holds = [], [], []
+    for seed in range(100):
+        found = indices(CUBE, ishigami, Sampling(256, method, seed, indices=True))
+        assert found.first_interval is not None
+        assert found.total_interval is not None
+        low, high = np.concatenate((found.first_interval, found.total_interval)).T
+        estimates.append(np.concatenate((found.first, found.total)))
+        widths.append(high - low)
+        holds.append((low <= known) & (known <= high))
+    # 95 of 100, within four standard deviations of that number; skewed total indices a bit less.
+    assert (np.mean(holds, axis=0) >= 0.86).all()
+    # The scatter from 100 seeds has an error of 7 %.
+    ratio = np.mean(widths, axis=0) / (2.0 * 1.96 * np.std(estimates, axis=0))
+    assert (ratio > least).all()
+    assert (ratio < most).all()
+
+
+def test_intervals_agree_with_those_of_scipy() -> None:
+    values = sample_of(CUBE, {"f": ishigami}, Sampling(256, indices=True)).values["f"]
+    f_a, f_b, *f_ab = values.reshape(5, 256)
+    data = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": np.array(f_ab)[:, None]}
+    other = stats.sobol_indices(func=data, n=256).bootstrap(n_resamples=2000)
+    found = of_blocks(tuple(CUBE), values.reshape(5, 256))
+    for ours, theirs in (
+        (found.first_interval, other.first_order.confidence_interval),
+        (found.total_interval, other.total_order.confidence_interval),
+    ):
+        assert ours is not None
+        wanted = np.stack((theirs.low, theirs.high), axis=-1)
+        # SciPy corrects the bias, and draws other rows: at most 0.1 of a width.
+        assert (np.abs(ours - wanted) < 0.3 * np.ptp(wanted, axis=1)[:, None]).all()
 
 
 def moments(vary: dict[str, str]) -> tuple[Any, Any]:

@@ -1,5 +1,6 @@
 """A sweep gives what single runs give, in the order of its design, in memory and in its file."""
 
+import csv
 import tomllib
 from pathlib import Path
 
@@ -8,12 +9,15 @@ import pytest
 import xarray
 
 import frictionsim as fs
+from frictionsim.api.opening import SweepFile
+from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import single_run
-from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
-MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
+MU_S, MU_K = "effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k"
+LOAD = "mechanism.load"
 LOOSE = {"solver.rtol": 1e-6}
 
 
@@ -35,6 +39,46 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
     assert found[LOAD].attrs["units"] == "N"
 
 
+def test_several_keys_have_one_value(tmp_path: Path) -> None:
+    both = f"{MU_S},{MU_K}"
+    values = [0.1, 0.2]
+    found = fs.sweep(PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5")
+    assert dict(found.sizes) == {both: 2}
+    for mu in values:
+        single = fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu})
+        for name, quantity in single.quantities.items():
+            at = found[name].sel({both: mu})
+            # The same steps are taken whatever is sampled: the same bits.
+            assert np.array_equal(float(at), float(quantity), equal_nan=True), name
+    assert found[both].attrs["units"] == "1"
+    again = fs.sweep(tomllib.loads(found.attrs["study"]))
+    xarray.testing.assert_equal(found, again)
+    assert fs.open_sweep(tmp_path / "s.h5").identical(found)
+
+
+def test_several_keys_have_one_value_in_lockstep_and_along_the_runs() -> None:
+    both = f"{MU_S},{MU_K}"
+    many = np.linspace(0.1, 0.3, MIN_IN_LOCKSTEP)
+    found = fs.sweep(PULLEY, {both: many, LOAD: np.linspace(1900.0, 2300.0, many.size)}, zip=True)
+    one_by_one = {MU_S: many[7], MU_K: many[7], LOAD: float(found[LOAD][7])}
+    single = fs.solve(PULLEY, one_by_one)
+    assert float(found["final_angle"][7]) == float(single.quantities["final_angle"])
+    same = found.isel(run=[0])
+    assert same[both].values.tolist() == [0.1]
+
+
+def test_a_key_of_a_sweep_is_given_once() -> None:
+    for vary, message in (
+        ({f"{MU_S},{MU_K}": [0.1], MU_K: [0.1]}, f"vary: {MU_K} is given twice"),
+        ({f"{MU_S},{MU_S}": [0.1]}, f"vary: {MU_S} is given twice"),
+        ({f"{MU_S},": [0.1]}, "vary: expected a key, or several with commas"),
+    ):
+        with pytest.raises(fs.InputError, match=message):
+            fs.sweep(PULLEY, vary)
+    with pytest.raises(fs.InputError, match=f"{MU_K} is both set for all runs and varied"):
+        fs.sweep(PULLEY, {f"{MU_S},{MU_K}": [0.1]}, {MU_K: 0.1})
+
+
 def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.3, 3)", "drive.direction": ["vertical", "horizontal"]}
     found = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
@@ -49,6 +93,66 @@ def test_the_study_in_the_file_runs_again(tmp_path: Path) -> None:
     found = fs.sweep(PULLEY, vary, LOOSE, sample=4, seed=3)
     again = fs.sweep(tomllib.loads(found.attrs["study"]))
     xarray.testing.assert_equal(found, again)
+
+
+@pytest.mark.parametrize(
+    ("kind", "steps"), [("pulley", [20, 60]), ("marble_machine", [5, 200]), ("epicyclic", [5, 100])]
+)
+def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: list[int]) -> None:
+    path = SCENARIOS / f"{kind}.toml"
+    found = fs.sweep(path, {"solver.max_steps": steps})
+    assert found["status"].values.tolist() == [2, 2]
+    names = [n for n in found.data_vars if n not in ("status", "failure", "reason", "warnings")]
+    for number, limit in enumerate(steps):
+        single = fs.solve(path, {"solver.max_steps": limit})
+        assert single.quantities.keys() <= set(names)
+        for name in names:
+            quantity = single.quantities.get(name)
+            wanted = np.nan if quantity is None else float(quantity)
+            # The same run: the same bits.
+            assert np.array_equal(found[name].values[number], wanted, equal_nan=True), name
+
+
+def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path) -> None:
+    vary = {MU_S: "uniform(0.15, 0.3)", LOAD: "normal(2224.0, 50.0)"}
+    path, csv_path = tmp_path / "s.h5", tmp_path / "s.csv"
+    found = fs.sweep(PULLEY, vary, LOOSE, sample=32, indices=True, output=path)
+    a, b, *mixed = found["force_to_lift"].values.reshape(4, 32)
+    variance = np.var(np.concatenate((a, b)))
+    centre = 0.5 * (a.mean() + b.mean())
+    at = {"sobol_quantity": "force_to_lift"}
+    for key, ab in zip((MU_S, LOAD), mixed, strict=True):
+        of_key = found.sel(at | {"sobol_key": key})
+        first = ((b - centre) * (ab - a)).mean() / variance  # Saltelli et al. 2010, Table 2 (b)
+        assert float(of_key["sobol_first"]) == pytest.approx(first, rel=1e-12)
+        total = 0.5 * ((a - ab) ** 2).mean() / variance  # (f)
+        assert float(of_key["sobol_total"]) == pytest.approx(total, rel=1e-12)
+        assert of_key["sobol_total_low"] < of_key["sobol_total"] < of_key["sobol_total_high"]
+    assert fs.open_sweep(path).identical(found)
+    with xarray.open_dataset(path, engine="h5netcdf") as read:
+        xarray.testing.assert_equal(read.load(), found)
+    swept = SweepFile(read_sweep(path), path)
+    swept.save_csv(csv_path)
+    told = swept.to_json()["sobol_indices"]
+    with (tmp_path / "s.sobol.csv").open(newline="") as file:
+        lines = {(line["quantity"], line["key"]): line for line in csv.DictReader(file)}
+    for name in found["sobol_quantity"].values.tolist():
+        for key in (MU_S, LOAD):
+            of_key = found.sel({"sobol_quantity": name, "sobol_key": key})
+            for index in ("first", "total"):
+                ends = [float(of_key[f"sobol_{index}{end}"]) for end in ("", "_low", "_high")]
+                wanted = [None if np.isnan(value) else value for value in ends]
+                in_json = told[name]["keys"][key]
+                interval = in_json[f"{index}_interval"] or [None, None]
+                assert [in_json[index], *interval] == wanted
+                cells = [
+                    lines[name, key][f"sobol_{index}{end} [1]"] for end in ("", "_low", "_high")
+                ]
+                assert [float(cell) if cell else None for cell in cells] == wanted
+    assert told["final_time"]["basis"] == "no Sobol indices: the quantity does not vary"
+    assert "force_to_lift" in swept.summary().partition("Sobol indices of")[2]
+    report = fs.report(found, tmp_path / "s.html").read_text(encoding="utf-8")
+    assert "first-order index" in report
 
 
 def test_a_run_that_fails_is_a_row() -> None:

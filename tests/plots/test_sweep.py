@@ -404,6 +404,7 @@ def test_a_sweep_of_which_all_runs_failed_is_drawn_as_such(sample: SweepTable) -
 
 
 def test_keys_are_shortened_so_that_they_differ() -> None:
+    assert short_keys(("a.mu_s,a.mu_k", "b.load")) == ["mu_s, mu_k", "load"]
     assert short_keys(("a.mu", "b.mu", "c.load", "d.value.1")) == [
         "a.mu",
         "b.mu",

@@ -11,7 +11,10 @@ from typing import Any
 
 import h5py
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.api.studies import Study as PublicStudy
 from frictionsim.cli import cost_study
 from frictionsim.cli.commands import run_command_line
@@ -24,7 +27,7 @@ from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
 from frictionsim.work_precision.errors import Error, metric_errors
-from frictionsim.work_precision.outcome import Plan, Row, Study
+from frictionsim.work_precision.outcome import Plan, Reference, Row, Study
 from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
@@ -49,12 +52,19 @@ def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> 
     return study(scenario, Plan(found, references, metrics), **{**arguments, **options})
 
 
-def row(backend: str, error: float | None, seconds: float) -> Row:
+def row(
+    backend: str,
+    error: float | None,
+    seconds: float,
+    evaluations: int = 6,
+    spread: float | None = None,
+) -> Row:
     """Return a hand-made row."""
     errors = {} if error is None else {"angle": Error(error, error), "energy": Error(0.0, 0.0)}
     status = "failed" if error is None else "done"
     setting = Setting(backend, "rtol 1", ())
-    return Row(setting, status, "", seconds, 1, 1, 0, 6, 5, 1, errors)
+    counts = (1, 1, 0, evaluations, 5, 1)
+    return Row(setting, status, "", seconds, *counts, errors, wall_spread=spread)
 
 
 # --- recommendations ------------------------------------------------------------------------
@@ -79,10 +89,80 @@ def test_equal_times_prefer_the_first_setting() -> None:
     assert {a.row and a.row.setting.backend for a in advise(rows, 0.0)} == {"default"}
 
 
+def test_times_within_their_spread_are_ranked_by_evaluations() -> None:
+    rows = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.4)]
+    found = advise(rows, 0.0)[0]
+    assert found.row is rows[1]
+    assert found.sentence.endswith("; of 2 as fast, the fewest evaluations")
+    # They differ by more than the spread of both.
+    apart = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.2)]
+    assert advise(apart, 0.0)[0].row is apart[0]
+    # Of a single run the spread is not known: 10 %.
+    single = [row("fast", 1e-9, 1.0, 90), row("few", 1e-9, 1.05, 40), row("slow", 1e-9, 1.2, 1)]
+    assert advise(single, 0.0)[0].row is single[1]
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.1, 2.0), st.integers(1, 5), st.none() | st.floats(0.0, 1.0)),
+        min_size=1,
+    )
+)
+def test_nothing_beats_what_is_recommended(drawn: list[tuple[float, int, float | None]]) -> None:
+    rows = [row(str(i), 1e-9, *values) for i, values in enumerate(drawn)]
+    best = advise(rows, 0.0)[0].row
+    assert best is not None
+    for other in rows:
+        least = 0.1 * max(other.wall_seconds, best.wall_seconds)
+        spread = max(other.wall_spread or 0.0, best.wall_spread or 0.0, least)
+        if other.wall_seconds < best.wall_seconds - spread:
+            # Then another one, as fast as both, has times with a larger spread.
+            assert best.rhs_evaluations <= other.rhs_evaluations
+
+
 def test_nothing_is_recommended_below_the_reference_uncertainty() -> None:
     advice = advise([row("events", 1e-6, 1.0)], 2e-3)
     assert [a.row is None for a in advice] == [False, True, True]
     assert advice[2].sentence == "for 0.01 %: unknown, the reference uncertainty is 2.0e-03"
+
+
+def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> None:
+    metrics = (Metric("angle", "quantity", "angle"), Metric("energy", "quantity", "energy"))
+    floor = {"angle": Error(1e-6, 1e-6), "energy": Error(1e-9, 1e-9)}
+    rows = [row("a", 2e-6, 1.0), row("b", 5e-7, 1.0), row("c", None, 1.0)]
+    rows[0].errors["energy"] = Error(5e-10, 5e-10)
+    rows[1].errors["energy"] = Error(5e-9, 5e-9)
+    scenario = validate(pulley(), SCENARIOS)
+    reference = Reference(Told(1.0, 1.0), ("one", "two"), floor)
+    found = PublicStudy(Study(scenario, metrics, reference, rows, "done", "", 0))
+    wanted = [["energy"], ["error", "angle"], []]
+    assert [line["below_uncertainty"] for line in found.to_json()["settings"]] == wanted
+    assert [text.split() for text in found.dataset["below_uncertainty"].values] == wanted
+    cells = [line.split() for line in found.summary().splitlines() if "rtol 1 " in line]
+    assert [cells[0][3:6], cells[1][3:6]] == [
+        ["2.0e-06", "2.0e-06", "5.0e-10*"],
+        ["5.0e-07*", "5.0e-07*", "5.0e-09"],
+    ]
+    for name in ("a.csv", "a.h5"):
+        found.save(tmp_path / name)
+        page = fs.report(tmp_path / name, tmp_path / "a.html").read_text(encoding="utf-8")
+        # Two stars of the second row, one of the first, and one that explains them.
+        assert page.count("5e\N{MINUS SIGN}07*") == 2
+        assert page.count("5e\N{MINUS SIGN}10*") == 1
+        assert page.count("5e\N{MINUS SIGN}09*") == 0
+        assert "* below the reference uncertainty" in page
+    unknown = reference._replace(floor={})
+    other = PublicStudy(found.data._replace(reference=unknown))
+    assert [line["below_uncertainty"] for line in other.to_json()["settings"]] == [[], [], []]
+
+
+def test_the_spread_is_that_of_the_timed_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter([5.0, 0.3, 0.1, 0.35])
+    monkeypatch.setattr("frictionsim.work_precision.study._seconds", lambda run: next(times))
+    scenario = validate(pulley(solver__duration=0.1), SCENARIOS)
+    setting = with_tolerance("events", 1e-3)
+    found = Benchmark(ScenarioVariants(scenario), (), 60.0, 3).row(setting, Told(1.0, 1.0), ignore)
+    assert (found.wall_seconds, found.wall_spread) == (0.3, pytest.approx(0.25))
 
 
 # --- errors ---------------------------------------------------------------------------------
