@@ -11,7 +11,17 @@ from frictionsim.mechanisms import pulley
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult
-from tests.support.lifts import CORD, GRAVITY, SHAFT, events, lift, ramp, solved, times
+from tests.support.lifts import (
+    CORD,
+    GRAVITY,
+    SHAFT,
+    events,
+    grips,
+    lift,
+    ramp,
+    solved,
+    times,
+)
 from tests.support.scenarios import SCENARIOS, Scenario
 
 R, INERTIA, M1, M2 = 0.25, 2.0, 100.0, 80.0
@@ -152,19 +162,6 @@ def test_two_contacts_that_reach_their_limits_together_do_not_chatter() -> None:
         assert FORWARD in (result.channels["mode"][-1], result.channels["cord_mode"][-1])
 
 
-def cord_that_need_not_slip(car: float, mirrored: bool = False) -> Scenario:
-    """Return a lift whose shaft gives way with mu_k = mu_s: at no acceleration but roundoff."""
-    way, masses = (-1.0, (45.0, car)) if mirrored else (1.0, (car, 45.0))
-    return lift(
-        mechanism={"cord_radius": 0.24, "inertia": 0.2, "load": 0.0},
-        drive__torque=ramp((0.0, -28.0 * way), (2.0, -45.0 * way)),
-        effects__hanging_masses={"car": masses[0], "counterweight": masses[1], "g": GRAVITY},
-        effects__shaft_friction={"shaft_radius": 0.045, "mu_s": 0.3, "mu_k": 0.3},
-        effects__cord_friction={"mu_s": 0.19, "mu_k": 0.12, "wrap_deg": 132.0},
-        solver__duration=3.0,
-    )
-
-
 def angle_of_a_cord_that_sticks(car: float) -> float:
     """Return the angle after 3 s: the torque beyond the limit, over the inertia, integrated twice.
 
@@ -183,7 +180,8 @@ def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way() -> No
     for car in np.linspace(31.0, 35.0, 60):
         expected = angle_of_a_cord_that_sticks(float(car))
         for way in (1, -1):
-            result = solved(cord_that_need_not_slip(float(car), mirrored=way < 0))
+            torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
+            result = solved(grips(float(car), torque, mirrored=way < 0))
             assert events(result) == [("shaft", STICK, -way)]
             # Cubic in time: the steps leave roundoff, some 1e-14 rad.
             assert way * result.channels["angle"][-1] == pytest.approx(expected, abs=1e-12)

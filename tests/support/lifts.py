@@ -26,6 +26,22 @@ SHAFT = {"shaft_radius": 0.05, "mu_s": 0.3, "mu_k": 0.2}
 CORD = {"mu_s": 0.12, "mu_k": 0.1, "wrap_deg": 180.0}
 
 
+def grips(car: float, torque: Any, mirrored: bool = False) -> Scenario:
+    """Return a lift whose cord holds where its shaft gives way, at no acceleration: mu_k = mu_s.
+
+    Both could slip as well. The car of 33 kg or so is lighter than the counterweight.
+    """
+    masses = (45.0, car) if mirrored else (car, 45.0)
+    return lift(
+        mechanism={"cord_radius": 0.24, "inertia": 0.2, "load": 0.0},
+        drive__torque=torque,
+        effects__hanging_masses={"car": masses[0], "counterweight": masses[1], "g": GRAVITY},
+        effects__shaft_friction={"shaft_radius": 0.045, "mu_s": 0.3, "mu_k": 0.3},
+        effects__cord_friction={"mu_s": 0.19, "mu_k": 0.12, "wrap_deg": 132.0},
+        solver__duration=3.0,
+    )
+
+
 def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
     """Return a signal through points (time, value)."""
     return {"time": [t for t, _ in points], "value": [v for _, v in points]}
