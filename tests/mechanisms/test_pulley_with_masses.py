@@ -22,7 +22,7 @@ from tests.support.lifts import (
     solved,
     times,
 )
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.scenarios import SCENARIOS, Scenario, changed
 
 R, INERTIA, M1, M2 = 0.25, 2.0, 100.0, 80.0
 R_S, R_K = 0.05 * 0.3 / hypot(1.0, 0.3), 0.05 * 0.2 / hypot(1.0, 0.2)
@@ -303,7 +303,6 @@ def energy(speeds: tuple[float, float]) -> float:
 def test_an_impact_with_the_other_side_taut_carries_its_mass_along() -> None:
     points = ((0.0, 90.0), (1.0, 300.0), (2.0, 300.0), (2.05, -900.0), (2.5, -900.0), (2.6, 90.0))
     data = lift(
-        mechanism__load=100.0,
         effects__hanging_masses__rope=10.0,
         drive__torque=ramp(*points),
         effects__shaft_friction=SHAFT,
@@ -422,6 +421,20 @@ def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
     assert found["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
 
 
+def test_a_load_beside_the_car_is_left_out_or_zero() -> None:
+    left_out = lift(effects__shaft_friction=SHAFT)
+    zero = changed(left_out, mechanism__load=0.0)
+    assert "load" not in left_out["mechanism"]
+    one, other = solved(left_out), solved(zero)
+    for name, channel in one.channels.items():
+        assert np.array_equal(channel, other.channels[name]), name
+    # A result holds the load as 0: its scenario loads again.
+    assert one.scenario.to_dict()["mechanism"]["load"] == 0.0
+    assert validate(one.scenario.to_dict(), SCENARIOS) == other.scenario.replace(
+        {"output.interval": 0.1}
+    )
+
+
 FAULTS = [
     (
         {"drive": {"force": 100.0, "direction": "horizontal"}},
@@ -490,6 +503,18 @@ FAULTS = [
         " above cord_radius = 0.25 m that the car of 100 kg would turn the pulley backward by"
         " accelerating it: the equations have no unique solution; give a thinner shaft",
     ),
+    (
+        {"mechanism__load": 490.5},
+        "mechanism.load: 490.5 N would hang on the side of the car of 100.0 kg, besides it: leave"
+        " load out; if it is the weight of the car, give effects.hanging_masses.car = 50, and if it"
+        " hangs from the car, 150",
+    ),
+    (
+        {"mechanism__load": 490.5, "effects__hanging_masses__g": 0.0},
+        "mechanism.load: 490.5 N would hang on the side of the car of 100.0 kg, besides it: leave"
+        " load out",
+    ),
+    ({"effects__hanging_masses": None}, "mechanism.load: missing; expected a number in N"),
     (
         {"effects__hanging_masses__restitution": 1.0},
         "effects.hanging_masses.restitution: expected a number below 1, got 1.0",

@@ -20,7 +20,7 @@ from frictionsim.solvers.multi_contact_modes import Margin, Released, consistent
 from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved, times
 
 NOTHING = Balance((0.0,), (0.0,))
-BALANCED = {"effects__hanging_masses__car": 80.0, "mechanism__load": 0.0}
+BALANCED = {"effects__hanging_masses__car": 80.0}
 
 
 def search(margins: dict[str, Any], of_force: bool, tie: float = 0.0) -> list[Event]:

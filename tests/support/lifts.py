@@ -13,7 +13,7 @@ def lift(**changes: Any) -> Scenario:
     """Return a pulley with car and counterweight, driven by a torque; keys as `a__b=value`."""
     data: Scenario = {
         "kind": "pulley",
-        "mechanism": {"cord_radius": 0.25, "inertia": 2.0, "load": 0.0},
+        "mechanism": {"cord_radius": 0.25, "inertia": 2.0},
         "drive": {"torque": 0.0},
         "effects": {"hanging_masses": {"car": 100.0, "counterweight": 80.0, "g": GRAVITY}},
         "solver": {"duration": 2.0, "rtol": 1e-11, "atol": 1e-14},
@@ -33,7 +33,7 @@ def grips(car: float, torque: Any, mirrored: bool = False) -> Scenario:
     """
     masses = (45.0, car) if mirrored else (car, 45.0)
     return lift(
-        mechanism={"cord_radius": 0.24, "inertia": 0.2, "load": 0.0},
+        mechanism={"cord_radius": 0.24, "inertia": 0.2},
         drive__torque=torque,
         effects__hanging_masses={"car": masses[0], "counterweight": masses[1], "g": GRAVITY},
         effects__shaft_friction={"shaft_radius": 0.045, "mu_s": 0.3, "mu_k": 0.3},
