@@ -27,14 +27,16 @@ class ViscousDamping(Params):
 
 
 class HangingMasses(Params):
-    """Masses on the cord: a car on the side of the load, a counterweight on that of the force.
+    """Masses on the cord: a car in place of the load, a counterweight on the side of the force.
 
     The tensions depend on the acceleration, and the load of the shaft with them. A side whose
     tension would be negative falls slack, and is taken up with an impact. Half of the rope hangs on
     each side, and its weight is compensated: it does not shift with the travel.
     """
 
-    car: float = unit_field("kg", "Mass of the car, on the side of the load.", gt=0)
+    car: float = unit_field(
+        "kg", "Mass of the car with all that hangs from it, on the side of the load.", gt=0
+    )
     counterweight: float = unit_field(
         "kg", "Mass of the counterweight, on the side of the force.", ge=0
     )

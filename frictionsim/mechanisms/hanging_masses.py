@@ -1,6 +1,6 @@
 """The numbers of a pulley with masses on its cord, and its statics.
 
-At rest the tensions are T1 = W + m1 g on the side of the car and T2 = P + m2 g on the other, and
+At rest the tensions are T1 = m1 g on the side of the car and T2 = P + m2 g on the other, and
 
     |(T2 - T1) r + tau| <= r_s (T1 + T2)                    the shaft sticks
     exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi)                the cord sticks (Euler, Eytelwein)
@@ -32,8 +32,6 @@ class Numbers(NamedTuple):
     Attributes
     ----------
     r, inertia : float, m and kg m^2
-    load : float, N
-        W.
     m1, m2 : float, kg
         Of car and counterweight, each with half of the rope.
     g : float, m/s^2
@@ -49,7 +47,6 @@ class Numbers(NamedTuple):
 
     r: float
     inertia: float
-    load: float
     m1: float
     m2: float
     g: float
@@ -62,8 +59,8 @@ class Numbers(NamedTuple):
 
     @property
     def weight_1(self) -> float:
-        """W + m1 g, N."""
-        return self.load + self.m1 * self.g
+        """m1 g, N."""
+        return self.m1 * self.g
 
     @property
     def weight_2(self) -> float:
@@ -79,7 +76,6 @@ def numbers_of(scenario: "PulleyScenario") -> Numbers:
     return Numbers(
         geometry.cord_radius,
         geometry.inertia,
-        geometry.load,
         masses.car_side,
         masses.other_side,
         masses.g,

@@ -18,7 +18,8 @@ from collections.abc import Mapping
 from math import sqrt
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.config import JsonDict
 
 from frictionsim.mechanisms.effects import (
     RENAMED_AIR_DRAG,
@@ -97,7 +98,13 @@ class PulleyParameters(Params):
 
     cord_radius: float = unit_field("m", "Radius from the axis to the middle of the cord.", gt=0)
     inertia: float = unit_field("kg m^2", "Moment of inertia of the pulley.", gt=0)
-    load: float = unit_field("N", "Weight that hangs from the other end of the cord.", ge=0)
+    load: float = unit_field(
+        "N",
+        "Weight that hangs from the other end of the cord. Required, but left out, or 0, with"
+        " hanging_masses: car is what hangs there.",
+        0.0,
+        ge=0,
+    )
     initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
     initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
@@ -161,9 +168,21 @@ class PulleyEffects(Params):
         return self
 
 
+# Load or car: for editors, what `_load_or_car` checks.
+LOAD_OR_CAR: JsonDict = {
+    "if": {
+        "required": ["effects"],
+        "properties": {"effects": {"required": ["hanging_masses"]}},
+    },
+    "then": {"properties": {"mechanism": {"properties": {"load": {"const": 0}}}}},
+    "else": {"properties": {"mechanism": {"required": ["load"]}}},
+}
+
+
 class PulleyScenario(SingleDofScenario):
     """A scenario of kind `pulley`."""
 
+    model_config = ConfigDict(json_schema_extra=LOAD_OR_CAR)
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 
     kind: Literal["pulley"]
@@ -185,6 +204,26 @@ class PulleyScenario(SingleDofScenario):
     def called(self) -> str:
         """What it is called in messages."""
         return "pulley" if self.effects.hanging_masses is None else "pulley with hanging_masses"
+
+    @model_validator(mode="after")
+    def _load_or_car(self) -> Self:
+        masses, load = self.effects.hanging_masses, self.mechanism.load
+        if masses is None:
+            if "load" not in self.mechanism.model_fields_set:
+                raise inconsistent(("mechanism", "load"), "missing; expected a number in N")
+        elif load > 0.0:
+            message = (
+                f"{load} N would hang on the side of the car of {masses.car} kg, besides it: leave"
+                " load out"
+            )
+            if masses.g > 0.0:
+                mass = load / masses.g
+                message += (
+                    "; if it is the weight of the car, give effects.hanging_masses.car ="
+                    f" {mass:.6g}, and if it hangs from the car, {masses.car + mass:.6g}"
+                )
+            raise inconsistent(("mechanism", "load"), message)
+        return self
 
     @model_validator(mode="after")
     def _drive_suits_the_masses(self) -> Self:

@@ -2,7 +2,7 @@
 
 theta > 0 lifts the car, x1 and x2 are the heights of car and counterweight, w = theta':
 
-    m1 x1'' = T1 - m1 g - W,    m2 x2'' = T2 - m2 g - P
+    m1 x1'' = T1 - m1 g,    m2 x2'' = T2 - m2 g - P
     I w' = (T2 - T1) r + tau - b w + T
     |T| <= r_s (T1 + T2) sticking,    T = -s r_k (T1 + T2) sliding
 
@@ -13,7 +13,7 @@ Taut, x1 = r theta and x2 = -r theta. The tensions depend on the acceleration, t
 tensions: eliminating both, the friction shifts the arms of the forces by its radius,
 
     (I + m1 r (r + s r_k) + m2 r (r - s r_k)) w'
-        = (P + m2 g)(r - s r_k) - (W + m1 g)(r + s r_k) + tau - b w
+        = (P + m2 g)(r - s r_k) - m1 g (r + s r_k) + tau - b w
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
 d2 = x2 + r theta, grows, and is taken up by an impact, of which the friction of the shaft is a
@@ -210,7 +210,7 @@ class Ropes:
         return 0.5 * (n.inertia * v[TURN] * v[TURN] + n.m1 * v1 * v1 + n.m2 * v2 * v2)
 
     def potential(self, q: Vector, v: Vector) -> Value:
-        """Return the potential energy of load and masses, J."""
+        """Return the potential energy of the masses, J."""
         x1, x2 = self.heights(q)
         return self._n.weight_1 * x1 + self._n.weight_2 * x2
 

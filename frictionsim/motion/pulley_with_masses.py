@@ -218,14 +218,13 @@ def _blocks(result: "Record", ropes: tuple[Rope, Rope], radius: float) -> list[P
 def _forces(
     result: "Record", frames: Frames, ropes: tuple[Rope, Rope], radius: float
 ) -> list[Part]:
-    """Return tensions, reaction, load, and force or torque of the drive, forces on one scale."""
+    """Return tensions, reaction, and force or torque of the drive, forces on one scale."""
     found = {
         name: values_at(result, name, frames) for name in SHOWN_FORCES if name in result.channels
     }
     zero, parts = np.zeros_like(frames.time), list[Part]()
-    load = float(scenario_value(result, "mechanism", "load"))
     sizes = [np.abs(v).max() for name, v in found.items() if not name.endswith("torque")]
-    largest = max([load, *map(float, sizes)])
+    largest = max(map(float, sizes), default=0.0)
     scale = ARROW * radius / largest if largest > 0.0 else 0.0
     for rope, name in zip(ropes, ("car", "counterweight"), strict=True):
         tension = found.get(f"rope_tension_{name}")
@@ -233,9 +232,6 @@ def _forces(
             foot = zero + rope.side * radius
             parts.append(Arrow("tension of the rope", foot, zero, zero, -scale * tension, "path"))
     edge = BLOCK * radius
-    if load > 0.0:
-        foot = ropes[0].height - edge
-        parts.append(Arrow("load", zero + radius, foot, zero, zero - scale * load, "load"))
     if "drive_force" in found:
         masses = scenario_of(result).get("effects", {}).get("hanging_masses", {})
         foot = ropes[1].height - (edge if masses.get("counterweight", 0.0) > 0.0 else 0.0)

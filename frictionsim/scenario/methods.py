@@ -32,11 +32,14 @@ class Method(NamedTuple):
         The method is implicit, so that stiffness does not limit its steps.
     fixed_steps : bool
         All steps have one length, which no tolerance chooses.
+    locates_events : bool
+        Changes of mode are located within steps, to the roundoff of the time.
     """
 
     scipy_class: str = ""
     implicit: bool = False
     fixed_steps: bool = False
+    locates_events: bool = False
 
     @property
     def resumable(self) -> bool:
@@ -50,7 +53,7 @@ class Method(NamedTuple):
 
 
 METHODS = {
-    "events": Method(),
+    "events": Method(locates_events=True),
     "rkf45": Method(),
     "moreau": Method(fixed_steps=True),
     "rk45": Method("RK45"),

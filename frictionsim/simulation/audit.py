@@ -6,19 +6,23 @@ dissipation_sign    the power of dry friction is never positive
 stick_drift         the position is constant while the contact sticks
 end_stops           the position is never beyond an end stop
 impact_law          an impact on a stop leaves e^2 of the energy, none below the capture speed
+release             of located events: what leaves stick was at its static limit just before, or a
+                    jump of the load takes it past the limit
 """
 
+from math import ulp
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from frictionsim.results import Check
+from frictionsim.results import STICK, Check, Transition
+from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.end_stops import EVENT
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.solvers.end_stops import EndStops
-    from frictionsim.solvers.mechanism import DryFriction, Trajectory
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory
 
 # Allowed sum of the local errors of all steps, in relative tolerances, and of long runs that of
 # each step: a flywheel with an eccentric mass was measured to have 0.03.
@@ -31,6 +35,8 @@ MAX_ENERGY_ERROR = 0.01
 # Allowed error of the energy after an impact, relative to the largest energy before one. A rebound
 # whose flight rounding hides is left out; it has to be of less energy.
 IMPACT_ERROR = 1e-9
+# Allowed distance from the static limit of what leaves stick, relative to the limit.
+RELEASE_DISTANCE = 1e-9
 # Limit of what the absolute tolerance allows, relative to the energy scale of the scenario.
 ABSOLUTE_ERROR_LIMIT = 1e-8
 
@@ -191,3 +197,65 @@ def impact_violation(trajectory: "Trajectory", stops: "EndStops") -> float:
     if largest == 0.0:
         return 0.0
     return float(np.max(np.abs((after / largest) ** 2 - (rebound / largest) ** 2)))
+
+
+def leaves_stick(event: Transition) -> bool:
+    """Return whether a contact breaks away at an event."""
+    return event.mode_from == STICK and event.mode_to != STICK and event.contact != EVENT
+
+
+def release_check(
+    mechanism: "Mechanism", before: "Trajectory", after: "Trajectory", end: float
+) -> Check:
+    """Return the check of the breakaways, each with the samples immediately before and after it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    before, after : Trajectory
+        A sample for each breakaway.
+    end : float, s
+        Duration of the run, which sets the roundoff of the time.
+    """
+    distance = release_distance(mechanism, before, after)
+    for i in np.flatnonzero(distance > RELEASE_DISTANCE):
+        t, q, s = (float(x[i]) for x in (after.time, after.position, after.mode))
+        # At a jump, the load passes the limit within the roundoff of the time.
+        early, late = (
+            margin_at_rest(mechanism, mechanism.drive(x), q, s) for x in (just_before(t, end), t)
+        )
+        if early >= 0.0 >= late:
+            distance[i] = 0.0
+    return Check(float(np.max(distance, initial=0.0)), RELEASE_DISTANCE)
+
+
+def just_before(t: float, end: float) -> float:
+    """Return a time that is earlier by the roundoff of event location in a run to `end`, s."""
+    return t - 2.0 * SAME_TIME_ULPS * ulp(end)
+
+
+def release_distance(mechanism: "Mechanism", before: "Trajectory", after: "Trajectory") -> "Array":
+    """Return the distance of each breakaway from its static limit, relative to this, (n,).
+
+    Just before it; of a breakaway at the start of the run, by how much the contact could hold.
+    """
+    off, left = (
+        margin_at_rest(mechanism, at.drive, at.position, after.mode) for at in (before, after)
+    )
+    distance: Array = np.where(after.time > 0.0, np.abs(off), np.maximum(left, 0.0))
+    return distance
+
+
+def margin_at_rest(mechanism: "Mechanism", u: Any, q: Any, direction: Any) -> Any:
+    """Return the margin of the torque in a direction, at rest, to the static limit."""
+    contact = mechanism.contact
+    assert contact is not None  # which breaks away
+    torque = direction * mechanism.applied_torque(u, q, 0.0 * q)
+    return relative_margin(contact.static_limit(u, q), torque, contact.roundoff(u, q))
+
+
+def relative_margin(limit: Any, force: Any, roundoff: Any) -> Any:
+    """Return a limit minus a force, over the sum of their sizes; zero if it is roundoff."""
+    margin = limit - force
+    beyond = np.copysign(np.maximum(np.abs(margin) - roundoff, 0.0), margin)
+    return _ratio(beyond, limit + np.abs(force), 0.0)

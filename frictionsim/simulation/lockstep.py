@@ -15,14 +15,16 @@ from frictionsim.results import Check, Quantities, SimulationResult, Transition
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.audit import (
+    RELEASE_DISTANCE,
     ROUNDING,
     allowed_residual,
     driving_power,
     energy_residual,
     friction_violation,
+    release_distance,
     stick_drift,
 )
-from frictionsim.simulation.lockstep_samples import SamplesOfRuns, samples_of_runs
+from frictionsim.simulation.lockstep_samples import Breakaways, SamplesOfRuns, samples_of_runs
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.simulation.single_dof import (
     energy_scale,
@@ -214,13 +216,25 @@ class _Batch:
         solver.run()
         at_events = np.array([scenario.output.at_events for scenario in self._scenarios])
         samples = samples_of_runs(solver, exact, self._tolerances.end, at_events)
+        release = self._release(samples.breakaways)
         for runs in samples.runs_by_length():
-            yield from self._observe(runs, samples)
+            yield from self._observe(runs, samples, release)
 
-    def _observe(self, runs: Any, samples: SamplesOfRuns) -> Iterator[tuple[int, SimulationResult]]:
+    def _release(self, breakaways: Breakaways) -> Any:
+        """Return the largest distance of a breakaway from its static limit, (runs,)."""
+        run, *sides = breakaways
+        mechanism = selected(self._joined, run)
+        before, after = (trajectory_of(mechanism, columns, []) for columns in sides)
+        largest = np.zeros(len(self._scenarios))
+        np.maximum.at(largest, run, release_distance(mechanism, before, after))
+        return largest
+
+    def _observe(
+        self, runs: Any, samples: SamplesOfRuns, release: Any
+    ) -> Iterator[tuple[int, SimulationResult]]:
         """Yield the results of runs with as many samples each, as `SingleDofSimulation.observe`.
 
-        One whose energy does not close is left out.
+        One whose energy does not close, or that leaves stick off its static limit, is left out.
         """
         mechanism, tolerances = selected(self._joined, runs), self._tolerances.select(runs)
         trajectory = trajectory_of(mechanism, samples.columns(runs), [])
@@ -230,9 +244,9 @@ class _Batch:
         rests = ~np.any(trajectory.velocity, axis=0) & ~(np.ptp(trajectory.position, axis=0) > 0.0)
         of_one = _split(trajectory)
         for i, run in enumerate(runs.tolist()):
-            found = checks(i)
-            if not found["energy_balance"].ok:
-                continue  # alone, its limit is one of all its steps
+            found, released = checks(i), Check(release.item(run), RELEASE_DISTANCE)
+            if not (found["energy_balance"].ok and released.ok):
+                continue  # alone, its limit is one of all its steps, and the load may jump
             alone = of_one(i, samples.transitions(run))
             drift = stick_drift(alone) if may_drift[i] else 0.0
             yield (
@@ -242,7 +256,7 @@ class _Batch:
                     channels={},
                     transitions=alone.transitions,
                     quantities=_quantities(self._mechanisms[run], alone),
-                    checks=found | {"stick_drift": Check(drift, 0.0)},
+                    checks=found | {"stick_drift": Check(drift, 0.0), "release": released},
                     non_finite_tail=False,
                     warnings=self._warnings(run, alone, bool(rests[i])),
                 ),

@@ -1,7 +1,7 @@
 """The samples of runs in lockstep: at the start, at each event and at the end."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,20 @@ from frictionsim.solvers.lockstep_functions import selected
 if TYPE_CHECKING:
     from frictionsim.solvers.lockstep import LockstepSolver
     from frictionsim.solvers.mechanism import Mechanism
+
+
+class Breakaways(NamedTuple):
+    """The breakaways of many runs, with the samples on both sides of each.
+
+    Attributes
+    ----------
+    run : (n,)
+    before, after : (width, n)
+    """
+
+    run: Any
+    before: Any
+    after: Any
 
 
 class SamplesOfRuns:
@@ -29,12 +43,20 @@ class SamplesOfRuns:
         Where the transitions of each run begin.
     sound : (runs,) of bool
         Not given back, and all its samples are finite.
+    breakaways : Breakaways
     """
 
     def __init__(
-        self, rows: Any, run: Any, transitions: list[Transition], first: Any, sound: Any
+        self,
+        rows: Any,
+        run: Any,
+        transitions: list[Transition],
+        first: Any,
+        sound: Any,
+        breakaways: Breakaways,
     ) -> None:
         self._rows, self._transitions, self._sound = rows, transitions, sound
+        self.breakaways = breakaways
         self._first = first.tolist()
         self._counts = np.bincount(run, minlength=sound.size)
         self._begin = np.cumsum(self._counts) - self._counts
@@ -91,9 +113,10 @@ def samples_of_runs(
         start, last, (before[:, kept], after[:, kept], mode_from[kept]), who[kept]
     )
     transitions = _transitions(mechanism, who, (time, mode_from, mode_to, y[0]))
-    return SamplesOfRuns(
-        rows, run, transitions, np.searchsorted(who, np.arange(end.size + 1)), sound
-    )
+    first = np.searchsorted(who, np.arange(end.size + 1))
+    leaves = mode_from == STICK
+    breakaways = Breakaways(who[leaves], before[:, leaves], after[:, leaves])
+    return SamplesOfRuns(rows, run, transitions, first, sound, breakaways)
 
 
 def _transitions(mechanism: "Mechanism", who: Any, columns: Any) -> list[Transition]:

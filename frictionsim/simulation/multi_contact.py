@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionsim.results import SimulationResult, Transition
+from frictionsim.results import Check, SimulationResult, Transition
 from frictionsim.simulation.audit import allowed_residual
 from frictionsim.simulation.event_samples import Samples, samples_of
-from frictionsim.simulation.multi_contact_audit import audit
+from frictionsim.simulation.multi_contact_audit import audit, release_check
 from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.single_dof import (
     OF_EVENTS,
@@ -90,6 +90,10 @@ class MultiContactSimulation(RecordedSimulation):
         """Return the finite samples, and quantities, checks and warnings from them."""
         mechanism, settings, samples = self._mechanism, self._settings, self._samples()
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
+        before, after = (
+            self._trajectory_of(rows, samples.transitions)
+            for rows in (samples.before, samples.after)
+        )
         energies = trajectory.energy_integrals | trajectory.stored_energies
         return SimulationResult(
             time=trajectory.time,
@@ -101,15 +105,25 @@ class MultiContactSimulation(RecordedSimulation):
                 mechanism,
                 allowed_residual(settings.rtol, self.statistics()[0]),
                 settings.atol,
-            ),
+            )
+            | self._release_check(before, after),
             non_finite_tail=samples.non_finite_tail,
             warnings=tuple(self._run_warnings(trajectory)),
             sides={
                 f"{name}_{side}": channel
-                for side, rows in (("before", samples.before), ("after", samples.after))
-                for name, channel in self._side(rows, samples.transitions).items()
+                for side, trajectory in (("before", before), ("after", after))
+                for name, channel in mechanism.channels(trajectory).items()
+                if name not in OF_EVENTS
             },
         )
+
+    def _release_check(
+        self, before: MultiContactTrajectory, after: MultiContactTrajectory
+    ) -> dict[str, Check]:
+        mechanism = self._mechanism
+        if not mechanism.frictions:
+            return {}
+        return {"release": release_check(mechanism, before, after, self._settings.duration)}
 
     def _quantities(
         self, trajectory: MultiContactTrajectory, energies: dict[str, Any]
@@ -139,8 +153,3 @@ class MultiContactSimulation(RecordedSimulation):
         warnings = [] if np.any(trajectory.velocity) else ["nothing moves: all contacts hold"]
         warnings += self._mechanism.run_warnings(trajectory)
         return warnings + hidden_stick_slip(trajectory.transitions, self._interval, duration)
-
-    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
-        """Return the channels that may jump at events, on one side of each event."""
-        channels = self._mechanism.channels(self._trajectory_of(rows, transitions))
-        return {name: values for name, values in channels.items() if name not in OF_EVENTS}

@@ -6,20 +6,32 @@ friction_law        the friction of each contact is within its static limits whi
 dissipation_sign    the power of dry friction is never positive, to within the roundoff of its
                     limits, and no impact gives energy
 stick_drift         the coordinate of a contact that holds is constant
+release             what leaves stick was at its static limit just before; or else, at a jump of the
+                    load, an impact or a change of another contact at that instant, no combination
+                    in which more contacts hold is within all limits
 """
 
+from itertools import product
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.results import STICK, Check
-from frictionsim.simulation.audit import ROUNDING, energy_check
-from frictionsim.solvers.multi_contact import HOLDING
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Check
+from frictionsim.simulation.audit import (
+    RELEASE_DISTANCE,
+    ROUNDING,
+    energy_check,
+    just_before,
+    leaves_stick,
+    relative_margin,
+)
+from frictionsim.solvers.multi_contact import HOLDING, FrictionContact, Modes, Vector
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Transition
     from frictionsim.solvers.multi_contact import (
-        FrictionContact,
+        Contact,
         MultiContactMechanism,
         MultiContactTrajectory,
     )
@@ -101,6 +113,122 @@ def held_drift(
     between = np.searchsorted(_releases(trajectory.transitions, name), trajectory.time)
     same = holds[1:] & holds[:-1] & (between[1:] == between[:-1])
     return float(np.max(moved[same], initial=0.0))
+
+
+def release_check(
+    mechanism: "MultiContactMechanism",
+    before: "MultiContactTrajectory",
+    after: "MultiContactTrajectory",
+    end: float,
+) -> Check:
+    """Return the check of the breakaways.
+
+    Parameters
+    ----------
+    mechanism : MultiContactMechanism
+    before, after : MultiContactTrajectory
+        The samples immediately before and after each transition.
+    end : float, s
+        Duration of the run, which sets the roundoff of the time.
+    """
+    events, frictions = after.transitions, {c.name: (i, c) for i, c in mechanism.frictions}
+    margin = {
+        k: _margin(frictions[e.contact][1], before.drive[k], before.forces[:, k], e.mode_to)
+        for k, e in enumerate(events)
+        if leaves_stick(e)
+    }
+    distance = {k: abs(value) for k, value in margin.items()}
+    for k in margin:
+        event, early = events[k], just_before(events[k].time, end)
+        if distance[k] <= RELEASE_DISTANCE and event.time > 0.0:
+            continue
+        index, contact = frictions[event.contact]
+        others = [
+            i
+            for i, other in enumerate(events)
+            if other.contact != event.contact and early <= other.time <= 2.0 * event.time - early
+        ]
+        _, q, v, modes = _state(before, k)
+        sides = [
+            _margin(contact, u, mechanism.balance(u, q, v, modes).forces, event.mode_to)
+            for u in (mechanism.drive(early), mechanism.drive(event.time))
+        ]
+        if event.time == 0.0 or others or sides[0] >= 0.0 >= sides[1]:  # a jump of the load
+            # Those that cannot hold: slack now, or at their limits just before.
+            gone = {
+                events[i].contact
+                for i in others
+                if events[i].mode_to == SLACK
+                or (event.time > 0.0 and abs(margin.get(i, inf)) <= RELEASE_DISTANCE)
+            }
+            distance[k] = _margin_if_held(mechanism, _state(after, k), index, gone)
+    return Check(max(distance.values(), default=0.0), RELEASE_DISTANCE)
+
+
+def _margin(contact: "FrictionContact", u: float, forces: Vector, direction: int) -> float:
+    """Return the margin of a contact to its static limit in a direction, relative to the limit."""
+    limit, force = contact.static_limit(forces, direction), -direction * contact.force(forces)
+    return float(relative_margin(limit, force, contact.roundoff(u, forces)))
+
+
+State = tuple[float, list[float], list[float], Modes]
+"""The drive, positions, velocities and modes of a sample."""
+
+
+def _state(at: "MultiContactTrajectory", sample: int) -> State:
+    modes = tuple(int(mode) for mode in at.modes[:, sample])
+    position, velocity = (x[:, sample].tolist() for x in (at.position, at.velocity))
+    return float(at.drive[sample]), position, velocity, modes
+
+
+def _margin_if_held(
+    mechanism: "MultiContactMechanism", after: State, index: int, gone: set[str]
+) -> float:
+    """Return the margin of a contact in a combination in which it and more contacts hold; else 0.
+
+    Whatever the solver does, all combinations are tried here, in the state after the event.
+    """
+    u, q, v, modes = after
+    options = [
+        (mode,)
+        if contact.name in gone
+        else _modes_of(contact, q[contact.coordinate], v[contact.coordinate])
+        for contact, mode in zip(mechanism.contacts, modes, strict=True)
+    ]
+    options[index] = tuple(mode for mode in options[index] if mode in HOLDING)
+    margins = [
+        _smallest_margin(mechanism, (u, q, v, combination), gone)
+        for combination in product(*options)
+        if np.isin(combination, HOLDING).sum() > np.isin(modes, HOLDING).sum()
+    ]
+    return max([0.0, *margins])
+
+
+def _modes_of(contact: "Contact", q: float, v: float) -> Modes:
+    """Return the modes that a contact may have at a slip or gap q with its rate v."""
+    if isinstance(contact, FrictionContact):
+        return (STICK, FORWARD, BACKWARD) if v == 0.0 else (FORWARD if v > 0.0 else BACKWARD,)
+    return (SLACK,) if q > 0.0 or v > 0.0 else (TAUT, SLACK)
+
+
+def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set[str]) -> float:
+    """Return the smallest margin of the contacts that stick in a combination of modes.
+
+    Not above zero where a rope pushes, or a contact at rest does not move as its mode says.
+    """
+    u, q, v, modes = state
+    acceleration, forces = mechanism.balance(u, q, v, modes)
+    margins = []
+    for contact, mode in zip(mechanism.contacts, modes, strict=True):
+        c = contact.coordinate
+        if mode == STICK and isinstance(contact, FrictionContact):
+            margins += [_margin(contact, u, forces, s) for s in (FORWARD, BACKWARD)]
+        elif mode == TAUT:
+            margins += [0.0] if contact.force(forces) < -contact.roundoff(u, forces) else []
+        elif v[c] == 0.0 and not (mode == SLACK and q[c] > 0.0) and contact.name not in gone:
+            way = FORWARD if mode == SLACK else mode
+            margins += [] if way * acceleration[c] > 0.0 else [0.0]
+    return min(margins)
 
 
 def _releases(transitions: "list[Transition]", name: str) -> "Array":

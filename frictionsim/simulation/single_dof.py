@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
+from frictionsim.results import STICK, Check, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
 from frictionsim.simulation import event_samples
-from frictionsim.simulation.audit import allowed_residual, audit
+from frictionsim.simulation.audit import allowed_residual, audit, leaves_stick, release_check
 from frictionsim.simulation.checkpoint import (
     Arrays,
     dump_part,
@@ -177,6 +177,7 @@ class SingleDofSimulation(RecordedSimulation):
         law = "" if contact is None else contact.law
         regularised = law == methods.REGULARISED and not mechanism.prescribed
         self._set_valued = None if regularised else contact
+        self._locates_events = methods.METHODS[scenario.solver.backend].locates_events
         self.effects = mechanism.effects
         self.states = len(mechanism.initial_state)
         self.channel_info = mechanism.channel_info
@@ -223,7 +224,8 @@ class SingleDofSimulation(RecordedSimulation):
                 settings.atol,
                 float(energy_scale(mechanism, trajectory)),
                 mechanism.stops,
-            ),
+            )
+            | self._release_check(samples),
             non_finite_tail=samples.non_finite_tail,
             warnings=tuple(self._run_warnings(trajectory)),
             sides={
@@ -232,6 +234,15 @@ class SingleDofSimulation(RecordedSimulation):
                 for name, channel in self._side(rows, samples.transitions).items()
             },
         )
+
+    def _release_check(self, samples: Samples) -> dict[str, Check]:
+        """Return the check of the breakaways; none where stick is not left at a located event."""
+        if self._set_valued is None or self._mechanism.prescribed or not self._locates_events:
+            return {}
+        leaves = np.array([leaves_stick(event) for event in samples.transitions], dtype=bool)
+        before = self._trajectory_of(samples.before[leaves], [])
+        after = self._trajectory_of(samples.after[leaves], [])
+        return {"release": release_check(self._mechanism, before, after, self._settings.duration)}
 
     def _run_warnings(self, trajectory: Trajectory) -> list[str]:
         """Return the warnings about the run; none if it stopped before its end."""

@@ -99,6 +99,10 @@ def consistent_modes(
 ) -> Modes:
     """Return the modes that are consistent with a state; most contacts hold in them.
 
+    Where several combinations are solutions, quasi-static stick is kept: all combinations with one
+    more contact that holds are tried, also those in which the acceleration of a contact at its
+    limit is roundoff, before any with one fewer.
+
     Parameters
     ----------
     mechanism : MultiContactMechanism
@@ -117,24 +121,30 @@ def consistent_modes(
         If there are none: friction is too large for the equations to have a solution.
     """
     u, (now, before) = mechanism.drive(t), released
+    located = {**before, **now}
     possible = [_possible(mechanism, i, q, v) for i in range(len(mechanism.contacts))]
-    by_holding = sorted(product(*possible), key=lambda modes: -sum(m in HOLDING for m in modes))
+    by_holding = sorted(product(*possible), key=lambda modes: -_holding(modes))
     some = [modes for modes in by_holding if not now or _give_way(modes, now, any)]
     # The acceleration of what was located at its limit may be roundoff, of the wrong sign.
-    candidates: tuple[tuple[Mapping[int, int], list[Modes]], ...] = (
-        (before, [modes for modes in some if _give_way(modes, before, all)]),
-        ({**before, **now}, [m for m in some if _give_way(m, {**before, **now}, all)]),
-        ({}, by_holding),
-    )
-    for located, combinations in candidates:
+    attempts = [
+        (forgiven, [m for m in some if _holding(m) == holding and _give_way(m, forgiven, all)])
+        for holding in range(len(mechanism.contacts), -1, -1)
+        for forgiven in (before, located)
+    ]
+    for forgiven, combinations in (*attempts, ({}, by_holding)):
         for modes in combinations:
-            if _is_consistent(mechanism, u, q, v, modes, located):
+            if _is_consistent(mechanism, u, q, v, modes, forgiven):
                 return modes
     raise SolverError(
         f"at t = {t:.9g} s no combination of sticking, sliding and slack satisfies the equations of"
         f" {mechanism.subject}: the friction is too large for them; check the coefficients of"
         " friction and the radius of the shaft"
     )
+
+
+def _holding(modes: Modes) -> int:
+    """Return how many contacts hold."""
+    return sum(mode in HOLDING for mode in modes)
 
 
 def _give_way(
@@ -168,11 +178,11 @@ def _is_consistent(
     q: Sequence[float],
     v: Sequence[float],
     modes: Modes,
-    located: Mapping[int, int],
+    forgiven: Mapping[int, int],
 ) -> bool:
     """Return whether forces are within their limits, and contacts that give way move that way.
 
-    Those that are located give way whatever their acceleration is.
+    Those that are forgiven give way in their direction whatever their acceleration is.
     """
     balance = mechanism.balance(u, q, v, modes)
     if any(
@@ -185,6 +195,6 @@ def _is_consistent(
         if mode in HOLDING or v[c] != 0.0 or (mode == SLACK and q[c] > 0.0):
             continue
         direction = _direction(mode)
-        if index not in located and not direction * balance.acceleration[c] > 0.0:
+        if index not in forgiven and not direction * balance.acceleration[c] > 0.0:
             return False
     return True

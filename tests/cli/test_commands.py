@@ -218,6 +218,7 @@ def test_json_is_one_object_with_the_documented_keys(
         "friction_law",
         "dissipation_sign",
         "stick_drift",
+        "release",
     }
     for check in found["audit"].values():
         assert check["ok"] is True

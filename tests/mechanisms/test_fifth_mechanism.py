@@ -69,7 +69,7 @@ def test_it_is_solved_drawn_and_studied(pendulum: Any) -> None:
     assert found["quantities"]["last_rest_time"]["value"] == pytest.approx(rest, abs=1e-6)
     assert all(check["ok"] for check in found["audit"].values())
     assert found["audit"].keys() == {
-        *("energy_balance", "friction_law", "dissipation_sign", "stick_drift")
+        *("energy_balance", "friction_law", "dissipation_sign", "stick_drift", "release")
     }
     kept = hdf5_reader.read(Path("a.h5"))
     assert {"angle", "mode", "friction_torque", "spring_torque"} < kept.channels.keys()

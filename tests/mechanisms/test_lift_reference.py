@@ -99,7 +99,7 @@ def test_events_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: in
 def test_samples_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: int) -> None:
     done, exact = outcome(family, seed), reference(family, seed)
     r = float(exact.lift.r)
-    weight = float((exact.lift.m1 + exact.lift.m2) * exact.lift.g + exact.lift.load)
+    weight = float((exact.lift.m1 + exact.lift.m2) * exact.lift.g)
     events = np.array([0.0, *(float(piece.end) for piece in exact.pieces)])
     for i, t in enumerate(done.time):
         if np.min(np.abs(events - t)) < 1e-6:  # either side of a change

@@ -11,8 +11,18 @@ from frictionsim.mechanisms import pulley
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult
-from tests.support.lifts import CORD, GRAVITY, SHAFT, events, lift, ramp, solved, times
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.lifts import (
+    CORD,
+    GRAVITY,
+    SHAFT,
+    events,
+    grips,
+    lift,
+    ramp,
+    solved,
+    times,
+)
+from tests.support.scenarios import SCENARIOS, Scenario, changed
 
 R, INERTIA, M1, M2 = 0.25, 2.0, 100.0, 80.0
 R_S, R_K = 0.05 * 0.3 / hypot(1.0, 0.3), 0.05 * 0.2 / hypot(1.0, 0.2)
@@ -152,6 +162,31 @@ def test_two_contacts_that_reach_their_limits_together_do_not_chatter() -> None:
         assert FORWARD in (result.channels["mode"][-1], result.channels["cord_mode"][-1])
 
 
+def angle_of_a_cord_that_sticks(car: float) -> float:
+    """Return the angle after 3 s: the torque beyond the limit, over the inertia, integrated twice.
+
+    (I + m1 r (r - r_k) + m2 r (r + r_k)) w' = tau - r (m1 - m2) g + r_s (m1 + m2) g
+    """
+    r, other, r_f, slope = 0.24, 45.0, 0.045 * 0.3 / hypot(1.0, 0.3), -17.0 / 2.0
+    limit = GRAVITY * (r * (car - other) - r_f * (car + other))
+    rising = 2.0 - (limit + 28.0) / slope  # s, from breakaway to the end of the ramp
+    inertia = 0.2 + car * r * (r - r_f) + other * r * (r + r_f)
+    at_ramp_end = rising**3 / 6.0 + rising**2 / 2.0
+    return slope * (at_ramp_end + rising / 2.0) / inertia
+
+
+def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way() -> None:
+    assert angle_of_a_cord_that_sticks(33.0) == pytest.approx(-1.465, abs=5e-4)
+    for car in np.linspace(31.0, 35.0, 60):
+        expected = angle_of_a_cord_that_sticks(float(car))
+        for way in (1, -1):
+            torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
+            result = solved(grips(float(car), torque, mirrored=way < 0))
+            assert events(result) == [("shaft", STICK, -way)]
+            # Cubic in time: the steps leave roundoff, some 1e-14 rad.
+            assert way * result.channels["angle"][-1] == pytest.approx(expected, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
@@ -268,7 +303,6 @@ def energy(speeds: tuple[float, float]) -> float:
 def test_an_impact_with_the_other_side_taut_carries_its_mass_along() -> None:
     points = ((0.0, 90.0), (1.0, 300.0), (2.0, 300.0), (2.05, -900.0), (2.5, -900.0), (2.6, 90.0))
     data = lift(
-        mechanism__load=100.0,
         effects__hanging_masses__rope=10.0,
         drive__torque=ramp(*points),
         effects__shaft_friction=SHAFT,
@@ -387,6 +421,20 @@ def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
     assert found["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
 
 
+def test_a_load_beside_the_car_is_left_out_or_zero() -> None:
+    left_out = lift(effects__shaft_friction=SHAFT)
+    zero = changed(left_out, mechanism__load=0.0)
+    assert "load" not in left_out["mechanism"]
+    one, other = solved(left_out), solved(zero)
+    for name, channel in one.channels.items():
+        assert np.array_equal(channel, other.channels[name]), name
+    # A result holds the load as 0: its scenario loads again.
+    assert one.scenario.to_dict()["mechanism"]["load"] == 0.0
+    assert validate(one.scenario.to_dict(), SCENARIOS) == other.scenario.replace(
+        {"output.interval": 0.1}
+    )
+
+
 FAULTS = [
     (
         {"drive": {"force": 100.0, "direction": "horizontal"}},
@@ -455,6 +503,18 @@ FAULTS = [
         " above cord_radius = 0.25 m that the car of 100 kg would turn the pulley backward by"
         " accelerating it: the equations have no unique solution; give a thinner shaft",
     ),
+    (
+        {"mechanism__load": 490.5},
+        "mechanism.load: 490.5 N would hang on the side of the car of 100.0 kg, besides it: leave"
+        " load out; if it is the weight of the car, give effects.hanging_masses.car = 50, and if it"
+        " hangs from the car, 150",
+    ),
+    (
+        {"mechanism__load": 490.5, "effects__hanging_masses__g": 0.0},
+        "mechanism.load: 490.5 N would hang on the side of the car of 100.0 kg, besides it: leave"
+        " load out",
+    ),
+    ({"effects__hanging_masses": None}, "mechanism.load: missing; expected a number in N"),
     (
         {"effects__hanging_masses__restitution": 1.0},
         "effects.hanging_masses.restitution: expected a number below 1, got 1.0",

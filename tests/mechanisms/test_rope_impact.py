@@ -46,7 +46,7 @@ class After(NamedTuple):
 
 
 def numbers(r: float, inertia: float, masses: tuple[float, float], r_s: float, r_k: float) -> Any:
-    return Numbers(r, inertia, 0.0, *masses, 9.81, 0.0, r_s, r_k, np.inf, np.inf, True)
+    return Numbers(r, inertia, *masses, 9.81, 0.0, r_s, r_k, np.inf, np.inf, True)
 
 
 def drawn() -> Iterator[Case]:

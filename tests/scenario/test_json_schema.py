@@ -133,6 +133,12 @@ def test_a_wrong_scenario_is_refused(changes: dict[str, Any], message: str) -> N
     assert found.startswith(message)
 
 
+def test_a_lift_has_a_car_in_place_of_a_load() -> None:
+    lift = tomllib.loads((SCENARIOS / "lift.toml").read_text())
+    assert faults(changed(lift, mechanism__load=0.0)) == []
+    assert faults(changed(lift, mechanism__load=5.0)) == ["0 was expected"]
+
+
 def test_a_belt_has_no_absolute_tolerance() -> None:
     data = changed(tomllib.loads(PAIR), solver__atol=1e-3)
     assert faults(data) == ["Additional properties are not allowed ('atol' was unexpected)"]

@@ -47,7 +47,11 @@ def with_effects(text: str, names: list[str]) -> str:
         found = re.match(r"# \[effects\.(\w+)\]", block)
         if found and found[1] in names:
             blocks[i] = "\n".join(uncommented(block.splitlines()))
-    return "\n\n".join(blocks)
+    found = "\n\n".join(blocks)
+    # Its comment says that a load is left out with hanging masses.
+    return (
+        re.sub(r"^load = ", "# load = ", found, flags=re.M) if "hanging_masses" in names else found
+    )
 
 
 def effects_left_out(kind: str) -> list[str]:

@@ -8,12 +8,13 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.pulley import build
-from frictionsim.results import failures
+from frictionsim.results import FORWARD, STICK, failures
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation.audit import allowed_residual, audit, energy_check
 from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.mechanism import DryFriction, Trajectory
-from tests.support.problems import RETURN_FORCE
+from tests.support.problems import CORD_RADIUS, LOAD, R_S, RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 pytestmark = pytest.mark.quick
@@ -53,6 +54,7 @@ def test_a_sound_run_passes_the_audit(sound: Trajectory) -> None:
         "friction_law",
         "dissipation_sign",
         "stick_drift",
+        "release",
     }
     assert failed(sound) == set()
 
@@ -91,6 +93,48 @@ def test_slip_between_two_sticking_samples_is_not_drift() -> None:
     run = simulate(data)
     assert np.any(np.diff(run.channels["angle"][run.channels["mode"] == 0]) > 1.0)
     assert failures(run.checks) == ""
+
+
+@pytest.mark.parametrize("shift", [1e-6, -1e-6])
+def test_a_breakaway_off_its_limit_is_detected(
+    shift: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    exact = EventDrivenSolver.breakaway
+
+    def shifted(self: Any, a: float, b: float, s: int) -> tuple[float, float]:
+        held, time = exact(self, a, b, s)
+        return held + shift, time + shift
+
+    monkeypatch.setattr(EventDrivenSolver, "breakaway", shifted)
+    force = {"time": [0.0, 1.0], "value": [1832.6, 3113.75]}
+    check = simulate(pulley(drive__force=force)).checks["release"]
+    # (P - W) r - r_s (P + W) over the sum of both, of a force that is off by its slope.
+    lifting = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
+    off = 1281.15 * abs(shift) * (CORD_RADIUS - R_S) / (2.0 * (lifting - LOAD) * CORD_RADIUS)
+    assert check.value == pytest.approx(off, rel=1e-5)
+    assert not check.ok
+
+
+@pytest.mark.parametrize("time", [0.0, 1.0], ids=["at the start", "at a jump"])
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_breakaway_where_the_contact_could_hold_is_detected(
+    time: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force jumps to a share of the one that lifts, and the contact gives way in any case."""
+    lifting = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
+    jump = {"time": [time, float(np.nextafter(time, 9.0))], "value": [LOAD, share * lifting]}
+    data = pulley(drive__force=jump if time else share * lifting)
+    if time:
+        monkeypatch.setattr(EventDrivenSolver, "excess_beyond_roundoff", lambda self, t, s: s * t)
+        monkeypatch.setattr(EventDrivenSolver, "breakaway", lambda self, a, b, s: jump["time"])
+    else:
+        monkeypatch.setattr(EventDrivenSolver, "mode_from_rest", lambda self: FORWARD)
+    result = simulate(data)
+    assert (result.transitions[0].mode_from, result.transitions[0].mode_to) == (STICK, FORWARD)
+    limit, torque = R_S * (share * lifting + LOAD), CORD_RADIUS * (share * lifting - LOAD)
+    # At the jump the torque just before is zero, and its distance is the whole of the limit.
+    expected = (1.0 if time else (limit - torque) / (limit + torque)) if share < 1.0 else 0.0
+    assert result.checks["release"].value == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("rtol", [1e-10, 1e-3, 0.99])

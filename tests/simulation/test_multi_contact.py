@@ -1,6 +1,7 @@
 """Runs of several contacts: resumption, samples, audit, studies and sweeps."""
 
 from itertools import pairwise
+from math import exp, hypot, radians
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +12,20 @@ import frictionsim as fs
 from frictionsim.api.study_plan import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
-from frictionsim.results import BACKWARD, STICK
+from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
 from frictionsim.simulation.multi_contact import MultiContactSimulation
-from frictionsim.simulation.multi_contact_audit import audit
+from frictionsim.simulation.multi_contact_audit import audit, release_check
 from frictionsim.simulation.phases import event_names, sticking_phases
 from frictionsim.simulation.record import record_of
 from frictionsim.simulation.simulate import run
-from frictionsim.solvers.multi_contact import MultiContactTrajectory
+from frictionsim.solvers import multi_contact_solver
+from frictionsim.solvers.multi_contact import Modes, MultiContactTrajectory
+from frictionsim.solvers.multi_contact_modes import consistent_modes
 from frictionsim.work_precision.error_estimate import estimate
 from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
-from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved
+from tests.support.lifts import CORD, GRAVITY, SHAFT, events, grips, lift, ramp, solved
 from tests.support.scenarios import SCENARIOS, Scenario
 
 STOP = ramp((0.0, 70.0), (0.3, 400.0), (0.6, 400.0), (0.65, -900.0), (1.0, -900.0), (1.1, 70.0))
@@ -149,6 +152,62 @@ def test_the_audit_sees_a_rope_that_pushes_and_an_impact_that_drives() -> None:
     assert lost["energy_impact"][-1] > 0.0
     lost["energy_impact"] = -lost["energy_impact"]
     assert "dissipation_sign" in failed(found._replace(energy_integrals=lost), mechanism)
+
+
+def with_other_modes(monkeypatch: pytest.MonkeyPatch, found: Modes, wrong: Modes) -> None:
+    """Have the solver take other modes than those that it finds."""
+
+    def replaced(*arguments: Any) -> Modes:
+        modes = consistent_modes(*arguments)
+        return wrong if modes == found else modes
+
+    monkeypatch.setattr(multi_contact_solver, "consistent_modes", replaced)
+
+
+RISING = ramp((0.0, -28.0), (2.0, -45.0))
+# A torque that jumps beyond the limit of the shaft, -38.147 N m.
+JUMP = ramp((0.0, -28.0), (0.5, -28.0), (float(np.nextafter(0.5, 1.0)), -40.0))
+
+
+@pytest.mark.parametrize("torque", [RISING, JUMP, -40.0], ids=["at its limit", "jump", "start"])
+def test_the_audit_sees_a_cord_that_slips_within_its_limit(
+    torque: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = grips(33.0, torque)
+    assert solved(data).checks["release"].ok
+    with_other_modes(monkeypatch, (BACKWARD, STICK), (BACKWARD, FORWARD))
+    result = run(validate(data, SCENARIOS), lambda t: None)
+    assert (result.status, result.exit_code) == ("done", 3)
+    assert not result.checks["release"].ok
+    # What the torque is beyond the limit of the shaft accelerates the masses.
+    r, r_f, car, other = 0.24, 0.045 * 0.3 / hypot(1.0, 0.3), 33.0 * GRAVITY, 45.0 * GRAVITY
+    limit = r * (car - other) - r_f * (car + other)
+    beyond = 0.0 if torque is RISING else -40.0 - limit
+    inertia = 0.2 + (car * r * (r - r_f) + other * r * (r + r_f)) / GRAVITY
+    rise = r * beyond / inertia / GRAVITY
+    t1, t2 = car * (1.0 + rise), other * (1.0 - rise)
+    most = (exp(0.19 * radians(132.0)) - 1.0) * t1
+    expected = (most - (t2 - t1)) / (most + (t2 - t1))
+    assert result.checks["release"].value == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [1.0 + 1e-8, 1.0 - 1e-8])
+def test_the_audit_sees_a_shaft_that_gives_way_off_its_limit(share: float) -> None:
+    scenario = validate(slack_lift(), SCENARIOS)
+    mechanism = build(scenario)
+    simulation = MultiContactSimulation(scenario, mechanism)
+    simulation.solve(lambda t: None)
+    samples = simulation._samples()
+    before, after = (
+        simulation._trajectory_of(rows, samples.transitions)
+        for rows in (samples.before, samples.after)
+    )
+    assert release_check(mechanism, before, after, 2.0).ok
+    shaft, *ropes = mechanism.contacts
+    other = shaft._replace(static_limit=lambda forces, s: share * shaft.static_limit(forces, s))
+    found = release_check(mechanism._replace(contacts=(other, *ropes)), before, after, 2.0)
+    # Off by 1e-8 of the limit, relative to the sum of limit and force.
+    assert found.value == pytest.approx(0.5e-8, rel=1e-5)
 
 
 def test_a_study_compares_tolerances_of_events() -> None:

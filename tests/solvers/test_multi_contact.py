@@ -20,7 +20,7 @@ from frictionsim.solvers.multi_contact_modes import Margin, Released, consistent
 from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved, times
 
 NOTHING = Balance((0.0,), (0.0,))
-BALANCED = {"effects__hanging_masses__car": 80.0, "mechanism__load": 0.0}
+BALANCED = {"effects__hanging_masses__car": 80.0}
 
 
 def search(margins: dict[str, Any], of_force: bool, tie: float = 0.0) -> list[Event]:
@@ -166,3 +166,29 @@ def test_equations_without_a_solution_are_an_error() -> None:
         " motion on the contacts 'block': the friction is too large for them; check the"
         " coefficients of friction and the radius of the shaft"
     )
+
+
+def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
+    """Of two contacts on their own coordinates, that at its limit gives way: the other holds.
+
+    Its acceleration is roundoff of the wrong sign; if the other gave way, it would be positive.
+    """
+
+    def balance(u: float, q: Sequence[float], v: Sequence[float], modes: Modes) -> Balance:
+        first = 1.0 if modes[1] else -1e-17
+        return Balance((first if modes[0] else 0.0, float(modes[1])), (0.0, 0.0))
+
+    contacts = tuple(
+        FrictionContact(
+            name,
+            i,
+            force=lambda forces: 0.0,
+            static_limit=lambda forces, s: 1.0,
+            kinetic_limit=lambda forces, s: 1.0,
+            roundoff=lambda u, forces: 1e-12,
+        )
+        for i, name in enumerate(("shaft", "cord"))
+    )
+    mechanism = sliding_block(0.0, 0.0)._replace(balance=balance, contacts=contacts)
+    found = consistent_modes(mechanism, 0.0, (0.0,) * 2, (0.0,) * 2, Released({0: FORWARD}, {}))
+    assert found == (FORWARD, STICK)

@@ -53,18 +53,22 @@ def base(draw: _Draw, unlike: float = 1.6) -> Scenario:
     counterweight = car * draw.size(1 / unlike, unlike)
     rope = draw.one_of(0.0, 0.1 * car)
     inertia = (2 * car + rope) * r * r * draw.size(0.03, 10.0)
-    mu_s = draw(0.1, 0.4)
+    mu_s, hung = draw(0.1, 0.4), draw.one_of(0.0, draw(0.0, 0.5) * car)
     data: Scenario = {
         "kind": "pulley",
         "mechanism": {
             "cord_radius": r,
             "inertia": inertia,
-            "load": draw.one_of(0.0, draw(0.0, 0.5) * car * G),
             "initial_angle_deg": draw.one_of(0.0, draw(-90.0, 90.0)),
         },
         "drive": {},
         "effects": {
-            "hanging_masses": {"car": car, "counterweight": counterweight, "rope": rope, "g": G},
+            "hanging_masses": {
+                "car": car + hung,
+                "counterweight": counterweight,
+                "rope": rope,
+                "g": G,
+            },
             "shaft_friction": {
                 "shaft_radius": r * draw(0.1, 0.5),
                 "mu_s": mu_s,
@@ -83,7 +87,7 @@ def numbers(data: Scenario) -> tuple[float, float, float, float]:
     """Return the weights of both sides, N, the cord radius, m, and the static friction radius."""
     masses, mechanism = data["effects"]["hanging_masses"], data["mechanism"]
     shaft, half = data["effects"]["shaft_friction"], masses["rope"] / 2
-    first = (masses["car"] + half) * masses["g"] + mechanism["load"]
+    first = (masses["car"] + half) * masses["g"]
     second = (masses["counterweight"] + half) * masses["g"]
     r_s = shaft["shaft_radius"] * shaft["mu_s"] / hypot(1.0, shaft["mu_s"])
     return first, second, mechanism["cord_radius"], r_s

@@ -42,9 +42,7 @@ def energies(of: Solution) -> dict[str, float]:
     found["energy_kinetic"] = float(
         (lift.inertia * end.w**2 + lift.m1 * end.v1**2 + lift.m2 * end.v2**2) / 2
     )
-    found["energy_potential"] = float(
-        (lift.m1 * lift.g + lift.load) * end.x1 + lift.m2 * lift.g * end.x2
-    )
+    found["energy_potential"] = float(lift.m1 * lift.g * end.x1 + lift.m2 * lift.g * end.x2)
     return found
 
 
@@ -62,7 +60,7 @@ def largest_violation(of: Solution) -> dict[str, float]:
     was found.
     """
     lift = of.lift
-    weight = (lift.m1 + lift.m2) * lift.g + lift.load
+    weight = (lift.m1 + lift.m2) * lift.g
     worst: dict[str, float] = {}
 
     def see(name: str, amount: Any) -> None:
@@ -80,7 +78,7 @@ def _examine(of: Solution, piece: Motion, u: Any, see: Callable[[str, Any], None
     r = lift.r
     t1, t2, force = piece.t1(u), piece.t2(u), piece.force(u)
     w, v1, v2 = piece.w(u), piece.v1(u), piece.v2(u)
-    see("car", abs(lift.m1 * (piece.v1.slope()(u) + lift.g) + lift.load - t1))
+    see("car", abs(lift.m1 * (piece.v1.slope()(u) + lift.g) - t1))
     see("counterweight", abs(lift.m2 * (piece.v2.slope()(u) + lift.g) + force - t2))
     friction = lift.inertia * piece.w.slope()(u) - (t2 - t1) * r - piece.torque(u) + lift.b * w
     reaction = t1 + t2

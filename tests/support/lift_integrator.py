@@ -77,7 +77,7 @@ class Integration:
         a, c = np.zeros((6, 6)), np.zeros(6)
         a[0, :] = p["inertia"], 0, 0, r, -r, -1
         c[0] = torque - p["b"] * y[1]
-        a[1, 1], a[1, 3], c[1] = p["m1"], -1, -p["m1"] * p["g"] - p["load"]
+        a[1, 1], a[1, 3], c[1] = p["m1"], -1, -p["m1"] * p["g"]
         a[2, 2], a[2, 4], c[2] = p["m2"], -1, -p["m2"] * p["g"] - force
         if modes.shaft == 0:
             a[3, 0] = 1

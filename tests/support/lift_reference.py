@@ -2,7 +2,7 @@
 
 Newton and Euler for each body, x1 and x2 upwards from the start, theta > 0 lifts the car:
 
-    m1 x1'' = T1 - m1 g - W,   m2 x2'' = T2 - m2 g - P,   m = car or counterweight + rope/2
+    m1 x1'' = T1 - m1 g,   m2 x2'' = T2 - m2 g - P,   m = car or counterweight + rope/2
     I theta'' = (T2 - T1) r + tau - b theta' + T,   |T| <= r_s (T1 + T2),   sliding r_k
 
 A side is taut (x1' = r theta', x2' = -r theta') or slack (tension zero). With cord friction the
@@ -38,7 +38,6 @@ class Lift:
 
     r: Number
     inertia: Number
-    load: Number
     m1: Number
     m2: Number
     g: Number
@@ -74,7 +73,6 @@ class Lift:
         return cls(
             r=mpf(data["mechanism"]["cord_radius"]),
             inertia=mpf(data["mechanism"]["inertia"]),
-            load=mpf(data["mechanism"]["load"]),
             m1=mpf(masses["car"]) + half,
             m2=mpf(masses["counterweight"]) + half,
             g=mpf(masses.get("g", 9.81)),
@@ -169,7 +167,7 @@ def motion(lift: Lift, t: Number, state: State, modes: Combination) -> Motion:
     force, until = piece_of_signal(lift.force, t)
     torque, until_torque = piece_of_signal(lift.torque, t)
     end = min(until, until_torque, lift.end)
-    down1, down2 = Curve((lift.load + lift.m1 * lift.g,)), force + lift.m2 * lift.g
+    down1, down2 = Curve((lift.m1 * lift.g,)), force + lift.m2 * lift.g
     (q1, q2), s, r = modes.taut, modes.shaft, lift.r
     arm1, arm2 = r + s * lift.r_k, r - s * lift.r_k  # of the tensions, with friction
     zero = Curve((mpf(0),))

@@ -13,7 +13,7 @@ def lift(**changes: Any) -> Scenario:
     """Return a pulley with car and counterweight, driven by a torque; keys as `a__b=value`."""
     data: Scenario = {
         "kind": "pulley",
-        "mechanism": {"cord_radius": 0.25, "inertia": 2.0, "load": 0.0},
+        "mechanism": {"cord_radius": 0.25, "inertia": 2.0},
         "drive": {"torque": 0.0},
         "effects": {"hanging_masses": {"car": 100.0, "counterweight": 80.0, "g": GRAVITY}},
         "solver": {"duration": 2.0, "rtol": 1e-11, "atol": 1e-14},
@@ -24,6 +24,22 @@ def lift(**changes: Any) -> Scenario:
 
 SHAFT = {"shaft_radius": 0.05, "mu_s": 0.3, "mu_k": 0.2}
 CORD = {"mu_s": 0.12, "mu_k": 0.1, "wrap_deg": 180.0}
+
+
+def grips(car: float, torque: Any, mirrored: bool = False) -> Scenario:
+    """Return a lift whose cord holds where its shaft gives way, at no acceleration: mu_k = mu_s.
+
+    Both could slip as well. The car of 33 kg or so is lighter than the counterweight.
+    """
+    masses = (45.0, car) if mirrored else (car, 45.0)
+    return lift(
+        mechanism={"cord_radius": 0.24, "inertia": 0.2},
+        drive__torque=torque,
+        effects__hanging_masses={"car": masses[0], "counterweight": masses[1], "g": GRAVITY},
+        effects__shaft_friction={"shaft_radius": 0.045, "mu_s": 0.3, "mu_k": 0.3},
+        effects__cord_friction={"mu_s": 0.19, "mu_k": 0.12, "wrap_deg": 132.0},
+        solver__duration=3.0,
+    )
 
 
 def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
