@@ -313,3 +313,17 @@ def test_it_does_not_apply_where_arrays_round_otherwise(monkeypatch: pytest.Monk
     assert applies(scenario, ["mechanism.load"])
     monkeypatch.setattr(lockstep, "functions_agree", lambda: False)
     assert not applies(scenario, ["mechanism.load"])
+
+
+def test_a_run_whose_load_jumps_past_the_limit_is_done_alone() -> None:
+    """Just before the jump the contact is far from its limit: the audit looks at the load then."""
+    times = [0.0, 1.0, float(np.nextafter(1.0, 2.0))]
+    data = pulley(drive__force={"time": times, "value": [1832.6, 1832.6, 3113.75]})
+    scenarios = sweep(data, "mechanism.load", (LOAD, 2100.0, 1000.0))
+    first, second, slides = run_lockstep(scenarios)
+    assert (first, second) == (None, None)
+    assert content(slides) == content(alone(scenarios[2]))
+    for scenario in scenarios:
+        result = alone(scenario)
+        assert result is not None
+        assert result.checks["release"].value == 0.0
