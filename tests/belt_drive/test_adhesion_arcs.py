@@ -19,7 +19,7 @@ def arcs(done: RunResult) -> list[float]:
     return [float(arc) for arc in found if arc is not None]
 
 
-@pytest.mark.parametrize("seed", [0, 1, 4])
+@pytest.mark.parametrize("seed", [0, 3, 6])
 def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     """Unlike radii and coefficients; the drives run one way and the other."""
     drive = drawn_drive(seed)
@@ -29,7 +29,7 @@ def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
         for points in POINTS
     ]
     order = -np.polyfit(np.log(POINTS), np.log(errors), 1)[0]
-    # Waves and where a mesh ends on an arc make single steps of 1.2 to 2.3. Counted as whole
+    # Waves and where a mesh ends on an arc make orders of 1.7 to 2. Counted as whole
     # points, half of one too much sticks: of first order, 0.1 to 0.3 rad at 60.
     assert order > 1.5
     assert errors[1] < 0.01

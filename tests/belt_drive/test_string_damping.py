@@ -192,7 +192,7 @@ def test_drawn_belts_keep_energy_friction_and_balance(
     assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)
 
 
-@pytest.mark.parametrize("points", [6, 9, 12])
+@pytest.mark.parametrize("points", [6, 8, 12])
 def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(points: int) -> None:
     """Points between the pulleys are candidates of both, and loaded by one of them at most."""
     data = string(
@@ -206,8 +206,8 @@ def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(po
     exact = stepped({**data, "solver": {"backend": "rkf45", "duration": END, "rtol": 1e-7}})
     found = stepped(changed_step(data, "step", 1e-5))
     assert solves_for_dampers(found.stepper)
-    # In sizes of the states; switches of friction are of first order.
-    assert distance(found, exact) < 1e-3
+    # In sizes of the states: the step leaves 2e-7, the friction of the other pulley 0.05.
+    assert distance(found, exact) < 1e-5
 
 
 # --- checkpoints ----------------------------------------------------------------------------------

@@ -230,9 +230,9 @@ def _bursts(model: "BeltModel", quantities: "Quantities") -> Iterator[str]:
     share = quantities["stick_fraction"].value if model.distinct_static_friction else None
     if share is not None and share < ALL_STICKS:
         yield (
-            "mu_s is above mu_k: a guided belt then slides in bursts whose size depends on the"
-            " number of bodies (about bodies^-0.55), and with them do stick_fraction and"
-            " adhesion_arc_*; for values that do not, set mu_s = mu_k"
+            "mu_s is above mu_k: a guided belt then slides in bursts that belong to its mesh; they"
+            " shrink as bodies are added, and stick_fraction and adhesion_arc_* with them: compare"
+            " a belt of more bodies, or set mu_s = mu_k"
         )
 
 
