@@ -9,6 +9,7 @@ import pytest
 
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
+from tests.benchmarks import results_creep
 from tests.support.problems import (
     BREAKAWAY,
     CORD_RADIUS,
@@ -190,3 +191,29 @@ def test_the_page_has_the_meshes_of_the_cost_table() -> None:
         errors = [100.0 * float(found[f"{name}_relative [1]"]) for name in names]
         assert list(map(float, cells[:4])) == [float(f"{error:.2g}") for error in errors]
         assert cells[5] == f"{float(found['wall_seconds [s]']):.2g}"
+
+
+def test_the_page_on_guided_belts_has_the_measured_errors_of_creep() -> None:
+    page = (RESULTS.parent / "docs/mechanisms/guided-belt.md").read_text(encoding="utf-8")
+    shown = page.split("<!-- table: creep of guided belts -->\n")[1].split("\n\n")[0]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown.splitlines()]
+    lines = (RESULTS / "guided_creep.csv").read_text(encoding="utf-8").splitlines()
+    heading, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    assert cells[0] == heading
+    for found, row in zip(cells[2:], rows, strict=True):
+        assert found == [row[0], *(f"{float(value):.2g}" for value in row[1:])]
+
+
+@pytest.mark.parametrize("drive", [2, 5])
+def test_errors_of_creep_are_within_those_of_the_table(drive: int) -> None:
+    lines = (RESULTS / "guided_creep.csv").read_text(encoding="utf-8").splitlines()
+    row = next(iter(csv.DictReader(line for line in lines if not line.startswith("#"))))
+    errors = results_creep.errors_of(drive, int(row["points"]))
+    # The means of a few rounds of the belt differ by a part of their error from machine to machine.
+    for key, column in (
+        ("creep", "creep, largest [%]"),
+        ("tension_tight", "tight span, largest [%]"),
+        ("tension_slack", "slack span, largest [%]"),
+        ("adhesion_arc", "arc of adhesion, largest [rad]"),
+    ):
+        assert max(map(abs, errors[key])) <= 1.05 * float(row[column])

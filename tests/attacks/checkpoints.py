@@ -81,6 +81,7 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "belt of many effects moreau": (lambda: belt(trio(), "moreau"), 12),
     "belt of many effects rkf45": (lambda: belt(trio(), "rkf45"), 12),
     "string moreau": (lambda: belt(pair(**WITHOUT_CONTACT), "moreau"), 12),
+    "string stiff moreau": (lambda: belt(pair(**WITHOUT_CONTACT, **STIFF), "moreau"), 12),
     "string rkf45": (lambda: belt(pair(**WITHOUT_CONTACT), "rkf45"), 12),
     "belt in segments": (lambda: belt(pair(), "moreau", output__interval=2e-5), 25),
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from tests.benchmarks.results_common import RESULTS, command, provenance, say
+from tests.benchmarks.results_creep import drawn_creep
 from tests.benchmarks.results_drawn import drawn_belts
 from tests.benchmarks.results_energy import energy
 from tests.benchmarks.results_laws import laws
@@ -88,6 +89,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "seat": seat,
     "energy": energy,
     "drawn": drawn_belts,
+    "creep": drawn_creep,
 }
 
 

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable
+from importlib import import_module
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.validation import validate
 from tests.support.belt_reference import Belt
@@ -109,8 +109,7 @@ def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
     model = assemble(scenario)
     if disturb is not None:
         disturb(model)
-    module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-    stepper = module.BeltStepper(model, scenario.solver)
+    stepper = import_module(scenario.pair.module).BeltStepper(model, scenario.solver)
     stepper.start()
     end = scenario.solver.duration
     while stepper.t < end * (1.0 - 1e-12):

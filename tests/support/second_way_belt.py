@@ -323,24 +323,45 @@ def _efficiency(part: Record, power: Array) -> Seen:
 
 
 def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
-    """Return how much of the pulleys is touched, and how much of that does not slide."""
+    """Return how much of the pulleys is touched, and how much of that does not slide.
+
+    The friction of what slides is all that there can be: its share of that is the part that slides.
+    """
     on = touching(part)
-    statistics = {j: np.sum(on == j, axis=1).astype(float) for j in range(len(drive.names))}
     still = part.channels.get("sticking")
-    seen = {}
+    seen, arcs, held = {}, [], []
     for j, name in enumerate(drive.names):
-        seen[f"contact_arc_{name}"] = _arc(part.time, statistics[j], length / drive.radius[j])
+        arcs.append(np.sum(on == j, axis=1).astype(float))
+        seen[f"contact_arc_{name}"] = _arc(part.time, arcs[j], length / drive.radius[j])
         if still is not None:
-            sticks = np.sum((on == j) & (still == 1.0), axis=1).astype(float)
-            seen[f"adhesion_arc_{name}"] = _arc(part.time, sticks, length / drive.radius[j])
+            limit = _coefficients(part, name, length, still) * part.channels["normal_force"]
+            some = (on == j) & (limit > 0.0)
+            share = np.where(
+                some, part.channels["friction_force"] / np.where(some, limit, 1.0), 0.0
+            )
+            sliding = np.abs(np.sum(np.clip(share, -1.0, 1.0), axis=1))
+            held.append((arcs[j] - sliding) * np.any((on == j) & (still == 1.0), axis=1))
+            seen[f"adhesion_arc_{name}"] = _arc(part.time, held[j], length / drive.radius[j])
     if still is not None:
-        stick = averaged(part.time, np.sum((on >= 0) & (still == 1.0), axis=1).astype(float))
-        touch = averaged(part.time, np.sum(on >= 0, axis=1).astype(float))
+        stick, touch = averaged(part.time, sum(held)), averaged(part.time, sum(arcs))
         assert stick.value is not None
         assert touch.value
         doubt = (stick.uncertainty + touch.uncertainty) / touch.value
         seen["stick_fraction"] = Seen(stick.value / touch.value, doubt)
     return seen
+
+
+def _coefficients(part: Record, pulley: str, length: float, still: Array) -> Array:
+    """Return the coefficient of friction of each body at a pulley, static where it sticks."""
+    effects = part.scenario["effects"]
+    friction, patch = effects["belt_friction"], effects.get("patch")
+    own = (friction.get("pulleys") or {}).get(pulley, friction)
+    mu = np.where(still == 1.0, own["mu_s"], own["mu_k"])
+    if patch is None:
+        return mu
+    middle = length * (np.arange(still.shape[1]) + 0.5)
+    inside = (middle >= patch["from"]) & (middle < patch["to"])
+    return np.where(inside, np.where(still == 1.0, patch["mu_s"], patch["mu_k"]), mu)
 
 
 def _arc(time: Array, count: Array, angle: float) -> Seen:

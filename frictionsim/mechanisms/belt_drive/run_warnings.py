@@ -31,6 +31,8 @@ UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady 
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
 CREATED = 0.01  # of the energy that the springs store at the start
+ALL_STICKS = 0.99  # of the contact arcs
+SHORTER = 2.0  # steps of dampers than those of waves
 # What wrap factors leave of the slip that corners make is (l/R)^2 over 80 to 170; on the safe side.
 CORRECTED_DIVISOR = 72
 
@@ -59,11 +61,14 @@ def warnings_of(
         *_pushed_off(scenario, time, seen),
         *_full_slip(scenario, time, seen),
         *_created_energy(scenario, seen),
+        *_steps_of_dampers(scenario, model),
     ]
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
         found += _untouched_patch(scenario, model, seen)
         found += _unsteady_means(scenario, model, time, seen)
-        if not scenario.guided:
+        if scenario.guided:
+            found += _bursts(model, quantities)
+        else:
             found += _slip_of_corners(model, quantities)
         found += _no_efficiency(quantities)
     return tuple(found)
@@ -217,6 +222,31 @@ def _slip_of_corners(model: "BeltModel", quantities: "Quantities") -> Iterator[s
             f" (l/R)^2/{divisor} = {corner:.2g} %: take slip, and tensions on the arcs, from a belt"
             " of more bodies"
         )
+
+
+def _bursts(model: "BeltModel", quantities: "Quantities") -> Iterator[str]:
+    """Say that a guided belt whose static friction is larger slides in bursts of its points."""
+    share = quantities["stick_fraction"].value if model.distinct_static_friction else None
+    if share is not None and share < ALL_STICKS:
+        yield (
+            "mu_s is above mu_k: a guided belt then slides in bursts that belong to its mesh; they"
+            " shrink as bodies are added, and stick_fraction and adhesion_arc_* with them: compare"
+            " a belt of more bodies, or set mu_s = mu_k"
+        )
+
+
+def _steps_of_dampers(scenario: "BeltDriveScenario", model: "BeltModel") -> Iterator[str]:
+    """Say that the dampers of a guided belt make the adaptive steps short, which are explicit."""
+    law, damping = scenario.effects.belt_friction, model.system.effects.axial_damping.damping
+    if scenario.guided and scenario.solver.backend == "rkf45" and damping is not None:
+        decay = 4.0 * damping / model.system.chain.mass
+        ratio = decay / model.max_frequency_and_decay[0]
+        if ratio > SHORTER and (law is None or law.law == "set-valued"):
+            yield (
+                "the dampers of effects.axial_damping make the steps of 'rkf45' about"
+                f" {ratio:.2g} times as short as the waves along the belt do; solver.backend ="
+                " 'moreau' solves for these dampers, at the steps of the waves"
+            )
 
 
 def _no_efficiency(quantities: "Quantities") -> Iterator[str]:

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
+    Indices = npt.NDArray[np.int64]
 
 
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
@@ -172,7 +173,9 @@ class Observer:
     def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
         contacts = self._system.contacts
         count = contacts.offsets[-1]
-        filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
+        # A body may be a candidate of two pulleys, and is pressed on one.
+        pressed = (contacts.table[RADIUS, :count] > 0.0) & (contacts.table[NORMAL, :count] > 0.0)
+        filled = np.flatnonzero(pressed)
         body = contacts.body[filled].astype(np.int64)
         found = self._places(kinematics)
         for name, row in (
@@ -183,13 +186,13 @@ class Observer:
         ):
             found[name] = np.zeros(self._bodies)
             found[name][body] = contacts.table[row, filled]
-        touching = found["normal_force"] > 0.0
         found["friction_force"] *= self.force_per_impulse
-        found["slip_velocity"] *= touching
-        found["sticking"] *= touching
-        pulley = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
         found["pulley_index"] = np.full(self._bodies, -1.0)
-        found["pulley_index"][body] = np.where(touching[body], pulley, -1.0)
+        found["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
+        found["_utilisation"] = np.zeros(self._bodies)
+        found["_utilisation"][body] = utilisation(
+            contacts.table[:, filled], found["friction_force"][body]
+        )
         found["tension"] = self._tension(kinematics)
         return found
 
@@ -249,12 +252,12 @@ class Observer:
         }
 
     def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
-        """Return how many bodies touch each pulley, and how many of them stick."""
-        pulley, members = channels["pulley_index"], range(self._system.pulleys.table.shape[1])
-        sticking = channels["sticking"]
+        """Return how many bodies touch each pulley, and on how many lengths of them it sticks."""
+        members = range(self._system.pulleys.table.shape[1])
+        on = [np.flatnonzero(channels["pulley_index"] == j) for j in members]
         return {
-            "_touching": np.array([np.sum(pulley == j) for j in members]),
-            "_sticking": np.array([sticking[pulley == j].sum() for j in members]),
+            "_touching": np.array([len(bodies) for bodies in on]),
+            "_sticking": np.array([adhesion(channels, i, np.ones(len(i))) for i in on]),
         }
 
     def _belt_speed(self, kinematics: "Array") -> float:
@@ -356,6 +359,42 @@ def kinetic_energy(system: "System", kinematics: "Array", speeds: "Array") -> fl
     linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
     turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
     return float(0.5 * (linear + turning))
+
+
+def utilisation(contacts: "Array", friction: "Array") -> "Array":
+    """Return the friction of contacts over what they can have, from -1 to 1.
+
+    Parameters
+    ----------
+    contacts : (21, n)
+        Rows of `kernels.layout`.
+    friction : (n,), N
+    """
+    coefficient = np.where(contacts[STICKING] > 0.0, contacts[STATIC], contacts[KINETIC])
+    limit = coefficient * contacts[NORMAL]
+    share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
+    return np.clip(share, -1.0, 1.0)
+
+
+def adhesion(channels: dict[str, "Array"], bodies: "Indices", length: "Array") -> float:
+    """Return the length on which the belt sticks to a pulley; zero where no body sticks.
+
+    The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for waves,
+    whose mean is zero, and for the body between the two: the share of its limit is that of its
+    length that slides. Counted as a whole it would make an error of first order.
+
+    Parameters
+    ----------
+    channels : dict of (n,)
+    bodies : (m,)
+        Those on the pulley.
+    length : (m,)
+        The length of each on it, in any unit.
+    """
+    if not channels["sticking"][bodies].any():
+        return 0.0
+    sliding = abs(float(np.sum(channels["_utilisation"][bodies] * length)))
+    return max(float(np.sum(length)) - sliding, 0.0)
 
 
 def friction_power(channels: dict[str, "Array"]) -> "Array":

@@ -3,6 +3,11 @@
 Moreau's scheme, as in `steppers.moreau_kernels` for bodies in the plane: half a step with the old
 velocities, the forces there, the impulses of friction together with the speeds of the pulleys, half
 a step with the new velocities.
+
+Dampers along the belt that would shorten the steps are solved for together with the friction, by
+the equations of `steppers.moreau_damping` with all joints along one line. Their impulses D are part
+of the tension T + D/h that presses a point on its arc, so that the limits of the friction follow
+them: both are corrected in turn until they agree.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -45,10 +50,26 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED,
     SPEED_OLD,
     STICK_BIAS,
+    STICKING,
     TENSION,
     TORQUE,
     VELOCITY,
     copy,
+)
+from frictionsim.mechanisms.belt_drive.steppers.moreau_contacts import free_pulley_speeds
+from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
+    DAMPING_DVX,
+    EX,
+    MAX_ACTIVE_SET_ITERATIONS,
+    MAX_BLOCK_ITERATIONS,
+    RATE,
+    StiffDamping,
+    initial_friction,
+    limit_towards,
+    solve_with_active_set,
+    stiff_damping,
+    store_new_speeds,
+    update_active_set,
 )
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     ENDED,
@@ -68,6 +89,11 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for candidates to the next
+
+# Row of the dampers' table: their impulses that the tensions have, N s, in the place of what they
+# do to velocities in the plane.
+IMPULSE = DAMPING_DVX
+TENSION_TOLERANCE = 1e-8  # of a correction of the tensions, over their mean
 
 
 class StringState(NamedTuple):
@@ -92,18 +118,27 @@ class StringState(NamedTuple):
     counts: "Indices"
 
 
+def string_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
+    """Return the damping, N s/m, of the joints of a string with arrays to solve for it."""
+    damping = stiff_damping(coefficient, width, pulleys)
+    damping.table[EX] = 1.0  # every joint points along the line, and has no lever
+    return damping
+
+
 @kernel
 def integrate_string(
     steps: int,
     h: float,
     state: StringState,
     distinct_static_friction: bool,
+    stiff: StiffDamping | None,
     line: PitchLine,
     system: "System",
 ) -> int:
     """Take so many steps of length h, s; return ENDED or NOT_FINITE.
 
-    With no step it evaluates the forces without friction.
+    With no step it evaluates the forces without friction. With `stiff` the dampers along the belt
+    are solved for, and `system` has none.
     """
     counts = state.counts
     if counts[STEPS] == 0 and steps == 0:
@@ -115,7 +150,7 @@ def integrate_string(
     for _ in range(steps):
         if counts[SINCE_SEARCH] == 0:
             find_candidates(line, state.new, system)
-        step_string(counts[STEPS] * h, h, state, line, system)
+        step_string(counts[STEPS] * h, h, state, stiff, line, system)
         if distinct_static_friction:
             update_contact_modes(system.contacts)
         counts[STEPS] += 1
@@ -134,7 +169,14 @@ def find_candidates(line: PitchLine, kinematics: "Array", system: "System") -> N
 
 
 @inline_kernel
-def step_string(t: float, h: float, state: StringState, line: PitchLine, system: "System") -> None:
+def step_string(
+    t: float,
+    h: float,
+    state: StringState,
+    stiff: StiffDamping | None,
+    line: PitchLine,
+    system: "System",
+) -> None:
     """Take one step from time t."""
     layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
     pulleys, pulley, free = system.pulleys, system.pulleys.table, system.pulleys.free
@@ -161,7 +203,9 @@ def step_string(t: float, h: float, state: StringState, line: PitchLine, system:
     new, gain = y[half : layout.angles], h / chain.mass
     for k in range(n):
         new[k] = before[k] + gain * (tension[k + 1] - tension[k])
-    rubbed = solve_impulses(h, before, new, line, system)
+    free_pulley_speeds(h, pulleys)
+    taken = solve_dampers(h, velocity, before, new, stiff, line, system)
+    rubbed = solve_friction_impulses(h, before, new, stiff, line, system)
     for i in range(n):
         y[i] = position[i] + 0.5 * h * new[i]
     for k in range(len(free)):
@@ -173,37 +217,36 @@ def step_string(t: float, h: float, state: StringState, line: PitchLine, system:
         y[layout.energies] += h * pulley[TORQUE, j] * mean
         pulley[SPEED, j] = pulley[ALPHA, j]
     y[layout.energies + FRICTION_HEAT] += rubbed
-    y[layout.energies + DAMPING_HEAT] += h * damping_power(axial.damping, n, velocity, before, new)
+    taken += h * damping_power(axial.damping, n, velocity, before, new)
+    y[layout.energies + DAMPING_HEAT] += taken
 
 
 @inline_kernel
-def solve_impulses(
-    h: float, old: "Array", new: "Array", line: PitchLine, system: "System"
+def solve_friction_impulses(
+    h: float,
+    old: "Array",
+    new: "Array",
+    stiff: StiffDamping | None,
+    line: PitchLine,
+    system: "System",
 ) -> float:
-    """Solve for the impulses, add them to the new velocities, and write new speeds into ALPHA.
+    """Solve for the friction, unless that was done together with the dampers; return its heat, J.
 
-    Return the heat of friction, J. `old` and `new` are velocities; where a speed is prescribed
-    SPEED is the new one already. Afterwards SLIP has the new slip.
+    Adds its impulses to the new velocities, and writes new speeds into ALPHA, which has those
+    without friction. Afterwards SLIP has the new slip.
     """
     contacts, pulleys = system.contacts, system.pulleys
     pulley, table, mass = pulleys.table, contacts.table, system.chain.mass
-    for j in range(pulley.shape[1]):
-        pulley[ALPHA, j] = pulley[SPEED, j]
-    for j in pulleys.free:
-        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
     if system.friction is None:
         return 0.0
     runs = line.runs
-    for run in range(line.run_count[0]):
-        i, s, count = runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run], runs[COUNT, run]
-        sense, bias, v = line.senses[runs[PULLEY, run]], table[STICK_BIAS, s:], new[i:]
-        for k in range(count):
-            bias[k] = -sense * v[k]
-    friction_limits(contacts, h)
-    for j in pulleys.free:
-        external, guess = pulley[INERTIA, j] * pulley[ALPHA, j], pulley[SPEED_OLD, j]
-        pulley[ALPHA, j] = solve_pulley_motion(j, guess, external, contacts, pulleys, mass)
-    project_friction(contacts, pulleys, mass, pulley[ALPHA])
+    if stiff is None:
+        stick_biases(new, line, table)
+        friction_limits(contacts, h)
+        for j in pulleys.free:
+            external, guess = pulley[INERTIA, j] * pulley[ALPHA, j], pulley[SPEED_OLD, j]
+            pulley[ALPHA, j] = solve_pulley_motion(j, guess, external, contacts, pulleys, mass)
+        project_friction(contacts, pulleys, mass, pulley[ALPHA])
     rubbed = 0.0
     for run in range(line.run_count[0]):
         i, s, count = runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run], runs[COUNT, run]
@@ -220,6 +263,96 @@ def solve_impulses(
         for k in range(count):
             rubbed += friction[k] * (mean_rim - 0.5 * sense * (v_old[k] + v[k]))
     return rubbed
+
+
+@inline_kernel
+def stick_biases(new: "Array", line: PitchLine, table: "Array") -> None:
+    """Write STICK_BIAS of the new velocities without friction."""
+    runs = line.runs
+    for run in range(line.run_count[0]):
+        i, s, count = runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run], runs[COUNT, run]
+        sense, bias, v = line.senses[runs[PULLEY, run]], table[STICK_BIAS, s:], new[i:]
+        for k in range(count):
+            bias[k] = -sense * v[k]
+
+
+@inline_kernel
+def solve_dampers(
+    h: float,
+    middle: "Array",
+    old: "Array",
+    new: "Array",
+    stiff: StiffDamping | None,
+    line: PitchLine,
+    system: "System",
+) -> float:
+    """Solve for the impulses of stiff dampers and of friction; return the heat of the dampers, J.
+
+    `new` are the velocities without both, to which those of the dampers are added; `middle` press
+    the points on their arcs less. Reads the TENSION of the springs and adds that of the dampers.
+    """
+    heat = 0.0
+    if stiff is not None:
+        chain, contacts, pulleys = system.chain, system.contacts, system.pulleys
+        n, rate, impulse = chain.bodies, stiff.table[RATE], stiff.columns[0]
+        for k in range(n):
+            b = k - 1 if k > 0 else n - 1
+            rate[k] = old[k] + new[k] - old[b] - new[b]
+        stick_biases(new, line, contacts.table)
+        add_impulses(1.0 / h, stiff.table[IMPULSE], system.workspace[TENSION], n)
+        normal_forces(line, middle, system)
+        friction_limits(contacts, h)
+        initial_friction(contacts, pulleys)
+        for i in range(MAX_ACTIVE_SET_ITERATIONS):
+            solve_with_active_set(h, chain, contacts, pulleys, stiff)
+            changed = update_active_set(i, chain, contacts, pulleys, stiff)
+            if not changed or i < MAX_BLOCK_ITERATIONS:
+                changed = update_tensions(h, middle, stiff, line, system) or changed
+            if not changed:
+                break
+        store_new_speeds(pulleys, stiff)
+        for k in range(n):
+            a = k + 1 if k < n - 1 else 0
+            new[k] += (impulse[a] - impulse[k]) / chain.mass
+            heat += impulse[k] * impulse[k] / (h * stiff.coefficient)
+    return heat
+
+
+@inline_kernel
+def add_impulses(rate: float, impulse: "Array", tension: "Array", n: int) -> None:
+    """Add the impulses of dampers in a step to the tensions; `rate` is one over its length, 1/s."""
+    for k in range(n):
+        tension[k] += rate * impulse[k]
+    tension[n] = tension[0]
+
+
+@inline_kernel
+def update_tensions(
+    h: float, middle: "Array", stiff: StiffDamping, line: PitchLine, system: "System"
+) -> bool:
+    """Correct tensions, normal forces and limits by the impulses of the dampers that were found.
+
+    Return whether they were off; friction that is at its limit follows it.
+    """
+    contacts, table, n = system.contacts, system.contacts.table, system.chain.bodies
+    impulse, used = stiff.columns[0], stiff.table[IMPULSE]
+    tension = system.workspace[TENSION]
+    off = size = 0.0
+    for k in range(n):
+        off += abs(impulse[k] - used[k])
+        size += h * abs(tension[k])
+    if not off > TENSION_TOLERANCE * size:
+        return False
+    for k in range(n):
+        tension[k] += (impulse[k] - used[k]) / h
+        used[k] = impulse[k]
+    tension[n] = tension[0]
+    normal_forces(line, middle, system)
+    friction_limits(contacts, h)
+    for s in range(contacts.offsets[-1]):
+        if table[STICKING, s] == 0.0:
+            table[FRICTION, s] = limit_towards(table, s, table[FRICTION, s])
+    return True
 
 
 @inline_kernel

@@ -17,7 +17,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     TENSION,
     VELOCITY,
 )
-from frictionsim.mechanisms.belt_drive.sampling import Observer
+from frictionsim.mechanisms.belt_drive.sampling import Observer, adhesion
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -92,14 +92,12 @@ class StringObserver(Observer):
         return float(0.5 * stiffness * np.sum(stretch**2))
 
     def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
-        """Return how many bodies' lengths are on each pulley, and how many of them stick.
+        """Return how many bodies' lengths are on each pulley, and on how many of them it sticks.
 
         They are exact: parts of lengths count as such. And over which angle, rad, they are hardly
         pressed on it.
         """
-        middle = self._system.workspace[MIDDLE]
-        sticking, normal = channels["sticking"], channels["normal_force"]
-        pressed = normal > 0.0
+        middle, normal = self._system.workspace[MIDDLE], channels["normal_force"]
         contacts, length = self._system.contacts, self._system.chain.length
         radius = self._system.pulleys.table[PULLEY_RADIUS]
         touching, stuck, unpressed = np.zeros((3, len(radius)))
@@ -110,9 +108,9 @@ class StringObserver(Observer):
             start, arc = table[ARC_START, filled], table[ARC_LENGTH, filled]
             part = np.clip(middle[body + 1] - start, 0.0, arc)
             part -= np.clip(middle[body] - start, 0.0, arc)
-            on = pressed[body]
+            on = channels["pulley_index"][body] == j
             light = normal[body] * radius[j] < LIGHT * self._pretension * part
             touching[j] = np.sum(part[on]) / length
-            stuck[j] = np.sum(part[on] * sticking[body][on]) / length
+            stuck[j] = adhesion(channels, body[on], part[on]) / length
             unpressed[j] = np.sum(part[light]) / radius[j]
         return {"_touching": touching, "_sticking": stuck, "_unpressed": unpressed}

@@ -15,6 +15,8 @@ direction of the slip. Implicit midpoint rule: of second order, stable at any st
 References
 ----------
 .. [1] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
+.. [2] K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch
+   11, 1974.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -54,7 +56,9 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-MAX_ACTIVE_SET_ITERATIONS = 30  # of who sticks; one or two are the rule
+# Of who sticks; one or two are the rule. To change all that are wrong at once may go round in
+# circles; to change the first one only, Murty's rule, ends [2]_.
+MAX_BLOCK_ITERATIONS, MAX_ACTIVE_SET_ITERATIONS = 10, 1000
 
 # Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
 # its elimination, the rates of stretch; then over bodies: t, 1 where it sticks, P/m.
@@ -98,19 +102,38 @@ def solve_damping_and_friction(
     the pulleys would have, and writes it, FRICTION and STICKING. Return the heat of the dampers.
     """
     chain, contacts, pulleys = system.chain, system.contacts, system.pulleys
-    count = pulleys.table.shape[1]
     joint_kinematics(old, new, chain, system.workspace, damping)
     initial_friction(contacts, pulleys)
-    for _ in range(MAX_ACTIVE_SET_ITERATIONS):
-        assemble_contact_rows(contacts, count, chain, damping)
-        assemble_system(h, chain, contacts, pulleys, damping)
-        solve_cyclic(chain.bodies, 1 + count, damping)
-        solve_pulley_speeds(chain, contacts, pulleys, damping)
-        if not update_active_set(chain, contacts, pulleys, damping):
+    for i in range(MAX_ACTIVE_SET_ITERATIONS):
+        solve_with_active_set(h, chain, contacts, pulleys, damping)
+        if not update_active_set(i, chain, contacts, pulleys, damping):
             break
+    store_new_speeds(pulleys, damping)
+    return apply_impulses(h, new, chain, system.workspace, damping)
+
+
+@inline_kernel
+def solve_with_active_set(
+    h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+) -> None:
+    """Solve for the impulses of dampers and the speeds of pulleys, given who sticks.
+
+    Reads RATE, directions and levers of the joints. Writes the impulses into the first row of the
+    columns, the speeds into the last column of the matrix.
+    """
+    count = pulleys.table.shape[1]
+    assemble_contact_rows(contacts, count, chain, damping)
+    assemble_system(h, chain, contacts, pulleys, damping)
+    solve_cyclic(chain.bodies, 1 + count, damping)
+    solve_pulley_speeds(chain, contacts, pulleys, damping)
+
+
+@inline_kernel
+def store_new_speeds(pulleys: "Pulleys", damping: StiffDamping) -> None:
+    """Write the speeds of the solution into ALPHA."""
+    count = pulleys.table.shape[1]
     for j in range(count):
         pulleys.table[ALPHA, j] = damping.matrix[j, count]
-    return apply_impulses(h, new, chain, system.workspace, damping)
 
 
 @inline_kernel
@@ -156,12 +179,23 @@ def joint_kinematics(
 
 @inline_kernel
 def initial_friction(contacts: "Contacts", pulleys: "Pulleys") -> None:
-    """Write the friction of the bodies that slide: at its limit, against the slip so far."""
+    """Write the friction of the bodies that slide: at its limit, against the slip so far.
+
+    A contact without load does not stick.
+    """
     contact = contacts.table
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[ALPHA, j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
             contact[FRICTION, s] = limit_towards(contact, s, rim + contact[STICK_BIAS, s])
+            if not is_loaded(contact, s):
+                contact[STICKING, s] = 0.0
+
+
+@inline_kernel
+def is_loaded(contact: "Array", s: int) -> bool:
+    """Return whether a contact can have friction; a body may be a candidate of two pulleys."""
+    return contact[FORWARD_LIMIT, s] + contact[BACKWARD_LIMIT, s] > 0.0
 
 
 @inline_kernel
@@ -179,7 +213,7 @@ def assemble_contact_rows(
     for row in (TX, TY, STICKING_BODY, IMPULSE_OVER_MASS):
         table[row, :] = 0.0
     for s in range(contacts.offsets[count]):
-        if contact[RADIUS, s] > 0.0:
+        if is_loaded(contact, s):
             i = contacts.body[s]
             table[TX, i], table[TY, i] = -contact[NY, s], contact[NX, s]
             table[STICKING_BODY, i] = contact[STICKING, s]
@@ -239,29 +273,25 @@ def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
     diagonal[n - 1] -= edge * edge / gamma
     corner[0:n] = 0.0
     corner[0], corner[n - 1] = gamma, edge
+    diagonal[0] = 1.0 / diagonal[0]
+    # All right-hand sides at a time: each waits for its own row before, not for the others.
     for k in range(1, n):
-        factor[k] = beside[k - 1] / diagonal[k - 1]
-        diagonal[k] -= factor[k] * beside[k - 1]
-    substitute_back(n, corner, diagonal, beside, factor)
+        factor[k] = beside[k - 1] * diagonal[k - 1]
+        diagonal[k] = 1.0 / (diagonal[k] - factor[k] * beside[k - 1])
+        corner[k] -= factor[k] * corner[k - 1]
+        for c in range(count):
+            columns[c, k] -= factor[k] * columns[c, k - 1]
+    beside[n - 1] = 0.0
+    for k in range(n - 1, -1, -1):
+        corner[k] = (corner[k] - beside[k] * corner[k + 1]) * diagonal[k]
+        for c in range(count):
+            columns[c, k] = (columns[c, k] - beside[k] * columns[c, k + 1]) * diagonal[k]
     below = 1.0 + corner[0] + edge * corner[n - 1] / gamma
     for c in range(count):
         x = columns[c]
-        substitute_back(n, x, diagonal, beside, factor)
         share = (x[0] + edge * x[n - 1] / gamma) / below
         for k in range(n):
             x[k] -= share * corner[k]
-
-
-@inline_kernel
-def substitute_back(
-    n: int, x: "Array", diagonal: "Array", beside: "Array", factor: "Array"
-) -> None:
-    """Solve the eliminated tridiagonal system for x, in its place."""
-    for k in range(1, n):
-        x[k] -= factor[k] * x[k - 1]
-    x[n - 1] /= diagonal[n - 1]
-    for k in range(n - 2, -1, -1):
-        x[k] = (x[k] - beside[k] * x[k + 1]) / diagonal[k]
 
 
 @inline_kernel
@@ -315,12 +345,16 @@ def solve_pulley_speeds(
 
 @inline_kernel
 def update_active_set(
-    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+    iteration: int,
+    chain: "Chain",
+    contacts: "Contacts",
+    pulleys: "Pulleys",
+    damping: StiffDamping,
 ) -> bool:
     """Write the friction, release or hold bodies where it contradicts its law.
 
-    Return whether it did. FRICTION of a body that slides is its limit in the direction that it was
-    found to slide in.
+    Return whether it did: all of them, or the first one after many iterations. FRICTION of a body
+    that slides is its limit in the direction that it was found to slide in.
     """
     n, table = chain.bodies, damping.table
     contact, changed = contacts.table, False
@@ -346,6 +380,8 @@ def update_active_set(
                 if slip * contact[FRICTION, s] < 0.0:
                     contact[STICKING, s] = 1.0
                     changed = True
+            if changed and iteration >= MAX_BLOCK_ITERATIONS:
+                return True
     return changed
 
 

@@ -1,0 +1,231 @@
+"""Dampers along a guided belt that are stiffer than its waves, in steps of a fixed length."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from frictionsim.errors import Interrupted
+from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.composition import BeltModel
+from frictionsim.mechanisms.belt_drive.guided_string import moreau
+from tests.support.belt_scenarios import (
+    Disturb,
+    changed_step,
+    distance,
+    halved,
+    pair,
+    scenario_of,
+    stepped,
+)
+from tests.support.drawn_belts import drawn
+from tests.support.scenarios import Scenario, changed, simulate
+
+NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
+END = 6.4e-3  # s
+# b/l a joint is 960 N s/m: 4 b/m decays in 5e-6 s; waves alone allow steps of 3e-4 s.
+SECTION = {"coefficient": 40.0, "basis": "section"}
+
+
+def string(**changes: Any) -> Scenario:
+    """Return two pulleys of 24 points with a damper that is far stiffer than the waves."""
+    damped = {"effects__axial_damping": SECTION, "solver": {"backend": "moreau", "duration": END}}
+    return pair(**NO_MOTION_ACROSS, **{**damped, **changes})
+
+
+def wave(speed: float) -> Disturb:
+    """Return what gives the points velocities along a wave as long as the belt, m/s."""
+
+    def disturb(model: BeltModel) -> None:
+        first, n = model.system.layout.velocities, model.system.chain.bodies
+        model.state[first : first + n] += speed * np.sin(2.0 * np.pi * np.arange(n) / n)
+
+    return disturb
+
+
+def solves_for_dampers(stepper: Any) -> bool:
+    return "dampers" in stepper.checkpoint_arrays()
+
+
+# Loads that are smooth: nothing slides, or everything does from the start.
+TURNING = {"smooth_step": {"from": 0.0, "to": -10.0, "start": 0.0, "stop": END}}
+SMOOTH: dict[str, tuple[Scenario, Disturb | None]] = {
+    "no friction": (string(effects__belt_friction=None, drive={}), wave(0.1)),
+    "sticking": (
+        string(effects__belt_friction={"mu_s": 50.0, "mu_k": 50.0}, drive__driver__torque=TURNING),
+        None,
+    ),
+    "sliding": (
+        string(
+            effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
+            drive={"driver": {"speed": 20.0}, "driven": {"speed": -20.0}},
+        ),
+        None,
+    ),
+    "sliding, free pulleys": (
+        string(
+            effects__belt_friction={"mu_s": 0.2, "mu_k": 0.2},
+            drive={"driver": {"torque": 60.0}, "driven": {"torque": -80.0}},
+        ),
+        None,
+    ),
+}
+
+
+# --- order of convergence, and methods that agree -------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_it_is_of_second_order(name: str) -> None:
+    data, disturb = SMOOTH[name]
+    ends = [stepped(changed_step(data, "step", h), disturb) for h in halved(1e-4, 5)]
+    assert all(solves_for_dampers(end.stepper) for end in ends)
+    errors = [distance(*two) for two in pairwise(ends)]
+    # Points that enter and leave an arc make the corners that the last digits are off by.
+    assert [np.log2(a / b) for a, b in pairwise(errors)] == pytest.approx([2.0] * 3, abs=0.3)
+    # A third of the last difference is left; corners and the tolerance are as much again.
+    exact = stepped(
+        {**data, "solver": {"backend": "rkf45", "duration": END, "rtol": 1e-8}}, disturb
+    )
+    assert distance(ends[-1], exact) < errors[-1]
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_extrapolated_dampers_come_to_the_same_end(name: str) -> None:
+    """Explicit steps where those are stable: both are off by their own errors of second order."""
+    data, disturb = SMOOTH[name]
+    explicit = [stepped(changed_step(data, "step", h), disturb) for h in (3.2e-6, 1.6e-6)]
+    assert not any(solves_for_dampers(end.stepper) for end in explicit)
+    solved = [stepped(changed_step(data, "step", h), disturb) for h in (1.28e-5, 6.4e-6)]
+    assert all(solves_for_dampers(end.stepper) for end in solved)
+    off = distance(*explicit) + distance(*solved)
+    assert distance(explicit[-1], solved[-1]) < off
+
+
+def test_through_switches_both_methods_agree() -> None:
+    """At the default step, on drives of up to 7 pulleys that start to slide."""
+    for seed in range(4):
+        data = drawn(seed, effects__axial_damping__coefficient=400.0)
+        ends = [
+            stepped({**data, "solver": {"backend": backend, "duration": 0.02, "rtol": 1e-5}})
+            for backend in ("rkf45", "moreau")
+        ]
+        assert solves_for_dampers(ends[1].stepper)
+        # In sizes of the states; a step that straddles a switch is off by some thousandths.
+        assert distance(*ends) < 2e-2
+
+
+# --- steps and energy -----------------------------------------------------------------------------
+
+
+def stretchy(points: int) -> Scenario:
+    """Return a drive of 0.1 m and 7600 N with a damper of the section of 1 N s."""
+    belt = {"mass_per_length": 0.0087242, "axial_rigidity": 7600.0, "length": 1.1938052}
+    pulleys = {
+        name: {"name": name, "center": [x, 0.0], "radius": 0.1, "inertia": 0.25}
+        for name, x in (("driver", 0.0), ("driven", 0.3136))
+    }
+    return {
+        "kind": "belt_drive",
+        "mechanism": {"belt": {"bodies": points, **belt}, "pulleys": list(pulleys.values())},
+        "drive": {"driver": {"speed": 12.0}, "driven": {"torque": -25.0}},
+        "effects": {
+            "belt_friction": {"mu_s": 0.5, "mu_k": 0.5},
+            "axial_damping": {"coefficient": 1.0, "basis": "section"},
+        },
+        "solver": {"backend": "moreau", "duration": 3.0},
+    }
+
+
+@pytest.mark.parametrize(("points", "most"), [(60, 200_000), (240, 700_000)])
+def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> None:
+    found = []
+    for damping in (None, {"coefficient": 1.0, "basis": "section"}):
+        scenario = scenario_of(changed(stretchy(points), effects__axial_damping=damping))
+        stepper = moreau.BeltStepper(assemble(scenario), scenario.solver)
+        found.append(stepper.force_per_impulse)  # one over the length of a step
+    assert found[1] == found[0]
+    assert 3.0 * found[1] < most
+
+
+@pytest.mark.parametrize("coefficient", [0.2, 20.0, 2e4, 1e6])
+def test_it_is_stable_for_any_damping(coefficient: float) -> None:
+    done = simulate(
+        changed(stretchy(40), effects__axial_damping__coefficient=coefficient, solver__duration=0.1)
+    )
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values()), done.checks
+    # Energies add up to the second order of a step, of which there are 16 in a period of a wave.
+    assert done.checks["energy_balance"].value < 1e-5
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    seed=st.integers(0, 10_000),
+    damping=st.floats(50.0, 1e4),
+    more=st.sampled_from([0.0, 0.2]),
+    prescribed=st.booleans(),
+    patch=st.booleans(),
+)
+def test_drawn_belts_keep_energy_friction_and_balance(
+    seed: int, damping: float, more: float, prescribed: bool, patch: bool
+) -> None:
+    data = drawn(seed, solver__backend="moreau", effects__axial_damping__coefficient=damping)
+    friction = data["effects"]["belt_friction"]
+    friction["mu_s"] += more
+    if prescribed:
+        data["drive"]["p0"] = {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}}
+    if patch:
+        data["effects"]["patch"] = {"from": 0.2, "to": 0.6, "mu_s": 0.15, "mu_k": 0.1}
+    done = simulate(data)
+    assert done.status == "done"
+    assert all(check.ok for check in done.checks.values()), done.checks
+    channels = done.channels
+    # What sticks has no slip, to rounding of the speeds, which are of some m/s.
+    assert np.max(np.abs(channels["slip_velocity"][channels["sticking"] > 0.0]), initial=0.0) < 1e-9
+    limit = max(friction["mu_s"], 0.5) * channels["normal_force"]
+    assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)
+
+
+@pytest.mark.parametrize("points", [6, 8, 12])
+def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(points: int) -> None:
+    """Points between the pulleys are candidates of both, and loaded by one of them at most."""
+    data = string(
+        mechanism__belt__bodies=points,
+        mechanism__pulleys=[
+            {"name": "driver", "center": [0.0, 0.0], "radius": 0.08, "inertia": 2e-3},
+            {"name": "driven", "center": [0.2, 0.0], "radius": 0.08, "inertia": 2e-3},
+        ],
+        effects__axial_damping__coefficient=200.0,
+    )
+    exact = stepped({**data, "solver": {"backend": "rkf45", "duration": END, "rtol": 1e-7}})
+    found = stepped(changed_step(data, "step", 1e-5))
+    assert solves_for_dampers(found.stepper)
+    # In sizes of the states: the step leaves 2e-7, the friction of the other pulley 0.05.
+    assert distance(found, exact) < 1e-5
+
+
+# --- checkpoints ----------------------------------------------------------------------------------
+
+
+def stopping_at(end: float) -> Callable[[float], None]:
+    def on_step(t: float) -> None:
+        if t >= end:
+            raise Interrupted(15, t)
+
+    return on_step
+
+
+def test_a_run_is_resumed_to_the_same_bits() -> None:
+    data = changed(stretchy(40), solver__duration=0.3, drive__driven__torque=-60.0)
+    whole = fs.solve(data)
+    part = fs.solve(data, progress=stopping_at(0.1))
+    assert part.status == "interrupted"
+    resumed = fs.resume(part)
+    for name in whole.dataset.data_vars:
+        assert np.array_equal(whole.dataset[name], resumed.dataset[name], equal_nan=True), name
