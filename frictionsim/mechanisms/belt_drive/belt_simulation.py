@@ -33,6 +33,7 @@ STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
+NO_RELEASE = {"stepping.release": np.zeros(1)}  # in checkpoints of earlier versions
 FORMER_COUNTS = ("rkf45", "counts", (5,))  # in checkpoints of steps of order 5
 
 
@@ -161,6 +162,7 @@ class BeltDrive:
             If it is of another scenario.
         """
         stepper, duration = self._stepper, self._scenario.solver.duration
+        state = {**NO_RELEASE, **state}
         like = self._observer.sample_at_start()
         expected = stepper.checkpoint_values(duration)
         for name, array in stepper.checkpoint_arrays().items():

@@ -97,6 +97,7 @@ class BeltModel(NamedTuple):
             "contact_offsets": contacts.offsets,
             "contact_bodies": contacts.body,
             "contacts": contacts.table,
+            "release": contacts.release,
             "pulleys": pulleys.table,
         }
 
@@ -171,6 +172,7 @@ def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
         np.zeros(size, dtype=np.uint64),  # an index that is never negative needs no check
         aligned_zeros(CONTACT_ROWS, size),
         np.zeros((2, layout.width)),
+        np.zeros(1),
         wrap_factors(size) if corrected else None,
     )
 

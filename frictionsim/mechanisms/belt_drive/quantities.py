@@ -15,6 +15,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
 )
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.results import Check, Quantities, Quantity
+from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.averages import last_part, smooth_mean, time_mean
 
 if TYPE_CHECKING:
@@ -150,6 +151,8 @@ def checks_of(
         checks["friction_law"] = _relative(over, limit, ROUNDING)
         driving, power = np.sum(seen["_power"], axis=0)
         checks["dissipation_sign"] = _relative(driving, power, POWER_LIMIT)
+        if scenario.law == SET_VALUED:
+            checks["release"] = Check(float(model.system.contacts.release[0]), ROUNDING)
     checks["torque_balance"] = torque_balance(scenario, model, time, seen)
     return checks
 

@@ -44,6 +44,7 @@ def contact_values(system: "System") -> dict[str, Expected]:
         "contact_offsets": Values(0.0, capacity, whole=True, ascending=True),
         "contact_bodies": Values(0.0, width - SIMD_WIDTH - 1, whole=True),
         "contacts": Rows({**candidates, **coefficients}),
+        "release": NON_NEGATIVE,
         "pulleys": FixedRows(system.pulleys.table[: INERTIA + 1].copy()),
     }
 

@@ -315,7 +315,17 @@ class Observer:
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
             let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
+            self._note_release(table[STICKING] == 0.0, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
+
+    def _note_release(self, sliding: Any, missing: "Array", limit: "Array") -> None:
+        """Note by how much the friction of a body that slides is below its limit, N, over it.
+
+        Where static and kinetic friction differ, the steps note it when a body lets go.
+        """
+        some = sliding & (limit > 0.0)
+        release = self._system.contacts.release
+        release[0] = np.max(missing[some] / limit[some], initial=release[0])
 
     def observe_channels(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and nothing that follows."""

@@ -18,9 +18,11 @@ from frictionsim.mechanisms.belt_drive.kernels.candidate_list import (
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BACKWARD,
+    BACKWARD_LIMIT,
     CENTRE_X,
     CENTRE_Y,
     FORWARD,
+    FORWARD_LIMIT,
     FRICTION,
     KINETIC,
     MODE,
@@ -156,8 +158,9 @@ def update_contact_modes(contacts: "Contacts") -> bool:
     """Take over from the last step who sticks and who slides where to.
 
     A body that sticks lets go in the direction of its friction. One that slides goes on until its
-    slip has come to zero. Reads STICKING, SLIP and FRICTION; writes MODE and the coefficients in
-    force. Return whether that changes a limit.
+    slip has come to zero. Reads STICKING, SLIP, FRICTION and its limits; writes MODE, the
+    coefficients in force, and how far below its limit a body let go. Return whether that changes a
+    limit.
     """
     table = contacts.table
     for s in range(contacts.offsets[-1]):
@@ -166,5 +169,8 @@ def update_contact_modes(contacts: "Contacts") -> bool:
             mode = 0.0
         elif mode == 0.0:
             mode = np.sign(friction) if friction != 0.0 else np.sign(slip)
+            limit = table[FORWARD_LIMIT if friction > 0.0 else BACKWARD_LIMIT, s]
+            missing = limit - abs(friction)
+            contacts.release[0] = max(contacts.release[0], missing / limit if limit > 0.0 else 0.0)
         table[MODE, s] = mode
     return select_friction_coefficients(contacts)

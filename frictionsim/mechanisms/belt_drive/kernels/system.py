@@ -44,6 +44,7 @@ class Contacts(NamedTuple):
 
     `offsets` is (pulleys + 1,), `body` (contacts,), `table` (21, contacts) with the rows of
     `layout`; `saved_modes`, (2, width), has mode and sticking of the bodies during a new search;
+    `release`, (1,), is the most by which a body let go below its static limit, over that limit;
     `wrap` has the wrap factors, None where the slip is that of the bodies' centres.
     """
 
@@ -51,6 +52,7 @@ class Contacts(NamedTuple):
     body: "npt.NDArray[np.uint64]"
     table: "Array"
     saved_modes: "Array"
+    release: "Array"
     wrap: "WrapFactors | None"
 
 
