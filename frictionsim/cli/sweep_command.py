@@ -202,11 +202,10 @@ def _check_csv(files: Files, target: Path, *, indices: bool) -> None:
     if files.csv is None:
         return
     from frictionsim.io.atomic_write import check_no_clobber
-    from frictionsim.io.replaceable import check_apart, check_target
-    from frictionsim.parameter_study.report import files_of
+    from frictionsim.io.replaceable import check_apart, check_target, files_of_sweep_in_csv
 
     check_apart({"-o": target, "--csv": files.csv})
-    for path, kind in files_of(files.csv, indices).items():
+    for path, kind in files_of_sweep_in_csv(files.csv, indices).items():
         if files.no_clobber:
             check_no_clobber(path)
         check_target(path, kind)

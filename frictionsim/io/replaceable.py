@@ -127,6 +127,20 @@ ANIMATIONS = {
 """By suffix."""
 
 
+def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:
+    """Return the files in CSV that a sweep is written to: NAME.csv, and NAME.sobol.csv of indices.
+
+    Parameters
+    ----------
+    path : Path
+        Of the table of the runs.
+    with_indices : bool
+        Whether it is a sample with Sobol indices.
+    """
+    found = {path: SWEEP_IN_CSV}
+    return found | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else found
+
+
 def check_replaceable(path: Path, kind: Kind) -> None:
     """Check that an existing file is of the kind that will replace it.
 

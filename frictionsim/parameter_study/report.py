@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from frictionsim.io.atomic_write import replaced_atomically
-from frictionsim.io.replaceable import SOBOL_IN_CSV, SWEEP_IN_CSV, Kind, check_replaceable
+from frictionsim.io.replaceable import check_replaceable, files_of_sweep_in_csv
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL,
@@ -38,20 +38,6 @@ class Writable(Protocol):
         """Write text."""
 
 
-def files_of(path: Path, with_indices: bool) -> dict[Path, Kind]:
-    """Return the files in CSV that a sweep is written to: NAME.csv, and NAME.sobol.csv of indices.
-
-    Parameters
-    ----------
-    path : Path
-        Of the table of the runs.
-    with_indices : bool
-        Whether it is a sample with Sobol indices.
-    """
-    found = {path: SWEEP_IN_CSV}
-    return found | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else found
-
-
 def write_csv(table: SweepTable, path: Path) -> None:
     """Write a sweep as CSV, each file whole or not at all.
 
@@ -65,7 +51,7 @@ def write_csv(table: SweepTable, path: Path) -> None:
     OutputError
         If a file cannot be written, or would replace what is no such table.
     """
-    files = files_of(path, table.sobol is not None)
+    files = files_of_sweep_in_csv(path, table.sobol is not None)
     for target, kind in files.items():
         check_replaceable(target, kind)
     for target, kind in files.items():

@@ -134,7 +134,7 @@ LEAVES = {
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
-        *("COSTS", "COSTS_IN_HDF5", "SWEEP_IN_CSV", "check_apart", "check_target"),
+        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target"),
     },
     # what a file to resume holds
     "frictionsim.io.hdf5_reader": {"is_sweep"},

@@ -65,6 +65,23 @@ def test_several_keys_are_varied_as_fit_frees_them(told: Run, here: Path) -> Non
     assert last == single.quantities["breakaway_time"].value
 
 
+def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
+    vary = [
+        ("--vary", f"{key}=uniform({values})")
+        for key, values in (("effects.shaft_friction.mu_s", "0.15, 0.3"), (LOAD, "2000, 2400"))
+    ]
+    arguments = ["sweep", PULLEY, *vary[0], *vary[1], "--sample", "16", "--indices", "-q"]
+    Path("s.sobol.csv").write_text("mine\n")
+    _, err = told(*arguments, "-o", "s.h5", "--csv", "s.csv", code=4)
+    assert "s.sobol.csv: cannot write the table: the existing file is not a table of Sobol" in err
+    assert os.listdir() == ["s.sobol.csv"]
+    for _ in range(2):  # such a table is replaced
+        told(*arguments, "-o", "t.h5", "--csv", "t.csv")
+    assert len(Path("t.sobol.csv").read_text().splitlines()) == 1 + 2 * 12
+    _, err = told(*arguments, "-o", "u.h5", "--csv", "t.csv", "--no-clobber", code=4)
+    assert "t.csv" in err
+
+
 def test_runs_that_fail_are_rows_and_are_counted(told: Run, here: Path) -> None:
     vary = "solver.max_steps=[1, 100000]"
     out, err = told("sweep", PULLEY, "--vary", vary, "--set", "solver.rtol=1e-4", "--json")
