@@ -78,9 +78,10 @@ def test_drawn_friction_oscillators_come_to_rest_when_and_where_they_must(
 def test_the_flat_belt_creeps_by_the_closed_form() -> None:
     speed, tight, slack = flat_belt()
     assert (speed, tight, slack) == pytest.approx((11.30848, 663.02, 186.85), abs=5e-3)
-    # Dampers take no part in what is steady, and thirty times the steps.
-    done = solve("validation/flat_belt", without=("axial_damping",))
+    done = solve("validation/flat_belt")
     assert done.status == "done"
+    # The dampers are solved for: the steps are those of the waves, 5.7 million otherwise.
+    assert done.statistics.steps <= 200_000
     assert all(check.ok for check in done.checks.values())
     # Of 60 points: found 1.4e-5 rad/s, and 0.03 N.
     assert quantity(done, "driven_speed") == pytest.approx(speed, abs=2e-4)

@@ -13,10 +13,16 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from tests.benchmarks.belt_physics import SCENARIOS, simulate
+from frictionsim.simulation.simulate import RunResult
+from tests.benchmarks.results_common import SCENARIOS, solve
 
 REPEATS = 5
 QUIET = ("output.interval=0.01", 'output.channels=["pulley_speed"]')
+
+
+def simulate(*overrides: str, without: tuple[str, ...] = ()) -> RunResult:
+    """Run `belt_drive.toml` with keys set and effects left out."""
+    return solve("belt_drive", *overrides, without=without)
 
 
 def seconds(*overrides: str, without: tuple[str, ...] = (), repeats: int = REPEATS) -> float:
@@ -30,10 +36,10 @@ def real_time() -> None:
     """Print the real-time factors of the belt drive, without and with output each 1 ms."""
     print("belt_drive, 0.5 s: backend, setting, steps a second, real-time factor, with 1 ms output")
     for backend, setting in (
-        ("rkf45", "solver.rtol=1e-3"),
         ("rkf45", "solver.rtol=1e-4"),
-        ("rkf45", "solver.rtol=1e-5"),
-        ("moreau", "solver.rtol=1e-4"),
+        ("rkf45", "solver.rtol=2e-6"),
+        ("rkf45", "solver.rtol=1e-7"),
+        ("moreau", "solver.rtol=2e-6"),
         ("moreau", "solver.step=2.5e-6"),
     ):
         common = (f"solver.backend={backend}", setting, "solver.duration=0.5")
