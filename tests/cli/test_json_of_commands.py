@@ -200,7 +200,7 @@ def test_the_overrides_of_a_resumed_run_are_those_of_its_start(told: Run) -> Non
         ("static",),
         ("cost", "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
         ("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]"),
-        ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=3000"),
+        ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600"),
     ],
     ids=lambda command: command[0],
 )

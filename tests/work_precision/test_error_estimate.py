@@ -71,7 +71,7 @@ def test_a_belt_halves_its_automatic_step() -> None:
     setting = tighter(scenario)
     assert setting.backend == "moreau"
     assert 1e-6 < float(setting.label.split()[1]) < 1.8e-6  # 3.5e-6 s is the longest stable one
-    assert tighter(load(SCENARIOS / "belt_drive.toml", [], "rkf45")).label == "rtol 1e-6"
+    assert tighter(load(SCENARIOS / "belt_drive.toml", [], "rkf45")).label == "rtol 2e-7"
 
 
 def test_a_failed_second_run_keeps_the_first(
