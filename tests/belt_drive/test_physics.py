@@ -135,7 +135,7 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     assert rejected <= 0.01 * steps
     assert isinstance(end.stepper, rkf45.BeltStepper)
     tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
-    assert end.stepper._control.max_step == pytest.approx(3.9 * tau, rel=1e-2)
+    assert end.stepper._control.max_step == pytest.approx(1.95 * tau, rel=1e-2)
 
 
 # --- the published friction ----------------------------------------------------------------------

@@ -34,7 +34,8 @@ def test_a_short_way_is_that_of_the_reference() -> None:
     )
     end = stepped(data, kick(0.05))
     start = stepped({**data, "solver": {"duration": 1e-12}}, kick(0.05))
-    belt = reference(scenario_of(data), end.model.system.chain.length)
+    tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
+    belt = reference(scenario_of(data), end.model.system.chain.length, tau)
     times = np.array([0.0, 1e-3])
     y0 = pack(*kinematics(start.state, start.model))
     expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
@@ -118,9 +119,10 @@ def test_rkf45_is_of_fourth_order_where_all_is_smooth(name: str) -> None:
 
 @pytest.mark.parametrize("bodies", [24, 60, 150])
 def test_a_tighter_tolerance_is_a_smaller_error(bodies: int) -> None:
-    """Through switches, of a hard start; each digit of the tolerance is about one of the end."""
+    """Through switches, of a hard start; below 1e-6 each digit is about one of the end."""
     mesh = {"mechanism__belt__bodies": bodies, "solver__duration": SHORT}
     ends = [stepped(pair(solver__rtol=10.0**-k, **mesh), kick(0.2)) for k in (4, 6, 8, 10)]
     errors = [distance(end, ends[-1]) for end in ends[:-1]]
-    assert errors[0] > 5 * errors[1] > 25 * errors[2]
-    assert errors[2] <= 1e-5
+    # Measured 2.6 to 60, for at 1e-4 the longest stable step decides, and 24 to 50.
+    assert errors[0] > 2 * errors[1] > 20 * errors[2]
+    assert errors[2] <= 2e-6

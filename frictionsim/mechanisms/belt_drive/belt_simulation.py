@@ -33,8 +33,7 @@ STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 CLOSE = 1e-12  # of a time: two that differ by less are the same
-NO_RELEASE = {"stepping.release": np.zeros(1)}  # in checkpoints of earlier versions
-FORMER_COUNTS = ("rkf45", "counts", (5,))  # in checkpoints of steps of order 5
+RKF45_OF_ORDER_5 = 5  # the length of `counts` in its checkpoints
 
 
 class BeltDrive:
@@ -153,7 +152,7 @@ class BeltDrive:
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
         return {**numbers, **dump_part(self._times, "times"), **self._observer.samples.state()}
 
-    def restore(self, state: Arrays) -> None:
+    def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of another simulation of the same scenario.
 
         Raises
@@ -162,17 +161,11 @@ class BeltDrive:
             If it is of another scenario.
         """
         stepper, duration = self._stepper, self._scenario.solver.duration
-        state = {**NO_RELEASE, **state}
+        self._adopt_earlier_version(state)
         like = self._observer.sample_at_start()
         expected = stepper.checkpoint_values(duration)
         for name, array in stepper.checkpoint_arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
-            if (self._scenario.solver.backend, name, values.shape) == FORMER_COUNTS:
-                raise InputError(
-                    "its checkpoint is of an earlier version, whose 'rkf45' took other steps: the"
-                    " run cannot go on with those of this version; solve its scenario again"
-                    " (frictionsim show RESULT --scenario prints it)"
-                )
             if values.shape != array.shape:
                 raise unfit(f"stepping.{name}", "is of another type or shape")
             require_values(values, f"stepping.{name}", expected[name], duration)
@@ -185,6 +178,25 @@ class BeltDrive:
         if len(self._observer.samples) != self._times.taken:
             raise unfit("samples.time", "is of another type or shape")
         self._started, self._tried_before = True, self._steps_tried
+
+    def _adopt_earlier_version(self, state: dict[str, Any]) -> None:
+        """Add to a state what earlier versions did not have.
+
+        Raises
+        ------
+        InputError
+            If they took other steps, so that the run cannot go on.
+        """
+        backend = self._scenario.solver.backend
+        order_5 = len(state.get("stepping.counts", ())) == RKF45_OF_ORDER_5 and backend == "rkf45"
+        dampers = "dampers" in self._stepper.checkpoint_arrays()
+        if order_5 or (dampers and "stepping.dampers" not in state):
+            raise InputError(
+                f"its checkpoint is of an earlier version, whose '{backend}' took other steps: the"
+                " run cannot go on with those of this version; solve its scenario again"
+                " (frictionsim show RESULT --scenario prints it)"
+            )
+        state.setdefault("stepping.release", np.zeros(1))
 
     @property
     def samples(self) -> SampleStore | None:

@@ -84,9 +84,9 @@ if TYPE_CHECKING:
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
 PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
 
-# Relaxation time of residual slip, s: one wave transit per body, at most this; results do not
-# depend on it below that.
-MAX_RELAXATION_TIME = 1e-5
+# Relaxation time of residual slip: in wave transits of a body, and at most, s; results do not depend
+# on it below that.
+RELAXATION_TRANSITS, MAX_RELAXATION_TIME = 1.5, 2e-5
 
 
 # --- parameters -----------------------------------------------------------------------------------
@@ -140,7 +140,7 @@ class FrictionEffect(BeltEffect):
         stiffness = scenario.mechanism.belt.axial_rigidity / chain.length
         transit = float(np.sqrt(chain.mass / stiffness))
         return FrictionLaw(
-            SetValuedFriction(min(transit, MAX_RELAXATION_TIME))
+            SetValuedFriction(min(RELAXATION_TRANSITS * transit, MAX_RELAXATION_TIME))
             if table.law == "set-valued"
             else None,
             RegularisedFriction(table.transition_speed) if table.transition_speed else None,

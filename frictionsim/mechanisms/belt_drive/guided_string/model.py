@@ -21,6 +21,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     zero_state,
 )
 from frictionsim.mechanisms.belt_drive.stability_limits import (
+    FRICTION_MARGIN,
     damping_rates,
     friction_rate,
     max_decay_rate,
@@ -58,7 +59,7 @@ class StringModel(BeltModel):
         system = self.system
         frequency, _ = self.max_frequency_and_decay
         waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
-        return np.append(waves, -friction_rate(system))
+        return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
 
     def contact_state(self) -> dict[str, Any]:
         """Return what the contacts remember between steps, by name."""
