@@ -255,7 +255,10 @@ def margin_at_rest(mechanism: "Mechanism", u: Any, q: Any, direction: Any) -> An
 
 
 def relative_margin(limit: Any, force: Any, roundoff: Any) -> Any:
-    """Return a limit minus a force, over the sum of their sizes; zero if it is roundoff."""
+    """Return a limit minus a force, over the sum of their sizes; zero if it is roundoff.
+
+    A limit is negative where a rope pushes, and what needs that does not hold.
+    """
     margin = limit - force
     beyond = np.copysign(np.maximum(np.abs(margin) - roundoff, 0.0), margin)
-    return _ratio(beyond, limit + np.abs(force), 0.0)
+    return _ratio(beyond, np.abs(limit) + np.abs(force), 0.0)

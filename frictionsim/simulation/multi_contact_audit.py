@@ -7,8 +7,8 @@ dissipation_sign    the power of dry friction is never positive, to within the r
                     limits, and no impact gives energy
 stick_drift         the coordinate of a contact that holds is constant
 release             what leaves stick was at its static limit just before; or else, at a jump of the
-                    load, an impact or a change of another contact at that instant, no combination
-                    in which more contacts hold is within all limits
+                    load, an impact, a change of another contact or its slip passing zero at that
+                    instant, no combination in which more contacts hold is within all limits
 """
 
 from itertools import product
@@ -153,7 +153,8 @@ def release_check(
             _margin(contact, u, mechanism.balance(u, q, v, modes).forces, event.mode_to)
             for u in (mechanism.drive(early), mechanism.drive(event.time))
         ]
-        if event.time == 0.0 or others or sides[0] >= 0.0 >= sides[1]:  # a jump of the load
+        jumps = sides[0] >= 0.0 >= sides[1]
+        if event.time == 0.0 or others or jumps or _another_turns(mechanism, q, v, modes):
             # Those that cannot hold: slack now, or at their limits just before.
             gone = {
                 events[i].contact
@@ -179,6 +180,16 @@ def _state(at: "MultiContactTrajectory", sample: int) -> State:
     modes = tuple(int(mode) for mode in at.modes[:, sample])
     position, velocity = (x[:, sample].tolist() for x in (at.position, at.velocity))
     return float(at.drive[sample]), position, velocity, modes
+
+
+def _another_turns(
+    mechanism: "MultiContactMechanism", q: list[float], v: list[float], modes: Modes
+) -> bool:
+    """Return whether a contact gives way that may hold: its slip passes zero, without an event."""
+    return any(
+        mode not in HOLDING and len(_modes_of(c, q[c.coordinate], v[c.coordinate])) > 1
+        for c, mode in zip(mechanism.contacts, modes, strict=True)
+    )
 
 
 def _margin_if_held(

@@ -1,5 +1,6 @@
 """Runs of several contacts: resumption, samples, audit, studies and sweeps."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import exp, hypot, radians
 from pathlib import Path
@@ -12,7 +13,7 @@ import frictionsim as fs
 from frictionsim.api.study_plan import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
-from frictionsim.results import BACKWARD, FORWARD, STICK
+from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
 from frictionsim.simulation.multi_contact import MultiContactSimulation
@@ -191,23 +192,115 @@ def test_the_audit_sees_a_cord_that_slips_within_its_limit(
     assert result.checks["release"].value == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("share", [1.0 + 1e-8, 1.0 - 1e-8])
-def test_the_audit_sees_a_shaft_that_gives_way_off_its_limit(share: float) -> None:
-    scenario = validate(slack_lift(), SCENARIOS)
+def both_sides(
+    data: Scenario, which: Callable[[Transition], bool]
+) -> tuple[Any, MultiContactTrajectory, MultiContactTrajectory]:
+    """Return the mechanism, and the samples immediately before and after some of the events."""
+    scenario = validate(data, SCENARIOS)
     mechanism = build(scenario)
     simulation = MultiContactSimulation(scenario, mechanism)
     simulation.solve(lambda t: None)
     samples = simulation._samples()
+    chosen = [which(event) for event in samples.transitions]
+    transitions = [event for event in samples.transitions if which(event)]
     before, after = (
-        simulation._trajectory_of(rows, samples.transitions)
+        simulation._trajectory_of(rows[chosen], transitions)
         for rows in (samples.before, samples.after)
     )
+    return mechanism, before, after
+
+
+@pytest.mark.parametrize("share", [1.0 + 1e-8, 1.0 - 1e-8])
+def test_the_audit_sees_a_shaft_that_gives_way_off_its_limit(share: float) -> None:
+    mechanism, before, after = both_sides(slack_lift(), lambda event: True)
     assert release_check(mechanism, before, after, 2.0).ok
     shaft, *ropes = mechanism.contacts
     other = shaft._replace(static_limit=lambda forces, s: share * shaft.static_limit(forces, s))
     found = release_check(mechanism._replace(contacts=(other, *ropes)), before, after, 2.0)
     # Off by 1e-8 of the limit, relative to the sum of limit and force.
     assert found.value == pytest.approx(0.5e-8, rel=1e-5)
+
+
+@pytest.mark.parametrize("torque", [-3500.0, 3500.0, 4500.0])
+def test_a_cord_slips_from_the_start_where_a_rope_would_push_if_it_held(torque: float) -> None:
+    masses = {"car": 270.0, "counterweight": 240.0}
+    # Held, the masses and the pulley have one acceleration; T1, T2 follow from those of the masses.
+    inertia = 2.0 + 0.5**2 * (270.0 + 240.0)
+    rim = 0.5 * (torque + 0.5 * GRAVITY * (240.0 - 270.0)) / inertia
+    assert min(270.0 * (GRAVITY + rim), 240.0 * (GRAVITY - rim)) < 0.0
+    result = solved(
+        lift(
+            mechanism={"cord_radius": 0.5, "inertia": 2.0},
+            drive__torque=torque,
+            effects__hanging_masses=masses,
+            effects__cord_friction={"mu_s": 0.54, "mu_k": 0.54, "wrap_deg": 280.0},
+            solver__duration=0.01,
+        )
+    )
+    assert events(result) == [("cord", STICK, -1 if torque > 0.0 else 1)]
+    assert result.checks["release"].value == 0.0
+
+
+def turning_cord(rtol: float) -> Scenario:
+    """Return a lift whose shaft gives way at 2.035 s, as its cord turns without an event."""
+    return lift(
+        mechanism={"cord_radius": 0.2707283148306785, "inertia": 2.0634048037161175},
+        drive__torque={"sine": {"amplitude": 1574.3728041655054, "frequency_hz": 3.9995061167858}},
+        effects__hanging_masses={"car": 592.79549, "counterweight": 592.79549, "rope": 5.0},
+        effects__shaft_friction={"shaft_radius": 0.06654055, "mu_s": 0.36575418, "mu_k": 0.2194525},
+        effects__cord_friction={"mu_s": 0.51802961, "mu_k": 0.51802961, "wrap_deg": 72.558713},
+        solver__duration=2.1,
+        solver__rtol=rtol,
+        solver__atol=rtol,
+    )
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+def test_a_shaft_may_give_way_off_its_limit_where_the_cord_turns(rtol: float) -> None:
+    data = turning_cord(rtol)
+    solved(data)
+    mechanism, before, after = both_sides(data, lambda event: 2.034 < event.time < 2.036)
+    assert [(e.contact, e.mode_from) for e in after.transitions] == [("shaft", STICK)]
+    assert before.velocity[1].tolist() == after.velocity[1].tolist() == [0.0]
+    assert before.modes[1].tolist() == after.modes[1].tolist() == [BACKWARD]
+    assert release_check(mechanism, before, after, 2.1).value == 0.0
+    # A shaft of six times the limit 2 r_s W holds the torque; then equal weights hold the cord.
+    shaft, cord = mechanism.contacts
+    other = shaft._replace(static_limit=lambda forces, s: 6.0 * shaft.static_limit(forces, s))
+    found = release_check(mechanism._replace(contacts=(other, cord)), before, after, 2.1)
+    r_s, torque = 0.06654055 * 0.36575418 / hypot(1.0, 0.36575418), abs(float(after.drive[0]))
+    limit = 6.0 * 2.0 * r_s * (592.79549 + 2.5) * GRAVITY
+    assert found.value == pytest.approx((limit - torque) / (limit + torque), rel=1e-9)
+
+
+def pushed_or_turned(seed: int) -> Scenario:
+    """Return a drawn lift with a cord that slips.
+
+    Of even seeds a rope may have to push if it holds; of odd ones equal masses swing to a sine.
+    """
+    rng, pushed = np.random.default_rng(seed), seed % 2 == 0
+    draw = rng.uniform
+    r, car = draw(0.1, 0.5), draw(10.0, 1000.0)
+    other = car * draw(0.8, 1.2) if pushed else car
+    size, mu, cord = (car + other) * GRAVITY * r, draw(0.05, 0.6), draw(0.05, 0.6)
+    frequency = draw(2.0, 5.0)
+    sine = {"amplitude": draw(0.4, 1.5) * size, "frequency_hz": frequency}
+    shaft = {"shaft_radius": draw(0.02, 0.08), "mu_s": mu, "mu_k": 0.6 * mu}
+    return lift(
+        mechanism={"cord_radius": r, "inertia": draw(0.05, 3.0)},
+        drive__torque=rng.choice([-1.0, 1.0]) * draw(0.5, 2.0) * size if pushed else {"sine": sine},
+        effects__hanging_masses={"car": car, "counterweight": other},
+        effects__cord_friction={"mu_s": cord, "mu_k": cord, "wrap_deg": draw(60.0, 400.0)},
+        **({} if seed % 4 == 0 else {"effects__shaft_friction": shaft}),
+        solver__duration=0.02 if pushed else 6.0 / frequency,
+        solver__rtol=1e-6,
+        solver__atol=1e-6,
+    )
+
+
+def test_no_drawn_lift_fails_its_audit_where_a_rope_would_push_or_a_cord_turns() -> None:
+    for seed in range(340, 400):  # in which both decide of breakaways
+        solved(pushed_or_turned(seed))
 
 
 def test_a_study_compares_tolerances_of_events() -> None:
