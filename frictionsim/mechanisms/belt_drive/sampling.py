@@ -315,7 +315,9 @@ class Observer:
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
             let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
-            self._note_release(table[STICKING] == 0.0, limit - size, limit)
+            # A body that slides one way has no friction the other way, until its slip has ended.
+            turning = (friction == 0.0) & (np.minimum(*limits) == 0.0)
+            self._note_release((table[STICKING] == 0.0) & ~turning, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
     def _note_release(self, sliding: Any, missing: "Array", limit: "Array") -> None:
