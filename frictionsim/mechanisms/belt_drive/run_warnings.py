@@ -275,8 +275,7 @@ def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> 
         if name.startswith("energy") and name != "energy_input":
             energy_gain += float(energy[-1] - energy[0])
     if energy_gain > CREATED * stored:
-        adaptive = scenario.solver.backend != "moreau"
-        way_out = "solver.rtol, or take backend = 'moreau'" if adaptive else "solver.step"
+        way_out = "solver.step" if scenario.solver.backend == "moreau" else "solver.rtol"
         yield (
             f"the steps have put {energy_gain:.3g} J into the belt, "
             f"{100.0 * energy_gain / stored:.2g} % of what it stores: give a smaller {way_out}"
