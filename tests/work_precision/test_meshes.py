@@ -314,7 +314,7 @@ def test_the_command_writes_models_and_bodies(
         "mechanism.belt.wrap=polygon",
     ]
     assert [s["time_error"] is None for s in told["settings"]] == [False] * 3 + [True] * 3
-    assert told["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-6"
+    assert told["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
     assert told["recommendations"][3]["quantity"] == "driven_speed"
     with table.open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
@@ -331,7 +331,7 @@ def test_without_bodies_a_study_is_over_time_alone(capsys: pytest.CaptureFixture
     assert [s["setting"][:4] for s in told["settings"]] == ["step"] * 3
     assert all("model" not in s and s["time_error"] is None for s in told["settings"])
     assert max(s["error"] for s in told["settings"]) < 0.05
-    assert told["references"][0] == "rkf45, set-valued, rtol 1e-6"
+    assert told["references"][0] == "rkf45, set-valued, rtol 1e-9"
 
 
 def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
