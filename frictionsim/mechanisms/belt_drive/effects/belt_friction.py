@@ -84,8 +84,8 @@ if TYPE_CHECKING:
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
 PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
 
-# Relaxation time of residual slip: in wave transits of a body, and at most, s; results do not
-# depend on it below that.
+# Relaxation time of residual slip: in wave transits of a body, and at most, s. Speeds and tensions
+# do not depend on it below that; the heat of friction is 3e-4 off, by its square.
 RELAXATION_TRANSITS, MAX_RELAXATION_TIME = 1.5, 2e-5
 
 
