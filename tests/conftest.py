@@ -1,35 +1,120 @@
-"""What all tests share: the shipped scenario as data, runs of it, and the command line."""
+"""What all tests share: tiers and settings, one cache of kernels, and the command line."""
 
 import json
+import os
+import signal
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import gettempdir
+from typing import Any
+from zlib import crc32
 
 import pytest
+from hypothesis import HealthCheck, Phase, settings
 
 from frictionsim.io import child_process
-from tests.support.scenarios import ROOT, frictionsim
+from tests.support.scenarios import ROOT, in_this_process
+
+# Always the same examples by default, so that no chance decides; many and new ones every night.
+SHARED_SETTINGS: dict[str, Any] = {
+    "deadline": None,
+    "database": None,
+    "suppress_health_check": list(HealthCheck),
+    "phases": (Phase.explicit, Phase.generate, Phase.shrink),  # explaining takes minutes
+}
+settings.register_profile("few", max_examples=25, derandomize=True, **SHARED_SETTINGS)
+settings.register_profile("many", max_examples=500, **SHARED_SETTINGS)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "few"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update-golden", action="store_true", help="write the golden files anew from this run"
     )
+    parser.addoption(
+        "--update-messages", action="store_true", help="write the stored messages anew"
+    )
+    parser.addoption(
+        "--part", metavar="K/N", help="run the tests of part K of N alone, K from 0 to N - 1"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Have results read in a copy of a worker of pytest-xdist, whose other thread only waits.
+    """Let tests be interrupted, and prepare a worker of pytest-xdist.
 
-    A process with threads starts a new interpreter else, which takes a fifth of a second.
+    SIGINT is ignored in what a script starts in the background, and so in what tests start.
+
+    A worker reads results in a copy of itself, as its other thread only waits: a process with
+    threads starts a new interpreter else, which takes a fifth of a second.
     """
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):
         child_process.only_one_thread = lambda: True
+        _compile_once(config.workerinput["testrunuid"])
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep one part of the tests, the same on every machine."""
+    if config.option.part is None:
+        return
+    part, parts = map(int, config.option.part.split("/"))
+    # By function, so that what its cases share is made once.
+    kept = [crc32(item.nodeid.partition("[")[0].encode()) % parts == part for item in items]
+    left_out = [item for item, is_kept in zip(items, kept, strict=True) if not is_kept]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
+
+
+def _compile_once(run: str) -> None:
+    """Have a kernel that two workers need at a time compiled by one of them; the other loads it."""
+    import fcntl
+
+    from numba.core.dispatcher import Dispatcher
+
+    compile_ = Dispatcher.compile
+
+    @contextmanager
+    def alone(name: str) -> Iterator[None]:
+        with (Path(gettempdir()) / f"tests-{run}-{crc32(name.encode())}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+    def compile_alone(self: Any, signature: Any) -> Any:
+        with alone(self.py_func.__qualname__):
+            return compile_(self, signature)
+
+    Dispatcher.compile = compile_alone
 
 
 @pytest.fixture
-def cli(tmp_path: Path) -> Callable[..., "subprocess.CompletedProcess[str]"]:
-    """Run the command line in a folder of its own."""
-    return lambda *arguments: frictionsim(*arguments, cwd=tmp_path)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def cli(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., "subprocess.CompletedProcess[str]"]:
+    """Run the command line in an empty folder, in this process."""
+    return lambda *arguments: in_this_process(capsys, *arguments)
+
+
+@pytest.fixture
+def told(cli: Callable[..., "subprocess.CompletedProcess[str]"]) -> Callable[..., tuple[str, str]]:
+    """Return what runs a command in an empty folder, and returns its stdout and stderr."""
+
+    def run(*arguments: str | Path, code: int = 0) -> tuple[str, str]:
+        done = cli(*arguments)
+        assert done.returncode == code, done.stderr
+        assert "Traceback" not in done.stderr
+        return done.stdout, done.stderr
+
+    return run
 
 
 @pytest.fixture(scope="session")
@@ -37,7 +122,7 @@ def tally(request: pytest.FixtureRequest) -> Iterator[dict[str, int]]:
     """Count cases by name; a long run writes the counts down."""
     counts: dict[str, int] = {}
     yield counts
-    if request.config.option.markexpr == "long":
+    if request.config.option.markexpr == "nightly":
         path = ROOT / "results" / "hard.json"
         before = json.loads(path.read_text()) if path.exists() else {}
         path.write_text(json.dumps(dict(sorted({**before, **counts}.items())), indent=2) + "\n")

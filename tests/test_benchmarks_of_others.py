@@ -14,7 +14,6 @@ from tests.support.closed_forms_of_others import (
     flat_belt,
     friction_oscillator,
 )
-from tests.support.drawn_scenarios import some
 
 # What is left of the start, more near resonance and with less friction, and the tolerance of the
 # steps over some periods; found: 2e-8 and less.
@@ -28,7 +27,6 @@ def test_amplitudes_are_those_of_den_hartog(ratio: float) -> None:
     assert steady_amplitude(ratio, *LOOSER) == pytest.approx(den_hartog_amplitude(ratio), rel=CLOSE)
 
 
-@some(4)
 @given(st.floats(1.3, 3.0), st.floats(0.3, 0.7), st.sampled_from([0.0, 180.0]))
 def test_drawn_amplitudes_are_those_of_den_hartog(
     ratio: float, friction: float, phase: float
@@ -58,7 +56,6 @@ def test_the_friction_oscillator_comes_to_rest_when_and_where_it_must() -> None:
     assert quantity(done, "final_angle") == pytest.approx(place, abs=1e-9)
 
 
-@some(12)
 @given(st.floats(0.0, 20.0), st.floats(0.1, 20.0), st.sampled_from([1.0, -1.0]))
 def test_drawn_friction_oscillators_come_to_rest_when_and_where_they_must(
     x: float, v: float, sense: float

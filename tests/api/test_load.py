@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.scenario.settings import Origin
-from tests.support.drawn_scenarios import gears, marble_machines, pulleys, some
+from tests.support.drawn_scenarios import gears, marble_machines, pulleys
 from tests.support.scenarios import SCENARIOS, pulley
 
 pytestmark = pytest.mark.quick
@@ -159,7 +159,6 @@ def test_replace_adds_to_the_overrides_and_leaves_the_scenario() -> None:
     assert scenario.replace() == scenario
 
 
-@some(60)
 @given(data=st.one_of(pulleys(), marble_machines(), gears()))
 def test_a_scenario_survives_its_tables_and_toml(data: dict[str, Any]) -> None:
     scenario = fs.load(data)

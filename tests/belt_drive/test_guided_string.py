@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -226,7 +226,7 @@ def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
 # --- invariants -----------------------------------------------------------------------------------
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8)
 @given(seed=st.integers(0, 10_000), angle=st.floats(0.1, 6.0), mirrored=st.booleans())
 def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     seed: int, angle: float, mirrored: bool
@@ -247,7 +247,7 @@ def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10_000), law=st.sampled_from(["equal", "static above kinetic"]))
 def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> None:
     data = drawn(seed, solver__backend="moreau")

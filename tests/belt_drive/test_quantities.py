@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS, Scenario
 from tests.support.second_way import Record, Seen
 from tests.support.second_way_belt import (
@@ -31,9 +30,8 @@ TORQUE_BALANCE, POWER_BALANCE = 0.01, 0.01
 STEADY = 0.1
 
 
-def unshrunk(count: int) -> settings:
-    """Return how many examples there are; one that fails is shown as it is, after seconds."""
-    return settings(some(count), phases=[Phase.explicit, Phase.generate])
+# An example that fails is shown as it is, after seconds.
+UNSHRUNK = [Phase.explicit, Phase.generate]
 
 
 class Circle:
@@ -157,13 +155,13 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
-@unshrunk(10)
+@settings(max_examples=10, phases=UNSHRUNK)
 @given(data=drives(bodies=st.integers(60, 100)))
 def test_figures_of_belts_at_fixed_steps(data: Scenario) -> None:
     assert_second_way(data)
 
 
-@unshrunk(4)
+@settings(max_examples=4, phases=UNSHRUNK)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
 def test_figures_of_belts_at_adaptive_steps(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"
@@ -176,7 +174,7 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@unshrunk(6)
+@settings(max_examples=6, phases=UNSHRUNK)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)

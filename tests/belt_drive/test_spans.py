@@ -12,7 +12,6 @@ from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import RunResult, run
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS
 from tests.support.second_way_belt import walked
 
@@ -33,7 +32,6 @@ def belts(draw: st.DrawFn) -> tuple[Array, Array, int]:
     return random.uniform(-50.0, 900.0, len(index)), np.roll(index, turned), pulleys
 
 
-@some(200)
 @given(belt=belts())
 def test_a_span_reaches_from_the_last_body_on_a_pulley_to_the_first_on_the_next(
     belt: tuple[Array, Array, int],

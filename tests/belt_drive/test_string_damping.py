@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -165,7 +165,7 @@ def test_it_is_stable_for_any_damping(coefficient: float) -> None:
     assert done.checks["energy_balance"].value < 1e-5
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8)
 @given(
     seed=st.integers(0, 10_000),
     damping=st.floats(50.0, 1e4),

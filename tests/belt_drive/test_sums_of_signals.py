@@ -14,7 +14,6 @@ from frictionsim.mechanisms.belt_drive.belt_simulation import _kinks
 from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.model_fields import unit_of_key
 from tests.support.belt_scenarios import NO_FRICTION, pair, scenario_of
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import Scenario, simulate
 
 INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
@@ -33,7 +32,6 @@ def over_speed(slope: float, offset: float = 0.0) -> dict[str, Any]:
     return {"speed": [-1e3, 1e3], "value": [offset + 1e3 * slope, offset - 1e3 * slope]}
 
 
-@some(12)
 @given(
     st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=3),
     st.lists(st.tuples(st.floats(0.01, 0.1), st.floats(-1.0, 1.0)), min_size=1, max_size=3),

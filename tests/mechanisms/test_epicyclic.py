@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
@@ -328,9 +328,6 @@ def test_invalid_gears_are_refused(change: dict[str, Any], where: str, message: 
     assert message in sentence
 
 
-moderate = settings(
-    max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
 starts = st.floats(-180.0, 180.0)
 speeds = st.floats(-10.0, 10.0)
 torques = st.floats(-6.0, 6.0)
@@ -347,7 +344,6 @@ def free(angle: float, speed: float, torque: float, load: str, **solver: Any) ->
     )
 
 
-@moderate
 @given(starts, speeds, torques, loads)
 def test_mirrored_scenarios_give_mirrored_motions(
     angle: float, speed: float, torque: float, load: str
@@ -359,7 +355,6 @@ def test_mirrored_scenarios_give_mirrored_motions(
     assert pi - mirrored.channels["angle"] == pytest.approx(motion.channels["angle"], abs=1e-7)
 
 
-@moderate
 @given(starts, speeds, torques, loads, st.floats(0.1, 10.0))
 def test_masses_and_torques_scale_together(
     angle: float, speed: float, torque: float, load: str, a: float
@@ -377,7 +372,6 @@ def test_masses_and_torques_scale_together(
     )
 
 
-@moderate
 @given(starts, speeds, torques, loads, st.sampled_from(["events", "rkf45"]))
 def test_every_run_passes_its_audit(
     angle: float, speed: float, torque: float, load: str, backend: str
@@ -388,7 +382,6 @@ def test_every_run_passes_its_audit(
     assert run.checks["energy_balance"].value < 1e-9
 
 
-@moderate
 @given(starts, torques, st.floats(0.05, 0.95))
 def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -> None:
     """A torque releases a gear at rest; a later release gives the same motion, shifted."""

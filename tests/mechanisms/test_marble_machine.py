@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine, marble_machine_statics
@@ -317,12 +317,6 @@ def test_invalid_machines_are_refused(change: dict[str, Any], where: str, messag
     assert message in sentence
 
 
-moderate = settings(
-    max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
-
-
-@moderate
 @given(
     st.floats(-180.0, 180.0),
     st.floats(0.0, 0.01),

@@ -99,7 +99,7 @@ SLOW = "inertia_1e-6_ramp"
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, marks=[pytest.mark.long] if case["name"] == SLOW else [])
+        pytest.param(case, marks=[pytest.mark.nightly] if case["name"] == SLOW else [])
         for case in cases("pulley")
     ],
     ids=lambda case: case["name"],

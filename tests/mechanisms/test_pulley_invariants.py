@@ -4,14 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.scenarios import Scenario, changed, mechanism_of, pulley, simulate
-
-moderate = settings(
-    max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
 
 
 def close(found: Any, expected: Any, tolerance: float = 1e-6) -> bool:
@@ -85,7 +81,6 @@ def scenarios(draw: st.DrawFn, force: Any = forces) -> Scenario:
     }
 
 
-@moderate
 @given(scenarios(), st.sampled_from(["events", "rkf45"]))
 def test_every_run_passes_its_audit(data: Scenario, backend: str) -> None:
     data["solver"]["backend"] = backend
@@ -106,7 +101,6 @@ def test_every_run_passes_its_audit(data: Scenario, backend: str) -> None:
     assert np.all(run.channels["angular_velocity"][~stick] * run.channels["mode"][~stick] >= -1e-8)
 
 
-@moderate
 @given(scenarios())
 def test_backends_agree(data: Scenario) -> None:
     events = simulate(data)
@@ -133,7 +127,6 @@ def test_backends_agree_on_a_rest_between_the_stages_of_a_step() -> None:
     assert close(rkf45.quantities["final_angle"].value, events.quantities["final_angle"].value)
 
 
-@moderate
 @given(scenarios(st.floats(0.0, 6000.0)))
 def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
     motion = simulate(data)
@@ -159,7 +152,6 @@ def scaled_force(force: Any, by: float) -> Any:
     return {shape: inner | {name: inner[name] * by for name in names}}
 
 
-@moderate
 @given(scenarios(), st.floats(0.1, 10.0))
 def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
     """(P, W, I, b) -> a (P, W, I, b) leaves the motion as it is."""
@@ -175,7 +167,6 @@ def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
     assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
-@moderate
 @given(scenarios(), st.floats(0.1, 10.0))
 def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
     """(r, r_e, I, b) -> a (r, r_e, I, b) leaves the motion as it is."""
@@ -203,7 +194,6 @@ def with_points(data: Scenario, times: list[float], values: list[float], **solve
     }
 
 
-@moderate
 @given(scenarios(), points, st.sampled_from([0.25, 2.0, 8.0]))
 def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float) -> None:
     """t -> a t, I -> a^2 I, b -> a b leaves the angle as it is."""
@@ -220,7 +210,6 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
     assert close(simulate(scaled).channels["angle"], expected)
 
 
-@moderate
 @given(scenarios(), points, st.floats(0.1, 1.9))
 def test_a_restarted_run_ends_the_same(data: Scenario, values: list[float], split: float) -> None:
     times = [0.3 * i for i in range(len(values))]
@@ -234,7 +223,6 @@ def test_a_restarted_run_ends_the_same(data: Scenario, values: list[float], spli
     assert close(simulate(rest).channels["angle"][-1], whole.channels["angle"][-1])
 
 
-@moderate
 @given(scenarios(), st.floats(100.0, 3000.0), st.floats(0.0, 1.0), st.floats(0.1, 10.0))
 def test_breakaway_depends_on_static_friction_alone(
     data: Scenario, rate: float, share: float, inertia: float
@@ -255,7 +243,6 @@ def test_breakaway_depends_on_static_friction_alone(
     assert first[2] == pytest.approx(first[0], abs=1e-12)  # another piece to look for it in
 
 
-@moderate
 @given(scenarios(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_more_kinetic_friction_never_lifts_higher(
     data: Scenario, share_a: float, share_b: float
@@ -278,7 +265,6 @@ def test_more_kinetic_friction_never_lifts_higher(
     assert angles[1] <= angles[0] + 1e-6 * abs(angles[0])  # as close() allows
 
 
-@moderate
 @given(scenarios(st.floats(0.0, 6000.0)))
 def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> None:
     bare = data | {"effects": {}}
@@ -297,7 +283,6 @@ def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> No
     assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
 
 
-@moderate
 @given(scenarios())
 def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]

@@ -22,7 +22,6 @@ from tests.support.drawn_scenarios import (
     pulleys,
     shafts,
     signals,
-    some,
     switched,
 )
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
@@ -213,13 +212,11 @@ def bent() -> Any:
     )
 
 
-@some(40)
 @given(bodies())
 def test_quantities_of_bodies_on_a_shaft(folder: Path, data: Scenario) -> None:
     assert_second_way(data, folder)
 
 
-@some(40)
 @given(scenarios(pulleys(), 5000.0))
 def test_quantities_of_pulleys(folder: Path, data: Scenario) -> None:
     record = assert_second_way(data, folder)
@@ -229,13 +226,11 @@ def test_quantities_of_pulleys(folder: Path, data: Scenario) -> None:
         assert first_breakaway(record).agrees(first)
 
 
-@some(40)
 @given(scenarios(marble_machines(), 0.02))
 def test_quantities_of_marble_machines(folder: Path, data: Scenario) -> None:
     assert_second_way(data, folder)
 
 
-@some(40)
 @given(scenarios(gears_with_points(), 8.0))
 def test_quantities_of_gears(folder: Path, data: Scenario) -> None:
     assert_second_way(data, folder)

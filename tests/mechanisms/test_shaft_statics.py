@@ -14,7 +14,6 @@ import frictionsim as fs
 from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms.shaft.statics import breakaway_values
 from tests.support import shaft_balance
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 
 pytestmark = pytest.mark.quick
@@ -70,7 +69,6 @@ def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> lis
     ]
 
 
-@some(200)
 @given(shaft_balance.scenarios())
 def test_roots_are_those_of_many_digits(data: Scenario) -> None:
     found = solved(data)
@@ -92,7 +90,6 @@ def quadratic_size(data: Scenario, value: float, degrees: float) -> Any:
     return sizes[0] ** 2 + r * r * (sizes[1] ** 2 + sizes[2] ** 2)
 
 
-@some(100)
 @given(shaft_balance.scenarios())
 def test_a_root_substituted_gives_eq_24(data: Scenario) -> None:
     found, degrees = solved(data), data["statics"]["angle_deg"]
@@ -111,7 +108,6 @@ def test_a_root_substituted_gives_eq_24(data: Scenario) -> None:
         assert sign * moment >= -mpf("1e-15") * mpmath.sqrt(size) - noise
 
 
-@some(150)
 @given(shaft_balance.scenarios(), st.data())
 def test_without_a_root_friction_exceeds_the_moment_with_every_value(
     data: Scenario, drawn: st.DataObject
@@ -162,7 +158,6 @@ def mirrored(data: Scenario) -> Scenario:
 REVERSED = ("couple.size", "cord_radius", "free_angle_deg")
 
 
-@some(100)
 @given(shaft_balance.scenarios())
 def test_a_mirror_exchanges_the_directions(data: Scenario) -> None:
     found, seen = solved(data), solved(mirrored(data))

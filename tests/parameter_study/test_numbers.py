@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.scenario.loading import load
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS, pulley
 
 pytestmark = pytest.mark.quick
@@ -38,7 +37,6 @@ def replaced(values: Any) -> Any:
     return PULLEY.replace(dict(zip(KEYS, values, strict=True)))
 
 
-@some(60)
 @given(st.lists(st.tuples(*(st.one_of(st.just(x), ODD) for x in GOOD)), max_size=4))
 def test_each_is_what_replace_returns_or_refuses(rows: list[tuple[Any, ...]]) -> None:
     make = Combinations(PULLEY, KEYS).scenario

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -57,7 +57,6 @@ def test_the_scenario_is_looked_for_beside_the_study(tmp_path: Path) -> None:
     assert load_study(written(tmp_path, text)).scenario == fs.load(PULLEY)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.one_of(
         st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1),

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.cli.commands import run_command_line
@@ -235,7 +235,6 @@ def scenario_of(case: SimpleNamespace, duration: float, **changes: Any) -> Scena
 
 
 @given(case=brakes())
-@settings(max_examples=100, deadline=None)
 def test_it_stops_when_and_where_the_closed_form_says(brake: Any, case: SimpleNamespace) -> None:
     speed, sign = abs(case.speed), 1.0 if case.speed > 0.0 else -1.0
     net = case.friction - sign * case.torque  # what slows it down beside damping
@@ -257,7 +256,6 @@ def test_it_stops_when_and_where_the_closed_form_says(brake: Any, case: SimpleNa
 
 
 @given(case=brakes(), release=st.floats(0.5, 5.0))
-@settings(max_examples=50, deadline=None)
 def test_it_breaks_away_when_the_force_no_longer_holds_it(
     brake: Any, case: SimpleNamespace, release: float
 ) -> None:

@@ -178,7 +178,7 @@ def test_results_are_named_by_their_files() -> None:
     assert labels_of([None, Path("a.h5")]) == ["result 1", "a"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("path", sorted(SCENARIOS.glob("*.toml")), ids=lambda path: path.stem)
 def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> None:
     report = fs.report(fs.solve(path), tmp_path / "report.html")

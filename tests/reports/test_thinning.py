@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -21,7 +21,6 @@ LIMITS = st.integers(MIN_LIMIT, 120)
 
 
 @given(CHANNELS, LIMITS)
-@settings(max_examples=200, deadline=None)
 def test_ends_extremes_and_gaps_of_any_channel_are_kept(values: np.ndarray, limit: int) -> None:
     kept = thinned(values, limit)
     assert len(kept) <= max(limit, 0)
@@ -39,7 +38,6 @@ def test_ends_extremes_and_gaps_of_any_channel_are_kept(values: np.ndarray, limi
 
 
 @given(arrays(float, st.integers(60, 300), elements=st.floats(-1e6, 1e6)), st.integers(10, 50))
-@settings(max_examples=100, deadline=None)
 def test_the_extremes_of_each_part_are_kept(values: np.ndarray, limit: int) -> None:
     kept = thinned(values, limit)
     width = -(-len(values) // ((limit - 2) // 2))

@@ -100,7 +100,7 @@ def test_a_killed_run_leaves_an_old_or_a_valid_file(
     kill_and_look(whole, tmp_path, seed)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_many_killed_runs_leave_an_old_or_a_valid_file(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
@@ -128,7 +128,7 @@ def test_a_run_stopped_by_a_signal_resumes_to_identical_bytes(
     signal_and_resume(whole, tmp_path, seed)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_many_runs_stopped_by_signals_resume_to_identical_bytes(
     seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]

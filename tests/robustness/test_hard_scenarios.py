@@ -67,7 +67,7 @@ def test_every_hard_scenario_has_a_test() -> None:
 @pytest.mark.parametrize(
     "name",
     # The stiff one takes a million steps; it is also tested in test_pulley.py.
-    [pytest.param(n, marks=pytest.mark.long if n == "tiny_inertia" else ()) for n in KNOWN],
+    [pytest.param(n, marks=pytest.mark.nightly if n == "tiny_inertia" else ()) for n in KNOWN],
 )
 def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
     case = reference(KNOWN[name])

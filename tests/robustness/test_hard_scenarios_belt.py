@@ -300,7 +300,7 @@ def test_an_oil_patch_makes_the_belt_slip_temporarily(backend: str) -> None:
     assert np.median(slip[moving][:100]) < 0.1
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_energy_balance_of_a_long_run_holds() -> None:
     done = outcome("belt_long", "moreau")
     assert done.checks["energy_balance"].value < 1e-4

@@ -252,7 +252,7 @@ def test_a_killed_long_run_is_resumed_to_the_same_bytes(
     kill_and_resume(tmp_path, whole, seed)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_many_killed_long_runs_are_resumed_to_the_same_bytes(
     seed: int, whole: Path, tmp_path: Path, tally: dict[str, int]

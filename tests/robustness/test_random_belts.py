@@ -11,7 +11,7 @@ from frictionsim.errors import BudgetExceeded
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.simulate import RunResult, run
 from tests.support.belt_scenarios import pair
-from tests.support.drawn_scenarios import of_size, some
+from tests.support.drawn_scenarios import of_size
 from tests.support.scenarios import SCENARIOS, Scenario
 
 BACKENDS = ("moreau", "rkf45")
@@ -58,7 +58,6 @@ def simulated(
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@some(12)
 @given(data=belts())
 def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     backend: str, data: Scenario
@@ -77,7 +76,6 @@ def test_random_belts_obey_the_friction_law_and_pass_the_audit(
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@some(5)
 @given(data=belts(), fraction=st.floats(0.0, 1.0))
 def test_interrupting_random_belts_changes_nothing(
     backend: str, data: Scenario, fraction: float
@@ -107,7 +105,6 @@ def _is_its_own_image(done: RunResult) -> bool:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@some(8)
 @given(data=belts())
 def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
     """With both pulleys on the x axis, most belts are symmetric except for the numbering."""

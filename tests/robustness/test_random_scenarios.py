@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.drawn_scenarios import (
@@ -15,7 +15,6 @@ from tests.support.drawn_scenarios import (
     bodies,
     marble_machines,
     scenarios,
-    some,
 )
 from tests.support.scenarios import Scenario, simulate
 from tests.support.shaft_scenes import delayed, in_units, mirrored, scene
@@ -27,13 +26,11 @@ def folder() -> Any:
         yield Path(name)
 
 
-@some(50)
 @given(scenarios())
 def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
     assert_sound(data, folder)
 
 
-@some(25)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float
@@ -41,7 +38,6 @@ def test_interrupting_random_runs_changes_nothing(
     assert_splitting_changes_nothing(data, fraction, folder)
 
 
-@some(20)
 @given(marble_machines(), st.sampled_from(["events", "rkf45"]))
 def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) -> None:
     """Without gravity nothing but the torque has a direction."""
@@ -52,7 +48,6 @@ def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) ->
     assert [-e.mode_to for e in mirrored.transitions] == [e.mode_to for e in done.transitions]
 
 
-@some(25)
 @given(bodies())
 def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> None:
     data = data | {"solver": {"duration": 0.5, "rtol": 1e-10, "max_steps": 20_000}}
@@ -63,7 +58,6 @@ def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> N
     assert other.channels["angle"][-1] == pytest.approx(-angle, rel=1e-8, abs=1e-8)
 
 
-@some(25)
 @given(bodies(), st.integers(-9, 9), st.integers(-3, 3))
 def test_a_body_on_a_shaft_moves_alike_in_other_units(
     data: Scenario, mass: int, length: int
@@ -77,7 +71,6 @@ def test_a_body_on_a_shaft_moves_alike_in_other_units(
     assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
 
 
-@some(25)
 @given(
     st.lists(st.floats(-20.0, 20.0), min_size=2, max_size=4),
     st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=4),
@@ -104,9 +97,9 @@ def test_a_body_on_a_shaft_that_is_moved_later_moves_alike(
     assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_thousands_of_random_scenarios_are_sound(folder: Path, tally: dict[str, int]) -> None:
-    @some(3000)
+    @settings(max_examples=3000)
     @given(scenarios())
     def all_of_them(data: Scenario) -> None:
         ended = assert_sound(data, folder)
@@ -116,11 +109,11 @@ def test_thousands_of_random_scenarios_are_sound(folder: Path, tally: dict[str, 
     all_of_them()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_interrupting_hundreds_of_random_runs_changes_nothing(
     folder: Path, tally: dict[str, int]
 ) -> None:
-    @some(1000)
+    @settings(max_examples=1000)
     @given(scenarios(), st.floats(0.0, 1.0))
     def all_of_them(data: Scenario, fraction: float) -> None:
         assert_splitting_changes_nothing(data, fraction, folder)

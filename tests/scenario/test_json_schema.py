@@ -18,7 +18,7 @@ from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.validation import ValidationFailure, validate
 from tests.docs.pages import DOCS
 from tests.support.belt_scenarios import PAIR, TRIO
-from tests.support.drawn_scenarios import scenarios, some
+from tests.support.drawn_scenarios import scenarios
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley
 
 sys.path.insert(0, str(DOCS / "_ext"))
@@ -75,7 +75,6 @@ def test_belts_fit(text: str) -> None:
     assert faults(tomllib.loads(text)) == []
 
 
-@some(200)
 @given(scenarios())
 def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     try:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -349,7 +349,6 @@ values = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
     max_leaves=8,
 )
-SEARCH = settings(deadline=None, max_examples=300, derandomize=True)
 
 
 @pytest.fixture(scope="module")
@@ -377,13 +376,11 @@ def places(table: Any) -> list[tuple[Any, Any]]:
     return found + [place for container in inner for place in places(container)]
 
 
-@SEARCH
 @given(st.dictionaries(keys, values, max_size=6))
 def test_any_data_loads_or_is_refused(room: Path, data: dict[str, Any]) -> None:
     loads_or_refuses(write_scenario(room, tomli_w.dumps({"kind": "pulley", **data})))
 
 
-@SEARCH
 @given(st.lists(st.tuples(st.integers(0, 99), values), min_size=1, max_size=3))
 def test_any_change_of_a_valid_scenario_loads_or_is_refused(
     room: Path, changes: list[tuple[int, Any]]
@@ -396,7 +393,6 @@ def test_any_change_of_a_valid_scenario_loads_or_is_refused(
     loads_or_refuses(write_scenario(room, tomli_w.dumps(data)))
 
 
-@SEARCH
 @given(st.integers(0, len(TEXT)), st.integers(0, 8), st.text(max_size=6))
 def test_any_edit_of_a_valid_text_loads_or_is_refused(
     room: Path, start: int, length: int, inserted: str
@@ -404,13 +400,11 @@ def test_any_edit_of_a_valid_text_loads_or_is_refused(
     loads_or_refuses(write_scenario(room, TEXT[:start] + inserted + TEXT[start + length :]))
 
 
-@SEARCH
 @given(st.binary(max_size=60) | st.text(max_size=60))
 def test_any_bytes_load_or_are_refused(room: Path, content: str | bytes) -> None:
     loads_or_refuses(write_scenario(room, content))
 
 
-@SEARCH
 @given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
 def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
     loads_or_refuses(write_scenario(room, TEXT), [f"{'.'.join(path)}={value}"])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import frictionsim as fs
 from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.overrides import keys_and_values
-from tests.support.drawn_scenarios import scenarios, some
+from tests.support.drawn_scenarios import scenarios
 from tests.support.scenarios import SCENARIOS, Scenario
 
 MU, RADIUS = "effects.shaft_friction.mu_s", "mechanism.cord_radius"
@@ -89,7 +89,6 @@ def test_no_shipped_scenario_is_asked(path: Path) -> None:
     assert asked(fs.load(path)) == []
 
 
-@some(200)
 @given(scenarios())
 def test_no_drawn_scenario_is_asked(data: Scenario) -> None:
     try:

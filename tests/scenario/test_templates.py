@@ -20,7 +20,6 @@ from frictionsim.scenario.templates import new_scenario
 from frictionsim.scenario.validation import validate
 from tests.docs.pages import DOCS
 from tests.support import torsion_pendulum
-from tests.support.drawn_scenarios import some
 from tests.support.scenarios import SCENARIOS
 
 sys.path.insert(0, str(DOCS / "_ext"))
@@ -86,7 +85,6 @@ def test_effects_are_left_out_where_the_shipped_scenario_has_not_all() -> None:
     assert effects_left_out("marble_machine") == ["viscous_damping"]
 
 
-@some(30)
 @given(st.data())
 def test_it_loads_with_any_of_the_effects(data: st.DataObject) -> None:
     kind = data.draw(st.sampled_from(sorted(KINDS)))

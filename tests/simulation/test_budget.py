@@ -41,7 +41,9 @@ FIRST = ("belt rkf45", "string moreau")
 PARTS = [
     pytest.param(
         name,
-        marks=pytest.mark.long if name.startswith(("belt", "string")) and name not in FIRST else (),
+        marks=pytest.mark.nightly
+        if name.startswith(("belt", "string")) and name not in FIRST
+        else (),
     )
     for name in ORIGINALS
     if name != "pulley at rest"

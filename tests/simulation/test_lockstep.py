@@ -18,7 +18,7 @@ from frictionsim.simulation import lockstep
 from frictionsim.simulation.lockstep import applies, run_lockstep
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers import lockstep as solver
-from tests.support.drawn_scenarios import gears, pulleys, shafts, some
+from tests.support.drawn_scenarios import gears, pulleys, shafts
 from tests.support.lockstep import alone, content, varied
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import changed, pulley
@@ -144,7 +144,6 @@ def test_the_bits_are_those_of_the_run_alone(name: str) -> None:
             assert result.warnings == expected.warnings
 
 
-@some(60)
 @given(st.one_of(pulleys(), pulleys(), gears()), shafts(0.05), st.integers(0, 10**6))
 def test_the_bits_of_drawn_runs_are_those_of_the_run_alone(
     data: Any, shaft: dict[str, float], seed: int

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from frictionsim.solvers.first_excess import MAX_STEPS, time_of_excess
 from frictionsim.solvers.root_finding import bracket_root
-from tests.support.drawn_scenarios import some
 
 TIE = 1e-14
 
@@ -119,7 +118,6 @@ def test_a_slope_that_jumps_downwards_hides_no_excess() -> None:
     assert searched(lambda t: value(t) - 2e-9, slope, 0.0)[0] == inf
 
 
-@some(300)
 @given(
     st.lists(
         st.tuples(st.floats(-1.0, 1.0), st.floats(0.2, 30.0), st.floats(0.0, 2.0 * pi)),

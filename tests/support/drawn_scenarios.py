@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
@@ -16,18 +15,6 @@ from tests.support.scenarios import SCENARIOS, Scenario, simulate, with_method
 
 DURATION = 2.0
 PUBLISHED = "published"
-
-
-def some(count: int) -> settings:
-    """Return the Hypothesis settings for so many examples; always the same ones."""
-    return settings(
-        max_examples=count,
-        deadline=None,
-        derandomize=True,
-        phases=(Phase.explicit, Phase.generate, Phase.shrink),  # explaining takes minutes
-        database=None,
-        suppress_health_check=list(HealthCheck),
-    )
 
 
 def of_size(minimum: float, maximum: float) -> Any:

@@ -7,6 +7,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult, run
@@ -67,6 +70,17 @@ def simulate(data: Scenario) -> RunResult:
 def mechanism_of(done: RunResult) -> Mechanism:
     """Return the mechanism of a run of one coordinate."""
     return mechanism_module(done.scenario.kind).build(done.scenario)
+
+
+def in_this_process(
+    capsys: pytest.CaptureFixture[str], *arguments: str | Path
+) -> "subprocess.CompletedProcess[str]":
+    """Run the command line in the working folder, without the start of a process."""
+    capsys.readouterr()
+    words = [str(argument) for argument in arguments]
+    code = run_command_line(words)
+    said = capsys.readouterr()
+    return subprocess.CompletedProcess(words, code, said.out, said.err)
 
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":

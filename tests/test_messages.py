@@ -1,0 +1,112 @@
+"""What the program says of mistakes, held against `tests/messages`, which is read as a whole.
+
+A file has the messages of a room. A case begins with its name, then what leads to the message:
+
+    # a negative coefficient
+    pulley.toml: mu_s = 0.2 -> mu_s = -0.2
+    $ check pulley.toml
+    2| pulley.toml:8: effects.shaft_friction.mu_s = -0.2: ...
+
+Lines in their order, as many of each as needed:
+
+- `FILE: OLD -> NEW` replaces a text that is there once, in a copy of a shipped scenario;
+  `FILE: 'TEXT'` writes a file, with the escapes of Python.
+- `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
+- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
+
+Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
+--update-messages` writes what does not match anew.
+"""
+
+import ast
+import re
+import shlex
+import shutil
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from tests.support.scenarios import SCENARIOS, in_this_process
+
+FOLDER = Path(__file__).parent / "messages"
+ANSWER = re.compile(r"(\d+|\w*Error|\w*Warning|nothing)\| ?")
+
+
+def cases(path: Path) -> list[tuple[str, list[str]]]:
+    """Return the names and lines of the cases of a file."""
+    first, *rest = re.split(r"^# ", path.read_text(encoding="utf-8"), flags=re.M)
+    assert not first.strip(), f"{path.name} begins with a case"
+    return [
+        (name, body.strip().splitlines()) for name, _, body in (x.partition("\n") for x in rest)
+    ]
+
+
+def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return what a command or an expression says, each line behind its exit code or class."""
+    if line.startswith("$ "):
+        done = in_this_process(capsys, *shlex.split(line[2:]))
+        return [f"{done.returncode}| {text}".rstrip() for text in done.stderr.splitlines() or [""]]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            eval(line[2:], {"fs": fs, "np": np, "Path": Path})
+            found = [(type(one.message).__name__, str(one.message)) for one in caught]
+        except Exception as error:
+            found = [(type(error).__name__, str(error))]
+    lines = [(name, text) for name, message in found for text in message.splitlines()]
+    return [f"{name}| {text}".rstrip() for name, text in lines or [("nothing", "")]]
+
+
+def prepare(line: str) -> None:
+    """Write or change a file of a case."""
+    name, _, change = line.partition(": ")
+    path = Path(name)
+    if change.startswith(("'", '"')):
+        path.write_text(ast.literal_eval(change), encoding="utf-8")
+        return
+    old, arrow, new = change.partition(" -> ")
+    if not arrow:
+        old, arrow, new = change.removesuffix(" ->"), "->", ""
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, f"{name} has {old!r} {text.count(old)} times"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def as_expected(found: list[str], wanted: list[str]) -> bool:
+    patterns = [".*".join(map(re.escape, line.split("..."))) for line in wanted]
+    return len(found) == len(wanted) and all(map(re.fullmatch, patterns, found))
+
+
+@pytest.mark.parametrize(
+    ("path", "name", "lines"),
+    [
+        pytest.param(path, name, lines, id=f"{path.stem}: {name}")
+        for path in sorted(FOLDER.glob("*.txt"))
+        for name, lines in cases(path)
+    ],
+)
+def test_message(
+    path: Path, name: str, lines: list[str], here: Path, request: pytest.FixtureRequest,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    for scenario in SCENARIOS.glob("*.toml"):
+        shutil.copy(scenario, here)
+    found = []
+    for line in lines:
+        if ANSWER.match(line):
+            continue
+        found.append(line)
+        if line.startswith(("$ ", "> ")):
+            found += said(line, capsys)
+        else:
+            prepare(line)
+    if request.config.getoption("--update-messages") and not as_expected(found, lines):
+        head = f"# {name}\n"
+        text = path.read_text(encoding="utf-8")
+        new = text.replace(head + "\n".join(lines), head + "\n".join(found))
+        path.write_text(new, encoding="utf-8")
+        return
+    assert found == lines or as_expected(found, lines)
