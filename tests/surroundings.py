@@ -1,0 +1,119 @@
+"""Run the default tests where others run them: `python3 tests/surroundings.py [NAME ...]`.
+
+Each is a fresh clone with the README's two commands, in another place, as another user, with
+another interpreter, processor or environment. It needs the network, some ten minutes each, and
+of Python what is in its standard library; `pytest -m nightly` runs all of them.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import mkdtemp
+from types import MappingProxyType
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+NOBODY = 65534  # the user and group of no files
+PRIVATE = 0o077
+TESTS = [".venv/bin/pytest", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider"]
+# numpy, OpenBLAS and numba each choose instructions of their own.
+WITHOUT_AVX2 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL",
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "NUMBA_CPU_NAME": "x86-64-v2",
+}
+
+
+class Surroundings(NamedTuple):
+    """Where and how the tests are run."""
+
+    folder: str = "frictionsim"  # as `git clone` calls it
+    python: str = "python3"
+    environment: Mapping[str, str] = MappingProxyType({})
+    ordinary_user: bool = False  # where it is root that runs this
+    before: str = ""  # commands of the shell that starts them
+
+
+ALL = {
+    "clone": Surroundings(),
+    "ordinary user": Surroundings(ordinary_user=True),
+    "path with a space": Surroundings(folder="my clones/friction sim"),
+    "no AVX2": Surroundings(environment=WITHOUT_AVX2),
+    "SIGINT ignored": Surroundings(before="trap '' INT; "),
+    "colours forced": Surroundings(environment={"FORCE_COLOR": "1"}),
+    "no UTF-8": Surroundings(environment={"LC_ALL": "C", "PYTHONUTF8": "0"}),
+    "Python 3.11": Surroundings(python="python3.11"),
+    "Python 3.13": Surroundings(python="python3.13"),
+}
+
+
+def run(name: str, tests: list[str]) -> int:
+    """Run the tests in one of the surroundings; return the exit code of the first that fails."""
+    place = ALL[name]
+    above = Path(mkdtemp(prefix="surroundings-"))
+    clone, home = above / place.folder, above / "home"
+    user = NOBODY if place.ordinary_user and os.geteuid() == 0 else None
+    home.mkdir(mode=0o700)
+    subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", ROOT, clone], check=True)
+    if user is not None:
+        above.chmod(0o755)
+        for path in (home, clone, *clone.rglob("*")):
+            os.chown(path, user, user, follow_symlinks=False)
+    temporary = home / "tmp"
+    environment = {**os.environ, "HOME": str(home), "TMPDIR": str(temporary), **place.environment}
+    for variable in ("XDG_CACHE_HOME", "VIRTUAL_ENV", "PYTHONPATH"):
+        environment.pop(variable, None)
+
+    def call(*words: str) -> int:
+        return subprocess.run(
+            ["sh", "-c", f'{place.before}exec "$@"', "sh", *words],
+            cwd=clone, env=environment, user=user, group=user, check=False,
+            extra_groups=None if user is None else [], umask=PRIVATE if user else -1,
+        ).returncode  # fmt: skip
+
+    try:
+        return (
+            call("mkdir", str(temporary))
+            or call(interpreter(place.python, call), "-m", "venv", ".venv")
+            or call(".venv/bin/pip", "install", "--quiet", "-e", ".[dev]")
+            or call(*TESTS, *tests)
+        )
+    finally:
+        shutil.rmtree(above, ignore_errors=True)
+
+
+def interpreter(python: str, call: Callable[..., int]) -> str:
+    """Return the path of an interpreter that the user of a call may run, and that makes a venv."""
+    places = (os.environ.get("PATH", ""), "/usr/bin")
+    for found in filter(None, (shutil.which(python, path=path) for path in places)):
+        # What is found may be the shim of a version manager, which asks where HOME is.
+        asked = subprocess.run(
+            [found, "-c", "import sys; print(sys.executable)"],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        path = asked.stdout.strip()
+        if asked.returncode == 0 and call(path, "-c", "import ensurepip") == 0:
+            return path
+    sys.exit(f"{python}: no such interpreter with ensurepip that this user may run")
+
+
+def main() -> int:
+    """Run those named, or all; say which fail."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(ALL)}")
+    parser.add_argument("--tests", nargs=argparse.REMAINDER, default=[], help="for pytest")
+    given = parser.parse_args()
+    if unknown := set(given.names) - ALL.keys():
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(ALL)}")
+    codes = {name: run(name, given.tests) for name in given.names or ALL}
+    for name, code in codes.items():
+        print(f"{name}: {'passed' if code == 0 else f'failed with {code}'}")
+    return int(any(codes.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
