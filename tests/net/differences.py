@@ -4,9 +4,11 @@ import json
 from collections import defaultdict
 from collections.abc import Iterator
 from itertools import zip_longest
-from math import inf, nan
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from tests.net.digests import SAMPLES
 
 SCREEN = 40  # lines of differences
 WIDTH = 150
@@ -103,19 +105,28 @@ def _of_arrays(old: dict[str, Any], new: dict[str, Any], place: str) -> Differen
             return Difference(place, inf, f"{key} {old.get(key)} -> {new.get(key)}")
     if "texts" in old or "texts" in new:
         return _of_texts(old.get("texts", []), new.get("texts", []), place)
-    by, where = 0.0, "samples"
+    by, where, scale = 0.0, "samples", 0.0
     for key in ("samples", "whole"):
-        pairs = list(zip(old.get(key, ()), new.get(key, ()), strict=False))
-        if any(isinstance(a, str) != isinstance(b, str) for a, b in pairs):
+        pairs = list(zip(_of_all(old, key), _of_all(new, key), strict=False))
+        if any(a != b and str in (type(a), type(b)) for a, b in pairs):
             return Difference(place, inf, "numbers that are not finite, or no longer")
-        largest = max((abs(a - b) for a, b in pairs if not isinstance(a, str)), default=nan)
+        sized = [(a, b) for a, b in pairs if not isinstance(a, str)]
+        scale = max([scale, *(max(abs(a), abs(b)) for a, b in sized)])
+        largest = max((abs(a - b) for a, b in sized), default=0.0)
         if largest > by:
             by, where = largest, key
-    scale = max(map(abs, (old.get("whole") or [nan])[:2] + (new.get("whole") or [nan])[:2]))
     if by == 0.0:
         return Difference(place, 0.0, "other bytes; samples, extremes and means are the same")
     words = f"by {by:.2g} of {scale:.3g}" + ("" if where == "samples" else " (extreme or mean)")
-    return Difference(place, by / scale if scale else inf, words)
+    return Difference(place, by / scale, words)
+
+
+def _of_all(found: dict[str, Any], key: str) -> list[Any]:
+    """Return samples, or extremes and means; of a constant only one sample is kept."""
+    if found["whole"] or len(found["samples"]) != 1:
+        return list(found[key])
+    sample = found["samples"][0]
+    return [sample] * SAMPLES if key == "samples" else [sample, sample, sample, abs(sample)]
 
 
 def _grouped(different: dict[str, list[Difference]]) -> list[str]:

@@ -12,7 +12,7 @@ import frictionsim as fs
 from tests.net.commands import sections, told
 from tests.net.digests import ROOT
 
-COUNT, BATCH = 300, 50
+COUNT, BATCH = 300, 10
 # Named, so that a further shipped scenario does not change the cases.
 SOURCES = [
     *("pulley", "lift", "marble_machine", "epicyclic", "shaft", "hoist_drum", "belt_verification"),

@@ -2,7 +2,8 @@
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,27 +18,29 @@ BLOCKS = 8  # of a coarse frame, each way
 
 
 def of_file(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield what the views of a result or sweep draw, by their names."""
-    try:
-        fs.plot(path, "?")
-        return
-    except fs.FrictionsimError as error:
-        said = str(error)
-    views = re.search(r"known: (.*)", said)
-    for view in re.split(r", ", views[1]) if views else []:
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
-            try:
-                found = _artists(fs.plot(path, view))
-            except fs.FrictionsimError as error:
-                found = {"refused": str(error)}
-        yield view, found | {"warned": [str(warning.message) for warning in told]}
-    if views is None:
-        yield "?", {"refused": said}
+    """Yield what the views of a result or sweep draw, by their names, and its motion."""
+    said = _drawn(partial(_view, path, "?"))
+    views = re.search(r"known: (.*)", said.get("refused", ""))
+    yield "?", said
+    for view in views[1].split(", ") if views else ():
+        yield view, _drawn(partial(_view, path, view))
+    yield "motion", _drawn(partial(_frames, path))
 
 
-def _artists(figure: Any) -> dict[str, Any]:
-    texts = figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_visible())
+def _drawn(draw: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what is drawn and warned of, or why it is not drawn."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            found = draw()
+        except Exception as error:  # a defect is what a commit does, too
+            found = {"refused": f"{type(error).__name__}: {error}"}
+    return found | {"warned": sorted({str(warning.message) for warning in told})}
+
+
+def _view(path: Path, view: str) -> dict[str, Any]:
+    figure = fs.plot(path, view)
+    texts: list[Any] = figure.findobj(lambda one: hasattr(one, "get_text") and one.get_visible())
     found: dict[str, Any] = {
         "size": digest(figure.get_size_inches()),
         "texts": sorted({text.get_text() for text in texts}),
@@ -89,10 +92,10 @@ ARRAYS = {
 }
 
 
-def frames(path: Path, folder: Path) -> dict[str, Any]:
+def _frames(path: Path) -> dict[str, Any]:
     """Return the frames of an animation, each as the mean greys of some blocks."""
     speed = float(fs.open(path).dataset["time"].to_numpy()[-1])  # a second in all
-    with Image.open(fs.animate(path, folder / "motion.gif", fps=5, speed=speed)) as image:
+    with Image.open(fs.animate(path, path.with_suffix(".gif"), fps=5, speed=speed)) as image:
         greys = [
             np.asarray(frame.convert("L").resize((BLOCKS, BLOCKS), Image.Resampling.BOX))
             for frame in ImageSequence.Iterator(image)
