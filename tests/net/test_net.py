@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from tests.net import channels, commands, faults
-from tests.net.__main__ import write
 from tests.net.differences import compare
+from tests.net.writing import write
 from tests.support.scenarios import ROOT
 
 PARTS = ("channels", "faults")
