@@ -14,7 +14,12 @@ from frictionsim.cli.commands import run_command_line
 from tests.net import contents, figures
 from tests.net.digests import data, table, text
 
-LIKE_ANOTHER = ("b.h5", "part.h5", "cut.h5")  # results whose pictures would be those of a.h5
+LIKE_ANOTHER = (
+    "b.h5",
+    "part.h5",
+    "cut.h5",
+    "kept.h5",
+)  # results whose pictures would be those of a.h5
 
 
 def sections(file: str) -> dict[str, list[str]]:
@@ -59,7 +64,7 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
         called = f"{name}: {file}"
         if path.suffix == ".h5":
             yield "files", called, contents.structure(path)
-            if file not in LIKE_ANOTHER:
+            if file not in LIKE_ANOTHER and path.parent == folder:
                 for view, found in figures.of_file(Path(file)):
                     yield "figures", f"{called} {view}", found
         elif path.suffix == ".html":

@@ -75,12 +75,17 @@ def text(said: str, folder: Path) -> list[str] | dict[str, Any]:
 
 def _without_column_of_times(lines: list[str]) -> list[str]:
     """Mask the columns `ms` and `spread` of a cost study; their cells end where the heads do."""
-    ends = [m.end() for line in lines for m in re.finditer(r"(?<=  )(ms|spread)(?=  )", line)]
-    if not ends:
-        return lines
-    for end in sorted(ends, reverse=True):
-        lines = [re.sub(r"\S+$", "<time>", line[:end]) + line[end:] for line in lines]
-    return [re.sub(r" +", " ", line) for line in lines]
+    for at, head in enumerate(lines):
+        ends = [found.end() for found in re.finditer(r"(?<=  )(ms|spread)(?=  )", head)]
+        for i in range(at + 1, len(lines) if ends else 0):
+            if lines[i].startswith("for "):  # the sentences below the table
+                break
+            for end in sorted(ends, reverse=True):
+                lines[i] = re.sub(r"\S+$", "<time>", lines[i][:end]) + lines[i][end:]
+            lines[i] = re.sub(r" +", " ", lines[i])
+        if ends:
+            lines[at] = re.sub(r" +", " ", head)
+    return lines
 
 
 def data(found: Any, folder: Path) -> Any:
