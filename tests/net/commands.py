@@ -1,0 +1,103 @@
+"""Sequences of commands, each in a folder of its own, and what their files hold."""
+
+import contextlib
+import io
+import json
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from frictionsim.cli.commands import run_command_line
+from tests.net import contents, figures
+from tests.net.digests import data, table, text
+
+LIKE_ANOTHER = (
+    "b.h5",
+    "part.h5",
+    "cut.h5",
+    "kept.h5",
+)  # results whose pictures would be those of a.h5
+
+
+def sections(file: str) -> dict[str, list[str]]:
+    """Return the lines of a file of this folder by the head of their section."""
+    found: dict[str, list[str]] = {}
+    for line in Path(__file__).with_name(file).read_text().splitlines():
+        if head := re.fullmatch(r"\[(\w+)\](.*)", line):
+            lines = found.setdefault(head[1] + head[2], [])
+        elif line and not line.startswith("#"):
+            lines.append(line)
+    return found
+
+
+def sequences() -> dict[str, list[str]]:
+    """Return the command lines of each sequence."""
+    found = sections("sequences.txt")
+    of_run = found.pop("run")
+    for head in [head for head, lines in found.items() if not lines]:
+        name, _, scenario = head.partition(" ")
+        found[name] = [line.replace("SCENARIO", scenario) for line in of_run]
+        if scenario:
+            del found[head]
+    return found
+
+
+def names() -> list[str]:
+    """Return the sequences, those that take long first."""
+    return sorted(sequences(), key=lambda name: (name != "sweep", "belt" not in name, name))
+
+
+def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
+    """Run the commands of a sequence; yield part, name and content."""
+    for line in sequences()[name]:
+        command, _, file = line.partition(" > ")
+        found, out = told(shlex.split(command), folder)
+        if file:
+            Path(file).write_text(out)
+        yield "commands", f"{name}: {line}", found
+    made = {str(path.relative_to(folder)): path for path in sorted(folder.rglob("*"))}
+    yield "commands", f"{name}: files", list(made)
+    for file, path in made.items():
+        called = f"{name}: {file}"
+        if path.suffix == ".h5":
+            yield "files", called, contents.structure(path)
+            if file not in LIKE_ANOTHER and path.parent == folder:
+                for view, found in figures.of_file(Path(file)):
+                    yield "figures", f"{called} {view}", found
+        elif path.suffix == ".html":
+            yield "reports", called, contents.report(path, folder)
+        elif path.suffix == ".csv":
+            yield "commands", called, table(path.read_text())
+        elif path.suffix in (".toml", ".json"):
+            yield "commands", called, text(path.read_text(), folder)
+
+
+def told(arguments: list[str], folder: Path) -> tuple[dict[str, Any], str]:
+    """Run the command line in this process; return what it tells, and stdout as it is."""
+    out, err, before = io.StringIO(), io.StringIO(), sys.stdin
+    sys.stdin = io.StringIO("")
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code: Any = run_command_line(arguments)
+    except BaseException as error:
+        code = f"{type(error).__name__}: {error}"
+    finally:
+        sys.stdin = before
+    said = out.getvalue()
+    return {
+        "code": code,
+        "stdout": _parsed(said, folder),
+        "stderr": text(err.getvalue(), folder),
+    }, said
+
+
+def _parsed(said: str, folder: Path) -> Any:
+    """Return stdout as data where it is JSON or CSV."""
+    if said.startswith("{"):
+        with contextlib.suppress(ValueError):
+            return data(json.loads(said), folder)
+    first = said.partition("\n")[0]
+    return table(said) if first.count(",") > 3 and " [" in first else text(said, folder)

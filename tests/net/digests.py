@@ -1,0 +1,125 @@
+"""What is kept of arrays, texts and data so that two commits can be compared."""
+
+import csv
+import hashlib
+import io
+import json
+import re
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import frictionsim as fs
+
+ROOT = Path(__file__).parents[2]
+SAMPLES = 14
+LINES = 40  # of a longer text that are kept
+
+# Keys of JSON and columns of tables that hold times of the wall clock, or follow from them.
+TIMED = re.compile(r"wall|spread|compile_seconds|recommendations|^ms$")
+# In texts.
+MASKS = (
+    (re.compile(r"(solved in|wall time) \d[\d.e+-]*( s)?"), r"\1 <time>"),
+    (re.compile(r"for [\d.e-]+ %: .*"), "for <limit>: <fastest>"),
+    (re.compile(r"kernels-[0-9a-f]+"), "kernels-<hash>"),
+    (re.compile(rf"\b{re.escape(fs.__version__)}\b"), "<version>"),
+    (re.compile(r"\b20\d\d-\d\d-\d\d([T ]\d\d:\d\d(:\d\d)?)?"), "<date>"),
+)
+
+
+def digest(values: Any) -> dict[str, Any]:
+    """Return the hash of an array, some of its values, and its extremes and means."""
+    array = np.asarray(values)
+    if array.dtype.kind in "OUS":
+        texts = [str(text) for text in array.ravel().tolist()]
+        content = json.dumps(texts).encode()
+        return {"hash": _hash(content), "shape": list(array.shape), "texts": texts[:SAMPLES]}
+    if array.dtype.kind == "M":
+        array = array.view("i8")
+    kept = array.ravel().astype(float)
+    if kept.size > SAMPLES:  # drawn, so that no column of a table is left out each time
+        drawn = np.random.default_rng(kept.size).choice(kept.size - 2, SAMPLES - 2, replace=False)
+        kept = kept[np.sort([0, *(drawn + 1), kept.size - 1])]
+    samples = [value if isfinite(value) else str(value) for value in kept.tolist()]
+    finite = array[np.isfinite(array)].astype(float)
+    whole = (
+        (finite.min(), finite.max(), finite.mean(), np.abs(finite).mean()) if finite.size else ()
+    )
+    constant = array.size > 0 and bool((array == array.ravel()[0]).all())
+    return {
+        "hash": _hash(np.ascontiguousarray(array).tobytes()),
+        "type": str(array.dtype),
+        "shape": list(array.shape),
+        "samples": samples[:1] if constant else samples,
+        "whole": [] if constant else [float(value) for value in whole],
+    }
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
+
+
+def text(said: str, folder: Path) -> list[str] | dict[str, Any]:
+    """Return the lines of a text without what differs from run to run; a long one as a digest."""
+    for path, name in ((folder, "<folder>"), (ROOT, "<root>"), (Path.home(), "<home>")):
+        said = said.replace(str(path), name)
+    for mask, instead in MASKS:
+        said = mask.sub(instead, said)
+    lines = _without_column_of_times(said.splitlines())
+    if len(lines) <= 6 * LINES:
+        return lines
+    return {"hash": _hash("\n".join(lines).encode()), "shape": [len(lines)], "texts": lines[:LINES]}
+
+
+def _without_column_of_times(lines: list[str]) -> list[str]:
+    """Mask the columns `ms` and `spread` of a cost study; their cells end where the heads do."""
+    for at, head in enumerate(lines):
+        ends = [found.end() for found in re.finditer(r"(?<=  )(ms|spread)(?=  )", head)]
+        for i in range(at + 1, len(lines) if ends else 0):
+            if lines[i].startswith("for "):  # the sentences below the table
+                break
+            for end in sorted(ends, reverse=True):
+                lines[i] = re.sub(r"\S+$", "<time>", lines[i][:end]) + lines[i][end:]
+            lines[i] = re.sub(r" +", " ", lines[i])
+        if ends:
+            lines[at] = re.sub(r" +", " ", head)
+    return lines
+
+
+def data(found: Any, folder: Path) -> Any:
+    """Return JSON data without times; lists of numbers as digests."""
+    if isinstance(found, dict) and "hash" in found:
+        return found  # a digest
+    if isinstance(found, dict):
+        return {
+            key: "<time>" if TIMED.search(key) else data(value, folder)
+            for key, value in found.items()
+        }
+    if isinstance(found, list):
+        if len(found) > 3 and all(isinstance(value, int | float) for value in found):
+            return digest(found)
+        return [data(value, folder) for value in found]
+    if isinstance(found, str):
+        lines = text(found, folder)
+        return lines[0] if isinstance(lines, list) and len(lines) == 1 else lines
+    return found
+
+
+def table(content: str) -> dict[str, Any]:
+    """Return the columns of CSV as digests, and its comments."""
+    comments = [line for line in content.splitlines() if line.startswith("#")]
+    rows = list(csv.reader(io.StringIO("\n".join(content.splitlines()[len(comments) :]))))
+    columns = zip(*rows[1:], strict=True) if rows else ()
+    return {"comments": comments} | {
+        name: "<time>" if TIMED.search(name) else _column(column)
+        for name, column in zip(rows[0] if rows else (), columns, strict=False)
+    }
+
+
+def _column(cells: tuple[str, ...]) -> dict[str, Any]:
+    try:
+        return digest(np.array([cell or "nan" for cell in cells], dtype=float))
+    except ValueError:
+        return digest(cells)
