@@ -20,11 +20,17 @@ ROOT = Path(__file__).parents[1]
 NOBODY = 65534  # the user and group of no files
 PRIVATE = 0o077
 TESTS = [".venv/bin/pytest", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider"]
-# numpy, OpenBLAS and numba each choose instructions of their own.
+# numpy, OpenBLAS and numba each choose instructions of their own; "generic" is x86-64 of 2003.
 WITHOUT_AVX2 = {
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL",
     "OPENBLAS_CORETYPE": "Nehalem",
-    "NUMBA_CPU_NAME": "x86-64-v2",
+    "NUMBA_CPU_NAME": "generic",
+}
+WITHOUT_AVX512 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "NUMBA_CPU_NAME": "haswell",
+    "NUMBA_CPU_FEATURES": "+sse4.2,+popcnt,+avx,+avx2,+bmi,+bmi2,+fma",
 }
 
 
@@ -43,6 +49,7 @@ ALL = {
     "ordinary user": Surroundings(ordinary_user=True),
     "path with a space": Surroundings(folder="my clones/friction sim"),
     "no AVX2": Surroundings(environment=WITHOUT_AVX2),
+    "no AVX-512": Surroundings(environment=WITHOUT_AVX512),
     "SIGINT ignored": Surroundings(before="trap '' INT; "),
     "colours forced": Surroundings(environment={"FORCE_COLOR": "1"}),
     "no UTF-8": Surroundings(environment={"LC_ALL": "C", "PYTHONUTF8": "0"}),
