@@ -9,7 +9,7 @@ from tests.support.belt_scenarios import shipped
 from tests.support.drawn_drives import drawn_drive, scenario_of_drive, steady
 from tests.support.scenarios import simulate
 
-POINTS = (30, 60, 120, 240)
+POINTS = (30, 60, 120)
 
 
 def arcs(done: RunResult) -> list[float]:
@@ -50,7 +50,7 @@ def test_bodies_in_the_plane_come_close(bodies: int) -> None:
     """Off by the polygon and the depth of the contact; as whole bodies 0.831 and 0.754 at 150."""
     data = shipped(
         "belt_drive",
-        effects__bending=None,
+        effects__bending__rigidity=1e-9,
         mechanism__belt__bodies=bodies,
         drive__driven__torque={"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]},
         solver={"backend": "moreau", "duration": 0.6},

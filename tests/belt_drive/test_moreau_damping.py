@@ -160,8 +160,9 @@ def dense(s: Strike) -> tuple[Array, Array, Array]:
     return new, solution[3 * n : 3 * n + 2], 0.5 * rates @ (old + new)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("share_stuck", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("wrap", ["corrected", "polygon"])
 def test_one_step_is_that_of_a_dense_system(wrap: str, share_stuck: float, seed: int) -> None:
     s = strike(share_stuck, seed, wrap)
@@ -182,6 +183,7 @@ def test_one_step_is_that_of_a_dense_system(wrap: str, share_stuck: float, seed:
     assert heat == pytest.approx(STEP * COEFFICIENT * np.sum(mean_rates**2), rel=close)
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_what_sticks_moves_with_the_rim() -> None:
     s = strike(1.0, 0)
     a, after = s.model, s.after.copy()
@@ -209,7 +211,6 @@ def damped(**changes: object) -> Scenario:
 
 SMOOTH = {
     "without friction": (damped(effects__belt_friction=NO_FRICTION), kick(GENTLY)),
-    "no friction effect": (damped(effects__belt_friction=None), kick(GENTLY)),
     "sticking": (
         damped(
             effects__belt_friction=MUCH_FRICTION,
@@ -233,6 +234,19 @@ def test_the_implicit_solution_is_of_second_order(name: str) -> None:
     exact = stepped({**data, "solver": {"duration": SHORT, "rtol": 1e-8}}, disturb)
     # A third of the last difference is left of an error of second order.
     assert distance(ends[-1], exact) == pytest.approx(errors[-1] / 3.0, rel=0.1)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_without_the_effect_it_is_as_without_friction() -> None:
+    solver = {"backend": "moreau", "duration": 5e-4, "step": 6.4e-5}
+    ends = [
+        stepped({**damped(effects__belt_friction=friction), "solver": solver}, kick(GENTLY))
+        for friction in (None, NO_FRICTION)
+    ]
+    assert all(share_solved(end) == 1.0 for end in ends)
+    width = ends[0].model.system.layout.width
+    found, expected = (end.state[: 6 * width] for end in ends)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_it_goes_over_into_the_explicit_one() -> None:
