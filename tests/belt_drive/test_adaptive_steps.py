@@ -99,8 +99,6 @@ def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]"
     return 0.5 * float(rkf45.error_norm(1.0, stepper._state))
 
 
-# A kernel that stands in a test would give the cache of the tests a name of its own.
-@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("bodies", [24, 60, 1200])
 def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None:
     model = assemble(scenario_of(pair(mechanism__belt__bodies=bodies)))
@@ -111,7 +109,6 @@ def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None
     assert 1.0 <= scaled_norm(model, np.ones_like(model.state)) < 1.8
 
 
-@pytest.mark.usefixtures("uncompiled")
 def test_an_error_that_is_no_number_is_no_small_one() -> None:
     model = assemble(scenario_of(pair()))
     error = np.zeros_like(model.state)

@@ -15,8 +15,9 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import IMPLICIT_NOW, IMPLICIT_STEPS
+from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair, scenario_of
-from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, simulate
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
 # functions of a few lines, of which many take less time than a few with versions for overlaps.
@@ -28,18 +29,12 @@ from numba.core import event
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.scenario.loading import load
 
-class Listener(event.Listener):
-    def on_start(self, event):
-        found.append(event.data["dispatcher"].py_func.__name__)
-    def on_end(self, event):
-        pass
-
-found = []
 drive = BeltDrive(load(sys.argv[1], {"solver.duration": 1e-3}, backend=sys.argv[2]))
-with event.install_listener("numba:compile", Listener()):
+with event.install_recorder("numba:compile") as recorder:
     drive.prepare(lambda t: None)
     again = drive.solve(lambda t: None)
-print(json.dumps([found, again]))
+starts = (one for _, one in recorder.buffer if one.is_start)
+print(json.dumps([[one.data["dispatcher"].py_func.__name__ for one in starts], again]))
 """
 
 
@@ -99,7 +94,7 @@ def test_stiff_damping_is_compiled_in_the_middle_of_a_run() -> None:
 
 @pytest.mark.usefixtures("oblique_for_a_while")
 def test_a_run_that_compiles_in_the_middle_is_that_of_one_that_does_not() -> None:
-    once = simulate(joints_turn())
+    once = run(scenario_of(joints_turn()), lambda t: None)
     assert once.status == "done"
 
     drive = BeltDrive(scenario_of(joints_turn()))

@@ -267,19 +267,18 @@ def test_through_switches_it_is_of_first_order_at_least() -> None:
     assert np.mean(found) >= 0.9
 
 
+def published(backend: str) -> Scenario:
+    """Return the drive with damping of the section, of which explicit steps would decay by 40."""
+    return shipped(
+        "belt_drive",
+        effects__axial_damping__basis="section",
+        solver={"backend": backend, "duration": 0.01, "rtol": 1e-4},
+        output={"interval": 5e-3},
+    )
+
+
 def test_backends_agree_on_the_published_drive_with_damping_of_the_section() -> None:
-    """At the default step, at which its explicit dampers would decay by 40 in a step."""
-    ends = [
-        stepped(
-            shipped(
-                "belt_drive",
-                effects__axial_damping__basis="section",
-                solver={"backend": backend, "duration": 0.01, "rtol": 1e-4},
-            )
-        )
-        for backend in ("rkf45", "moreau")
-    ]
-    exact, found = ends
+    exact, found = (stepped(published(backend)) for backend in ("rkf45", "moreau"))
     mass = exact.model.system.chain.mass
     coefficient = exact.model.system.effects.axial_damping.damping
     assert share_solved(found) == 1.0
@@ -292,19 +291,9 @@ def test_backends_agree_on_the_published_drive_with_damping_of_the_section() -> 
 
 
 def test_the_tension_has_the_share_of_implicit_dampers() -> None:
-    rkf45, moreau = (
-        simulate(
-            shipped(
-                "belt_drive",
-                effects__axial_damping__basis="section",
-                solver={"backend": backend, "duration": 0.01, "rtol": 1e-4},
-                output={"interval": 5e-3},
-            )
-        )
-        for backend in ("rkf45", "moreau")
-    )
+    runs = (simulate(published(backend)) for backend in ("moreau", "rkf45"))
     # The belt is being stretched: its springs have 565.6 N of 565.7 N. The two are 1e-5 apart.
-    found, expected = (done.channels["tension"][-1, :6] for done in (moreau, rkf45))
+    found, expected = (done.channels["tension"][-1, :6] for done in runs)
     assert found == pytest.approx(expected, rel=2e-5)
 
 

@@ -11,6 +11,7 @@ import xarray
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_writer
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_scenarios import pair, scenario_of, trio
 from tests.support.scenarios import Scenario, simulate
@@ -129,43 +130,27 @@ def test_quantities_have_their_units() -> None:
     assert {name: quantities[name].unit for name in QUANTITIES} == QUANTITIES
 
 
-STATES = {
-    "all effects": (pair(), 6 * 24 + 2 * 2 + 3),
-    "a prescribed speed": (pair(drive__driver={"speed": 1.0}), 6 * 24 + 2 + 1 + 3),
-    "two": (
-        pair(drive__driver={"speed": 1.0}, drive__driven={"speed": 1.0}),
-        6 * 24 + 2 + 3,
-    ),
-    "no friction": (pair(effects__belt_friction=None), 6 * 24 + 4 + 2),
-    "no dampers": (
-        pair(effects__axial_damping=None, effects__contact__damping=None),
-        6 * 24 + 4 + 2,
-    ),
-    "a damper in bending": (
-        pair(
-            effects__axial_damping=None,
-            effects__contact__damping=None,
-            effects__bending__damping=1e-6,
-        ),
-        6 * 24 + 4 + 3,
-    ),
-    "springs only": (
-        pair(
-            effects={"contact": {"c2": 2e5}},
-        ),
-        6 * 24 + 4 + 1,
-    ),
+GIVEN = {"speed": 1.0}
+NO_DAMPERS = {"effects__axial_damping": None, "effects__contact__damping": None}
+# Changes, and the states beside those of the bodies.
+STATES: dict[str, tuple[Scenario, int]] = {
+    "all effects": ({}, 2 * 2 + 3),
+    "a prescribed speed": ({"drive__driver": GIVEN}, 2 + 1 + 3),
+    "two": ({"drive__driver": GIVEN, "drive__driven": GIVEN}, 2 + 3),
+    "no friction": ({"effects__belt_friction": None}, 4 + 2),
+    "no dampers": (NO_DAMPERS, 4 + 2),
+    "a damper in bending": ({**NO_DAMPERS, "effects__bending__damping": 1e-6}, 4 + 3),
+    "springs only": ({"effects": {"contact": {"c2": 2e5}}}, 4 + 1),
 }
 
 
 @pytest.mark.parametrize("name", STATES)
 def test_states_are_those_of_the_effects(name: str) -> None:
     """Six of a body, an angle of a pulley, a speed of a free one, an energy of what has one."""
-    from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-
-    data, states = STATES[name]
+    changes, others = STATES[name]
+    data = pair(**changes)
     simulation = BeltDrive(scenario_of(data))
-    assert simulation.states == states
+    assert simulation.states == 6 * 24 + others
     assert simulation.effects == tuple(effect for effect in EFFECTS if effect in data["effects"])
 
 

@@ -70,23 +70,14 @@ def run_of(backend: str, duration: float) -> dict[str, Any]:
     }
 
 
-class Listener(event.Listener):
-    """Notes the functions that are compiled."""
-
-    def on_start(self, event: Any) -> None:
-        compiled.append(event.data["dispatcher"].py_func.__name__)
-
-    def on_end(self, event: Any) -> None:
-        """Do nothing."""
-
-
 if __name__ == "__main__":
-    compiled: list[str] = []
-    with event.install_listener("numba:compile", Listener()):
-        found: dict[str, Any] = {"fixed": run_of("moreau", 0.01), "compiled": compiled}
+    with event.install_recorder("numba:compile") as recorder:
+        found: dict[str, Any] = {"fixed": run_of("moreau", 0.01)}
+    starts = (one for _, one in recorder.buffer if one.is_start)
+    found["compiled"] = [one.data["dispatcher"].py_func.__name__ for one in starts]
     if sys.argv[1:] == ["all"]:
         Kernel.__call__ = lambda self, *arguments: self.py_func(*arguments)  # type: ignore[method-assign]
-        np.seterr(over="ignore")
+        np.seterr(all="ignore")
         found |= {"adaptive": run_of("rkf45", 1e-3)}
         found |= {"with": at_rest(True), "without": at_rest(False)}
     print(json.dumps(found))
