@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
 from frictionsim.simulation.simulate import RunResult
+from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
 from tests.support.drawn_belts import drawn
 from tests.support.scenarios import Scenario, changed, simulate
@@ -127,19 +128,8 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
     crossings = np.flatnonzero((relative[:-1] < 0.0) & (relative[1:] >= 0.0))
     cycles = len(crossings) - 1
     omega = 2.0 * pi * cycles / (5e-5 * (crossings[-1] - crossings[0]))
-    # J w^2 = 2 R^2 EA k cot(k L/2), with the belt that is stuck on a pulley turning with it.
-    inertia = 2.4e-4 + RHO * pi * R * R**2
-
-    def excess(w: float) -> float:
-        k = w * np.sqrt(RHO / EA)
-        return float(inertia * w * w - 2.0 * R * R * EA * k / np.tan(0.5 * k * 0.515))
-
-    low, high = 100.0, 4000.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
     # A point at an end of an arc is held with all of its mass, as is half of the next joint.
-    assert omega == pytest.approx(low, rel=2e-2)
+    assert omega == pytest.approx(two_pulley_mode(SECTION_4), rel=2e-2)
 
 
 def test_a_belt_without_load_has_one_tension_and_no_slip() -> None:
