@@ -19,7 +19,7 @@ def arcs(done: RunResult) -> list[float]:
     return [float(arc) for arc in found if arc is not None]
 
 
-@pytest.mark.parametrize("seed", [0, 3, 6])
+@pytest.mark.parametrize("seed", [0, 3, pytest.param(6, marks=pytest.mark.slow)])
 def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     """Unlike radii and coefficients; the drives run one way and the other."""
     drive = drawn_drive(seed)

@@ -170,7 +170,7 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)
