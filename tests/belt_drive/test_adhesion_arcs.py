@@ -9,7 +9,7 @@ from tests.support.belt_scenarios import shipped
 from tests.support.drawn_drives import drawn_drive, scenario_of_drive, steady
 from tests.support.scenarios import simulate
 
-POINTS = (30, 60, 120, 240)
+POINTS = (30, 60, 120)
 
 
 def arcs(done: RunResult) -> list[float]:
@@ -19,7 +19,7 @@ def arcs(done: RunResult) -> list[float]:
     return [float(arc) for arc in found if arc is not None]
 
 
-@pytest.mark.parametrize("seed", [0, 3, 6])
+@pytest.mark.parametrize("seed", [0, 3, pytest.param(6, marks=pytest.mark.slow)])
 def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     """Unlike radii and coefficients; the drives run one way and the other."""
     drive = drawn_drive(seed)
@@ -50,7 +50,7 @@ def test_bodies_in_the_plane_come_close(bodies: int) -> None:
     """Off by the polygon and the depth of the contact; as whole bodies 0.831 and 0.754 at 150."""
     data = shipped(
         "belt_drive",
-        effects__bending=None,
+        effects__bending__rigidity=1e-9,
         mechanism__belt__bodies=bodies,
         drive__driven__torque={"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]},
         solver={"backend": "moreau", "duration": 0.6},

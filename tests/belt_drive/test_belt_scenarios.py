@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from tests.support.belt_scenarios import pair, scenario_of, trio
+from tests.support.belt_scenarios import every_effect, pair, scenario_of
 from tests.support.scenarios import Scenario
 
 
-@pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
+@pytest.mark.parametrize("data", [pair(), every_effect()], ids=["pair", "trio"])
 def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
     model = assemble(scenario_of(data))
     touching = np.bincount(model.equilibrium.pulley[model.equilibrium.pulley >= 0])
@@ -20,7 +20,7 @@ def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
 
 
 def test_the_belt_on_three_pulleys_has_every_effect() -> None:
-    scenario = scenario_of(trio())
+    scenario = scenario_of(every_effect())
     assert all(effect is not None for _, effect in scenario.effects)
     effects = assemble(scenario).system.effects
     assert [name for name in effects._fields if getattr(effects, name) is None] == ["patch"]

@@ -23,7 +23,7 @@ from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.guided_string import moreau as string_moreau
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
-from tests.support.belt_scenarios import COMPILED, STEPS, pair, scenario_of, trio
+from tests.support.belt_scenarios import COMPILED, STEPS, every_effect, pair, scenario_of
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -116,9 +116,10 @@ class Calls:
         return NotedKernel(kernel, note)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize(
     "data",
-    [*COMPILED.values(), trio(solver__backend="rk45")],
+    [*COMPILED.values(), every_effect(solver__backend="rk45")],
     ids=[*COMPILED, "rk45, every effect"],
 )
 def test_all_kernels_are_compiled_before_the_first_step(
@@ -126,7 +127,7 @@ def test_all_kernels_are_compiled_before_the_first_step(
 ) -> None:
     """So that the seconds of solving have none of it; also of a run that is resumed."""
     calls = Calls(monkeypatch)
-    scenario = scenario_of(changed(data, solver__duration=5e-3, output__interval=1e-3))
+    scenario = scenario_of(changed(data, solver__duration=4e-4, output__interval=1e-4))
     polled: list[float] = []
 
     def stop(t: float) -> None:
@@ -168,6 +169,7 @@ FORMS: dict[str, Scenario] = {
 }
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("guided", [False, True])
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
 def test_one_kernel_is_compiled_for_all_forms_of_signals(
@@ -184,6 +186,7 @@ def test_one_kernel_is_compiled_for_all_forms_of_signals(
         assert len(seen) == 1, form
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", COMPILED)
 def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
     def end(times: int) -> dict[str, Any]:
@@ -213,7 +216,11 @@ def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "option"), [(signal.SIGINT, "-o"), (signal.SIGTERM, "--json -o")]
+    ("number", "option"),
+    [
+        (signal.SIGINT, "-o"),
+        pytest.param(signal.SIGTERM, "--json -o", marks=pytest.mark.slow),
+    ],
 )
 def test_a_signal_ends_a_compilation_at_once(
     number: signal.Signals, option: str, tmp_path: Path

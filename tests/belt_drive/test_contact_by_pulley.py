@@ -9,7 +9,9 @@ from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactEffect
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
+    NO_FRICTION,
     distance,
+    every_effect,
     kick,
     kinematics,
     pair,
@@ -29,7 +31,7 @@ STIFF_DRIVEN = {"driven": {"c1": 3e7, "c2": 8e5, "damping": 100.0, "p_max": 2e-4
 
 
 def test_at_rest_each_contact_has_its_own_law() -> None:
-    scenario = scenario_of(trio(effects__contact__pulleys=UNLIKE))
+    scenario = scenario_of(every_effect(effects__contact__pulleys=UNLIKE))
     model = assemble(scenario)
     belt = reference(scenario, model.system.chain.length)
     x, y, phi, *_, theta, omega = kinematics(model.state, model)
@@ -44,8 +46,11 @@ def test_at_rest_each_contact_has_its_own_law() -> None:
     assert depths[1] < 0.7 * depths[0] < 0.7 * depths[2]
 
 
-def test_the_energy_has_the_depth_of_each_contact() -> None:
-    done = simulate(trio(effects__contact__pulleys=UNLIKE, solver__duration=0.01))
+@pytest.mark.usefixtures("uncompiled")
+def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
+    times = {"solver__duration": 4e-3, "output__interval": 1e-3}
+    data = every_effect(effects__contact__pulleys=UNLIKE, **times)
+    done = simulate(changed(data, solver__backend="moreau"))
     assert done.checks["energy_balance"].ok
     belt = reference(done.scenario, assemble(done.scenario).system.chain.length)
     c = done.channels
@@ -70,7 +75,9 @@ def test_tables_that_repeat_the_common_one_change_no_bit(backend: str) -> None:
 def test_both_methods_agree_on_unlike_contacts() -> None:
     """Fixed steps solve for the dampers of the contacts, adaptive ones evaluate them."""
     data = pair(
-        effects__contact__pulleys=STIFF_DRIVEN, effects__belt_friction=None, solver__duration=2e-3
+        effects__contact__pulleys=STIFF_DRIVEN,
+        effects__belt_friction=NO_FRICTION,
+        solver__duration=2e-3,
     )
 
     def end(backend: str, of: Scenario, **settings: Any) -> Any:

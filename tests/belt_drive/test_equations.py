@@ -39,8 +39,19 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.scenario.signal_tables import signal_from
 from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
-from tests.support.belt_scenarios import Array, kinematics, pair, reference, scenario_of, trio
+from tests.support.belt_scenarios import (
+    Array,
+    every_effect,
+    kinematics,
+    pair,
+    reference,
+    scenario_of,
+    trio,
+)
 from tests.support.scenarios import Scenario
+
+# `test_compiled` has the compiled kernels; at these close limits a slow test has them once more.
+uncompiled = pytest.mark.usefixtures("uncompiled")
 
 # Of the largest of its kind. Coordinates of 0.3 m are rounded by 1e-16 m, which a joint of 4e5 N/m
 # turns into 1e-10 N of some 100 N; sums in another order add a few of these.
@@ -181,10 +192,21 @@ def assert_same(both: Both, close: float) -> None:
     assert_close(both.ledger(), lost, close)
 
 
+@uncompiled
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("wrap", ["corrected", "polygon"])
 def test_all_effects_together(wrap: str, seed: int) -> None:
-    both = Both(trio(mechanism__belt__wrap=wrap), seed)
+    assert_all_effects(every_effect(mechanism__belt__wrap=wrap), seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_all_effects_compiled(seed: int) -> None:
+    assert_all_effects(trio(), seed)
+
+
+def assert_all_effects(data: Scenario, seed: int) -> None:
+    both = Both(data, seed)
     stuck = both.of_bodies(STICKING)[both.expected.N > 0.0]
     assert 0.0 < np.mean(stuck) < 0.9
     assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
@@ -192,6 +214,7 @@ def test_all_effects_together(wrap: str, seed: int) -> None:
     assert_same(both, CLOSE_STUCK)
 
 
+@uncompiled
 def test_signals_that_add() -> None:
     step = {"smooth_step": {"from": 0.3, "to": -0.2, "start": 0.0, "stop": 0.1}}
     drives = {
@@ -199,7 +222,7 @@ def test_signals_that_add() -> None:
         "roller": {"torque": [step, {"sine": {"amplitude": 0.2, "frequency_hz": 50.0}}]},
         "driven": {"torque": [{"speed": [-20.0, 20.0], "value": [5.0, -5.0]}, step, step]},
     }
-    assert_same(Both(trio(drive=drives), 1), CLOSE_STUCK)
+    assert_same(Both(every_effect(drive=drives), 1), CLOSE_STUCK)
 
 
 # The roller's contact is its own in all, the driven pulley's in its linear stiffness.
@@ -209,13 +232,15 @@ OWN = {
 }
 
 
+@uncompiled
 @pytest.mark.parametrize("seed", range(3))
 def test_contact_that_differs_by_pulley(seed: int) -> None:
-    both = Both(trio(effects__contact__pulleys=OWN), seed)
+    both = Both(every_effect(effects__contact__pulleys=OWN), seed)
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
 
 
+@uncompiled
 def test_damping_at_one_pulley_alone() -> None:
     own = {"driven": {"damping": 30.0}}
     both = Both(pair(effects__contact__damping=0.0, effects__contact__pulleys=own), 1)
@@ -223,8 +248,9 @@ def test_damping_at_one_pulley_alone() -> None:
     assert_same(both, CLOSE_STUCK)
 
 
+@uncompiled
 def test_a_prescribed_speed_is_its_channel() -> None:
-    both = Both(trio(), 1)
+    both = Both(every_effect(), 1)
     signal = signal_from(both.scenario.drive["driver"].speed)
     table = both.model.system.pulleys.table
     # The sine of 2 rad and its derivative, in another order of operations.
@@ -237,12 +263,14 @@ def test_a_prescribed_speed_is_its_channel() -> None:
 WITHOUT = ["axial_damping", "bending", "belt_friction", "contact__damping"]
 
 
+@uncompiled
 @pytest.mark.parametrize("effect", WITHOUT)
 def test_without_an_effect(effect: str) -> None:
     both = Both(pair(**{f"effects__{effect}": None}), 1)
     assert_same(both, CLOSE_STUCK)
 
 
+@uncompiled
 @pytest.mark.parametrize("seed", range(3))
 def test_free_pulleys(seed: int) -> None:
     assert_same(Both(pair(), seed), CLOSE_STUCK)
@@ -254,6 +282,7 @@ LAWS = {
 }
 
 
+@uncompiled
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", [0, 2])
 def test_laws_of_the_slip(law: str, seed: int) -> None:
@@ -265,6 +294,7 @@ def test_laws_of_the_slip(law: str, seed: int) -> None:
     assert_same(both, CLOSE)
 
 
+@uncompiled
 def test_creep_depends_on_the_step() -> None:
     """In eq 13 the creep is the way slipped in the step of the integration."""
     friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}

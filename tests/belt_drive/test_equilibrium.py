@@ -1,5 +1,6 @@
 """The belt at rest against balances of forces and an energy that is written a second time."""
 
+import re
 from itertools import pairwise
 from math import atan, atan2, cos, fsum, hypot, pi, sin, tan
 from typing import Any, NamedTuple
@@ -341,64 +342,68 @@ def test_pretension_and_length_exclude_each_other() -> None:
             heavy(12).rest(**both)
 
 
-def refusal(drive: Drive, **changes: Any) -> str:
+BARELY = [*PAIR, Pulley("roller", (0.2575, 0.0465), 0.02, "outside")]
+
+
+def of_bodies(pulleys: list[Pulley], bodies: int) -> tuple[str, str]:
+    """Return the length of a body and of the arc on a roller, m, as they are told."""
+    path = belt_path(pulleys)
+    return f"{path.length / bodies:.4g}", f"{0.02 * -path.arcs[2].wrap_angle:.4g}"
+
+
+# What has no rest position, and what is said of it.
+REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
+    "too few bodies": (heavy(3), {}, "a belt needs at least 4 bodies, not 3"),
+    "a strain above a half": (
+        heavy(60),
+        {"pretension": 6000.0},
+        "the pretension of 6000 N strains the belt by 0.6, more than 0.5:"
+        " its axial rigidity is 10000 N",
+    ),
+    "too short": (
+        heavy(60),
+        {"pretension": None, "length": 0.6},
+        "the belt is too short for its path: 0.6 m unstretched on 1.01651 m, a strain of 0.6942,"
+        " more than 0.5",
+    ),
+    "slack": (
+        heavy(12),
+        {"pretension": None, "length": 1.1},
+        "the belt is slack: it is 1.1 m long unstretched, its path 1.01651 m, and ... m as a"
+        " polygon of 12 bodies. Shorten it or move the pulleys apart",
+    ),
+    "a belt of 10 N that hangs through": (
+        heavy(12),
+        {"pretension": 0.5, "gravity": WEIGHT},
+        "...Raise the pretension...",
+    ),
+    # With so few bodies the belt contracts and slips off past the pulleys' centres.
+    "bodies too long for their pulleys": (
+        light(8, TENSIONED),
+        {},
+        "the belt slips off its pulleys: bodies of {} m are too long for its arcs, of which the"
+        " shortest has {} m, or the contact is too soft. Take more bodies or raise its"
+        " stiffness".format(*of_bodies(TENSIONED, 8)),
+    ),
+    "a pulley between two bodies": (
+        light(30, BARELY),
+        {},
+        "no body of the belt rests on pulley roller: bodies of {} m are too long for its arc of"
+        " {} m, or the belt leaves it. Take more bodies or raise the"
+        " pretension".format(*of_bodies(BARELY, 30)),
+    ),
+    "a contact softer than the pretension": (
+        heavy(60, c2=500.0),
+        {},
+        "a tension of 250 N presses the belt ... m deep into pulley drive, more than its radius of"
+        " 0.08125 m: raise the stiffness of the contact",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_has_no_rest_position_is_refused(name: str) -> None:
+    drive, changes, message = REFUSED[name]
     with pytest.raises(NoEquilibrium) as caught:
         drive.rest(**changes)
-    return str(caught.value)
-
-
-def test_too_few_bodies_are_refused() -> None:
-    assert refusal(heavy(3)) == "a belt needs at least 4 bodies, not 3"
-
-
-def test_a_strain_above_a_half_is_refused() -> None:
-    assert refusal(heavy(60), pretension=6000.0) == (
-        "the pretension of 6000 N strains the belt by 0.6, more than 0.5: "
-        "its axial rigidity is 10000 N"
-    )
-    assert refusal(heavy(60), pretension=None, length=0.6) == (
-        "the belt is too short for its path: 0.6 m unstretched on 1.01651 m, a strain of 0.6942, "
-        "more than 0.5"
-    )
-
-
-def test_a_slack_belt_is_refused() -> None:
-    message = refusal(heavy(12), pretension=None, length=1.1)
-    assert message.startswith(
-        "the belt is slack: it is 1.1 m long unstretched, its path 1.01651 m, and "
-    )
-    assert message.endswith(" m as a polygon of 12 bodies. Shorten it or move the pulleys apart")
-
-
-def test_a_belt_that_hangs_through_is_refused() -> None:
-    message = refusal(heavy(12), pretension=0.5, gravity=WEIGHT)  # the belt weighs 10 N
-    assert "Raise the pretension" in message
-
-
-def test_bodies_too_long_for_their_pulleys_are_refused() -> None:
-    """With so few bodies the belt contracts and slips off past the pulleys' centres."""
-    path = belt_path(TENSIONED)
-    assert refusal(light(8, TENSIONED)) == (
-        f"the belt slips off its pulleys: bodies of {path.length / 8:.4g} m are too long for its "
-        f"arcs, of which the shortest has {0.02 * -path.arcs[2].wrap_angle:.4g} m, or the contact "
-        "is too soft. Take more bodies or raise its stiffness"
-    )
-
-
-def test_a_pulley_between_two_bodies_is_refused() -> None:
-    barely = [*PAIR, Pulley("roller", (0.2575, 0.0465), 0.02, "outside")]
-    path = belt_path(barely)
-    assert refusal(light(30, barely)) == (
-        f"no body of the belt rests on pulley roller: bodies of {path.length / 30:.4g} m are too "
-        f"long for its arc of {0.02 * -path.arcs[2].wrap_angle:.4g} m, or the belt leaves it. "
-        "Take more bodies or raise the pretension"
-    )
-
-
-def test_a_contact_softer_than_the_pretension_is_refused() -> None:
-    message = refusal(heavy(60, c2=500.0))
-    assert message.startswith("a tension of 250 N presses the belt ")
-    assert message.endswith(
-        " m deep into pulley drive, more than its radius of 0.08125 m: "
-        "raise the stiffness of the contact"
-    )
+    assert re.fullmatch(".*".join(map(re.escape, message.split("..."))), str(caught.value))

@@ -16,11 +16,13 @@ from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS
 
 STIFFNESS, DAMPING = 400.0, 0.5  # as in `foundation_run`
+# 75 found; a large function more is 0.15 s more on one core.
+MOST = 78
 
 
-def run(backend: str, cache: Path) -> dict[str, Any]:
+def run(cache: Path, *arguments: str) -> dict[str, Any]:
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.foundation_run", backend],
+        [sys.executable, "-m", "tests.support.foundation_run", *arguments],
         cwd=ROOT,
         env={**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)},
         capture_output=True,
@@ -38,13 +40,9 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def adaptive(cache: Path) -> dict[str, Any]:
-    return run("rkf45", cache)
-
-
-@pytest.fixture(scope="module")
-def fixed(cache: Path) -> dict[str, Any]:
-    return run("moreau", cache)
+def found(cache: Path) -> dict[str, Any]:
+    """What a process says that finds no kernels: by fixed steps compiled, the rest as Python."""
+    return run(cache, "all")
 
 
 def test_without_its_line_no_scenario_has_it() -> None:
@@ -53,49 +51,50 @@ def test_without_its_line_no_scenario_has_it() -> None:
         validate(pair(effects__foundation={"stiffness": 1.0}), SCENARIOS)
 
 
-@pytest.mark.parametrize("backend", ["adaptive", "fixed"])
-def test_runs_with_it_pass_their_audit(backend: str, request: pytest.FixtureRequest) -> None:
-    found = request.getfixturevalue(backend)
-    assert found["status"] == "done"
-    assert found["effects"] == ["contact", "belt_friction", "foundation"]
-    assert found["failed"] == []
-    assert found["damping"] > 1e-6  # J; it has the only damper
+@pytest.mark.parametrize(("method", "least"), [("adaptive", 1e-9), ("fixed", 1e-6)])
+def test_runs_with_it_pass_their_audit(method: str, least: float, found: dict[str, Any]) -> None:
+    of = found[method]
+    assert of["status"] == "done"
+    assert of["effects"] == ["contact", "belt_friction", "foundation"]
+    assert of["failed"] == []
+    assert of["damping"] > least  # J; it has the only damper
 
 
-def test_the_belt_rests_under_its_force(adaptive: dict[str, Any]) -> None:
-    at_rest = adaptive["with"]
+def test_the_belt_rests_under_its_force(found: dict[str, Any]) -> None:
+    at_rest = found["with"]
     assert at_rest["residual"] < 1e-7 * 200.0
     # A sum of forces of some 1e4 N/m times rounded coordinates.
     assert np.max(np.abs(at_rest["acceleration"])) * at_rest["mass"] < 1e-6
-    shift = np.hypot(*(np.subtract(at_rest[key], adaptive["without"][key]) for key in "xy"))
+    shift = np.hypot(*(np.subtract(at_rest[key], found["without"][key]) for key in "xy"))
     assert np.max(shift) > 1e-4
 
 
-def test_its_damper_brakes(adaptive: dict[str, Any]) -> None:
-    at_rest = adaptive["with"]
+def test_its_damper_brakes(found: dict[str, Any]) -> None:
+    at_rest = found["with"]
     braked = np.array(at_rest["damped"]) * at_rest["mass"]
     assert braked == pytest.approx(-DAMPING * np.array([[1.0], [2.0]]) * np.ones(braked.shape))
 
 
-def test_its_energy_is_in_the_channel(adaptive: dict[str, Any], fixed: dict[str, Any]) -> None:
-    x, y = (np.array(adaptive["with"][key]) for key in "xy")
+def test_its_energy_is_in_the_channel(found: dict[str, Any]) -> None:
+    x, y = (np.array(found["with"][key]) for key in "xy")
     own = 0.5 * STIFFNESS * np.sum(x**2 + y**2)
+    potential = found["adaptive"]["potential"]
     # What is left is of springs and contacts: T^2 L/(2 EA) = 2 J, and about as much in contacts.
-    assert 2.0 < adaptive["potential"] - own < 10.0
+    assert 2.0 < potential - own < 10.0
     assert own > 100.0
-    assert fixed["potential"] == pytest.approx(adaptive["potential"], rel=1e-12)
+    assert found["fixed"]["potential"] == pytest.approx(potential, rel=1e-12)
 
 
-def test_it_bounds_the_steps(adaptive: dict[str, Any]) -> None:
-    at_rest, without = adaptive["with"], adaptive["without"]
+def test_it_bounds_the_steps(found: dict[str, Any]) -> None:
+    at_rest, without = found["with"], found["without"]
     assert at_rest["decay"] == pytest.approx(DAMPING / at_rest["mass"])
     assert without["decay"] == 0.0
     assert at_rest["frequency"] > without["frequency"]
 
 
-def test_its_kernels_are_kept_on_the_disk(
-    adaptive: dict[str, Any], fixed: dict[str, Any], cache: Path
+def test_few_kernels_are_compiled_once_and_kept_on_the_disk(
+    found: dict[str, Any], cache: Path
 ) -> None:
-    assert adaptive["compiled"]
-    assert fixed["compiled"]
-    assert not run("rkf45", cache)["compiled"]
+    assert "add_foundation" in found["compiled"]
+    assert len(found["compiled"]) <= MOST
+    assert run(cache)["compiled"] == []

@@ -1,5 +1,6 @@
 """The line of the ideal belt against elementary geometry, and what it refuses."""
 
+import re
 from math import asin, atan2, degrees, hypot, pi, sqrt, tau
 
 import numpy as np
@@ -105,85 +106,64 @@ def test_arcs_lie_on_their_pulleys(drive: list[Pulley]) -> None:
         assert np.all(np.hypot(*far.T) > pulley.radius - EXACT)
 
 
-def refusal(pulleys: list[Pulley]) -> tuple[str, int]:
-    with pytest.raises(PathError) as caught:
-        belt_path(pulleys)
-    return str(caught.value), caught.value.pulley
-
-
-def test_one_pulley_is_refused() -> None:
-    assert refusal(EQUAL[:1]) == ("a belt needs at least two pulleys, not 1", 0)
-
-
-def test_an_overlap_is_refused() -> None:
-    message, culprit = refusal([*ROLLER, Pulley("idler", (1.12, 0.0), 0.05)])
-    assert culprit == 3
-    assert message == (
-        "pulleys b and idler overlap by 0.03 m: their centres are 0.12 m apart, "
-        "their radii add up to 0.15 m"
-    )
-
-
-@pytest.mark.parametrize(
-    "idler",
-    [
-        Pulley("idler", (0.5, 0.04), 0.05),
-        Pulley("idler", (0.25, 0.02), 0.01),
-        Pulley("idler", (0.5, 0.2), 0.05, "outside"),
-    ],
+TWO = ROLLER[:2]
+MISSED = (
+    r"the belt does not touch pulley idler: it would have to turn by .* degrees round it\."
+    " Leave it out, move it towards the belt, or change its side"
 )
-def test_a_pulley_that_the_belt_misses_is_refused(idler: Pulley) -> None:
-    message, culprit = refusal([*ROLLER[:2], idler])
-    assert culprit == 2
-    assert message.startswith("the belt does not touch pulley idler: it would have to turn by ")
-    assert message.endswith(
-        " degrees round it. Leave it out, move it towards the belt, or change its side"
-    )
+SHORT = asin((0.1 - 0.05) / hypot(0.5, 0.04)) - atan2(0.04, 0.5)
+
+# Pulleys, the index of the one to blame, and what is said.
+REFUSED: dict[str, tuple[list[Pulley], int, str]] = {
+    "one pulley": (EQUAL[:1], 0, "a belt needs at least two pulleys, not 1"),
+    "an overlap": (
+        [*ROLLER, Pulley("idler", (1.12, 0.0), 0.05)],
+        3,
+        r"pulleys b and idler overlap by 0\.03 m: their centres are 0\.12 m apart,"
+        r" their radii add up to 0\.15 m",
+    ),
+    "missed by the radius": ([*TWO, Pulley("idler", (0.25, 0.02), 0.01)], 2, MISSED),
+    "missed outside": ([*TWO, Pulley("idler", (0.5, 0.2), 0.05, "outside")], 2, MISSED),
+    "how far it would turn": (
+        [*TWO, Pulley("idler", (0.5, 0.04), 0.05)],
+        2,
+        MISSED.replace(".*", re.escape(f"{degrees(tau - 2 * SHORT):.4g}")),
+    ),
+    "far inside, by the sum of the turns": (
+        [*TWO, Pulley("c", (0.5, 2.0), 0.1), Pulley("idler", (0.5, 0.05), 0.01)],
+        3,
+        MISSED,
+    ),
+    "an arc of zero": (
+        [*TWO, Pulley("roller", (0.5, 0.15), 0.05, "outside")],
+        2,
+        "the belt touches pulley roller in one point only, its arc is zero:"
+        " leave it out or move it towards the belt",
+    ),
+    "a span through a pulley": (
+        [*TWO, Pulley("c", (0.5, 0.1), 0.3)],
+        2,
+        r"the span from a to b runs through pulley c, 0\.1 m deep:"
+        r" is the order of the list wrong\?",
+    ),
+    "a crossed belt": (
+        [EQUAL[0], EQUAL[1]._replace(side="outside")],
+        1,
+        "the belt would cross itself: with pulley driven outside it turns by 0 degrees in all,"
+        " not by 360, as if one outside does not touch it; move that towards the belt, leave it"
+        " out, or change its side",
+    ),
+    "spans that cross": (
+        [*TWO, Pulley("roller", (0.5, -0.3), 0.05, "outside"), Pulley("c", (0.5, 1.0), 0.1)],
+        1,
+        r"the span from a to b crosses the one from b to roller: is the order of the list wrong\?",
+    ),
+}
 
 
-def test_the_refusal_says_how_far_the_belt_would_turn() -> None:
-    short = asin((0.1 - 0.05) / hypot(0.5, 0.04)) - atan2(0.04, 0.5)
-    message, _ = refusal([*ROLLER[:2], Pulley("idler", (0.5, 0.04), 0.05)])
-    assert f"turn by {degrees(tau - 2 * short):.4g} degrees" in message
-
-
-def test_a_pulley_far_inside_the_loop_is_refused_by_the_sum_of_the_turns() -> None:
-    idler = Pulley("idler", (0.5, 0.05), 0.01)
-    message, culprit = refusal([*ROLLER[:2], Pulley("c", (0.5, 2.0), 0.1), idler])
-    assert culprit == 3
-    assert "does not touch pulley idler" in message
-
-
-def test_an_arc_of_zero_is_refused() -> None:
-    message, culprit = refusal([*ROLLER[:2], Pulley("roller", (0.5, 0.15), 0.05, "outside")])
-    assert culprit == 2
-    assert message == (
-        "the belt touches pulley roller in one point only, its arc is zero: "
-        "leave it out or move it towards the belt"
-    )
-
-
-def test_a_span_through_a_pulley_is_refused() -> None:
-    message, culprit = refusal([*ROLLER[:2], Pulley("c", (0.5, 0.1), 0.3)])
-    assert culprit == 2
-    assert message == (
-        "the span from a to b runs through pulley c, 0.1 m deep: is the order of the list wrong?"
-    )
-
-
-def test_a_crossed_belt_is_refused() -> None:
-    message, culprit = refusal([EQUAL[0], EQUAL[1]._replace(side="outside")])
-    assert culprit == 1
-    assert message == (
-        "the belt would cross itself: with pulley driven outside it turns by 0 degrees in all, "
-        "not by 360, as if one outside does not touch it; move that towards the belt, leave it out,"
-        " or change its side"
-    )
-
-
-def test_spans_that_cross_are_refused() -> None:
-    roller = Pulley("roller", (0.5, -0.3), 0.05, "outside")
-    message, _ = refusal([*ROLLER[:2], roller, Pulley("c", (0.5, 1.0), 0.1)])
-    assert message == (
-        "the span from a to b crosses the one from b to roller: is the order of the list wrong?"
-    )
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_no_belt_can_go_round_is_refused(name: str) -> None:
+    pulleys, culprit, message = REFUSED[name]
+    with pytest.raises(PathError, match=f"^{message}$") as caught:
+        belt_path(pulleys)
+    assert caught.value.pulley == culprit

@@ -9,13 +9,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-import frictionsim as fs
-from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
-from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.simulation.simulate import RunResult
-from tests.support.belt_scenarios import pair, scenario_of, shipped, stepped, trio
+from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
+from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
 from tests.support.drawn_belts import drawn
 from tests.support.scenarios import Scenario, changed, simulate
 from tests.support.string_reference import arcs_of, end_state
@@ -119,7 +117,7 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
     data = string(
         mechanism__belt__bodies=200,
         effects__belt_friction={"mu_s": 50.0, "mu_k": 50.0},
-        effects__axial_damping=None,
+        effects__axial_damping__coefficient=1e-9,
         drive__driver={"torque": {"time": [0.0, 1e-4, 2e-4], "value": [0.0, -1.0, 0.0]}},
         drive__driven={"torque": {"time": [0.0, 1e-4, 2e-4], "value": [0.0, 1.0, 0.0]}},
         solver__duration=0.1,
@@ -130,19 +128,8 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
     crossings = np.flatnonzero((relative[:-1] < 0.0) & (relative[1:] >= 0.0))
     cycles = len(crossings) - 1
     omega = 2.0 * pi * cycles / (5e-5 * (crossings[-1] - crossings[0]))
-    # J w^2 = 2 R^2 EA k cot(k L/2), with the belt that is stuck on a pulley turning with it.
-    inertia = 2.4e-4 + RHO * pi * R * R**2
-
-    def excess(w: float) -> float:
-        k = w * np.sqrt(RHO / EA)
-        return float(inertia * w * w - 2.0 * R * R * EA * k / np.tan(0.5 * k * 0.515))
-
-    low, high = 100.0, 4000.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
     # A point at an end of an arc is held with all of its mass, as is half of the next joint.
-    assert omega == pytest.approx(low, rel=2e-2)
+    assert omega == pytest.approx(two_pulley_mode(SECTION_4), rel=2e-2)
 
 
 def test_a_belt_without_load_has_one_tension_and_no_slip() -> None:
@@ -247,7 +234,7 @@ def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
 
 
-@settings(max_examples=10)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 10_000), law=st.sampled_from(["equal", "static above kinetic"]))
 def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> None:
     data = drawn(seed, solver__backend="moreau")
@@ -295,36 +282,7 @@ def test_positions_are_on_the_line_after_many_rounds() -> None:
     assert value(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)
 
 
-# --- what it says and refuses ---------------------------------------------------------------------
-
-
-def refused(data: Scenario) -> str:
-    with pytest.raises(ValidationFailure) as error:
-        scenario_of(data)
-    (line,) = error.value.lines()
-    return line
-
-
-@pytest.mark.parametrize("effect", ["bending", "gravity"])
-def test_effects_across_the_belt_need_contact(effect: str) -> None:
-    table = {"bending": {"rigidity": 0.026}, "gravity": {"g": 9.81}}[effect]
-    assert refused(string(**{f"effects__{effect}": table})) == (
-        f"effects.{effect}: it moves the belt across itself, and a belt without effects.contact is"
-        " guided on its pitch line; add [effects.contact], or leave this effect out"
-    )
-
-
-def test_the_arc_of_a_pulley_with_a_drive_needs_a_point() -> None:
-    roller = {"name": "roller", "center": [0.25, 0.02], "radius": 0.03, "inertia": 1e-4}
-    first, last = string()["mechanism"]["pulleys"]
-    data = string(mechanism__pulleys=[first, last, {**roller, "side": "outside"}])
-    scenario_of(data)  # an idler may have an arc shorter than a body
-    data["drive"]["roller"] = {"torque": 0.1}
-    assert refused(data) == (
-        "mechanism.belt.bodies: 60 bodies, 0.0201 m apart, are too few for the arc on 'roller',"
-        " 0.00871 m: a belt without effects.contact needs at least 139 here, and about 556 for"
-        " quantities that depend little on their number"
-    )
+# --- what it warns of and bears -------------------------------------------------------------------
 
 
 def test_points_need_not_follow_the_curve_of_a_small_roller() -> None:
@@ -339,26 +297,6 @@ def test_points_need_not_follow_the_curve_of_a_small_roller() -> None:
     done = simulate(data)
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values())
-
-
-def test_a_span_is_not_shorter_than_a_body() -> None:
-    data = string(mechanism__belt__bodies=14)
-    first, last = data["mechanism"]["pulleys"]
-    first["radius"] = last["radius"] = 0.05
-    last["center"] = [0.3, 0.0]
-    roller = {"name": "roller", "radius": 0.05, "inertia": 1e-4, "side": "outside"}
-    data["mechanism"]["pulleys"].append({**roller, "center": [0.075, 0.085]})
-    assert refused(data) == (
-        "mechanism.belt.bodies: 14 bodies, 0.0655 m apart, are too few for the span from 'roller'"
-        " to 'driver', 0.0534 m: a belt without effects.contact needs at least 18 here, and about"
-        " 72 for quantities that depend little on their number"
-    )
-
-
-def test_a_step_too_long_is_refused() -> None:
-    with pytest.raises(InputError) as error:
-        simulate(string(solver__step=1e-4))
-    assert "'moreau' is stable below" in str(error.value)
 
 
 def test_a_belt_that_would_lift_off_is_warned_of() -> None:
@@ -379,11 +317,3 @@ def test_a_slack_span_is_warned_of() -> None:
     much = {"mu_s": 10.0, "mu_k": 10.0}
     done = simulate(string(mechanism__belt__pretension=100.0, effects__belt_friction=much))
     assert any("does not sag, but is pressed together" in text for text in done.warnings)
-
-
-@pytest.mark.parametrize("center", [[0.25, 1e50], [-1e50, 0.0]])
-def test_an_arc_that_is_nothing_beside_the_belt_is_refused(center: list[float]) -> None:
-    data = pair(effects__contact=None, effects__bending=None)
-    data["mechanism"]["pulleys"][1]["center"] = center
-    with pytest.raises(InputError, match=r"mechanism\.belt\.bodies.*no number of bodies is en"):
-        fs.load(data)

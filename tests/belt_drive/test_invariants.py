@@ -183,7 +183,7 @@ def test_without_friction_nothing_is_transmitted(backend: str) -> None:
 
 
 def mirrored(data: Scenario) -> Scenario:
-    """Return a scenario turned over about the y axis, which gravity bears, its pulleys in order.
+    """Return a scenario turned over about the y axis, its pulleys in order.
 
     What ran round counter-clockwise runs round clockwise: so do torques and speeds.
     """

@@ -5,11 +5,12 @@ import os
 import stat
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from frictionsim.mechanisms.belt_drive.kernels import cache
+from frictionsim.mechanisms.belt_drive.kernels import cache, jit
 from frictionsim.mechanisms.belt_drive.kernels.cache import cache_folder, usable_folder
 
 NAME = "kernels-0123"
@@ -28,17 +29,29 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "tmp"
 
 
-def block(home: Path) -> None:
-    home.write_text("no folder can be made here")
+@pytest.fixture
+def kernel(home: Path) -> Path:
+    """A compiled kernel in the folder of the build, whoever has put it there."""
+    return planted(home / "frictionsim" / NAME)
+
+
+def planted(folder: Path) -> Path:
+    kernel = folder / "kernels_0123" / "force.nbi"
+    kernel.parent.mkdir(parents=True)
+    kernel.write_text("code")
+    return kernel
 
 
 def mode(folder: Path) -> int:
     return stat.S_IMODE(folder.stat().st_mode)
 
 
+def block(home: Path) -> None:
+    home.write_text("no folder can be made here")
+
+
 def test_it_is_in_the_users_cache(home: Path, temporary: Path) -> None:
-    assert cache_folder(NAME) == home / "frictionsim" / NAME
-    assert usable_folder(NAME) == home / "frictionsim" / NAME
+    assert cache_folder(NAME) == usable_folder(NAME) == home / "frictionsim" / NAME
     assert list((home / "frictionsim" / NAME).iterdir()) == list(temporary.iterdir()) == []
 
 
@@ -47,37 +60,37 @@ def test_without_one_it_is_private_and_kept_for_the_next_process(
 ) -> None:
     block(home)
     folder = usable_folder(NAME)
-    assert folder == usable_folder(NAME)
     assert folder is not None
+    assert folder == usable_folder(NAME)
     assert folder.relative_to(temporary).parts[1:] == (NAME,)
     assert mode(folder.parent) == 0o700
 
 
-def test_a_user_without_a_name_has_one(
-    home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def unknown() -> str:
-        raise KeyError("getpwuid(): uid not found: 12345")
-
-    block(home)
-    monkeypatch.setattr(getpass, "getuser", unknown)
-    assert usable_folder(NAME) == temporary / "frictionsim-user" / NAME
+def unknown(*_: object, **__: object) -> str:
+    raise KeyError("getpwuid(): uid not found: 12345")
 
 
-def test_a_name_cannot_lead_elsewhere(
-    home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("user", "name"), [(unknown, "user"), (lambda: "DOMAIN\\a/../b", "DOMAIN_a____b")]
+)
+def test_any_name_of_a_user_or_none_makes_a_folder(
+    user: Callable[[], str], name: str, home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     block(home)
-    monkeypatch.setattr(getpass, "getuser", lambda: "DOMAIN\\a/../b")
-    assert usable_folder(NAME) == temporary / "frictionsim-DOMAIN_a____b" / NAME
+    monkeypatch.setattr(getpass, "getuser", user)
+    assert usable_folder(NAME) == temporary / f"frictionsim-{name}" / NAME
 
 
-def planted(folder: Path) -> Path:
-    """Return the compiled kernel that another user has put into the folder of a build."""
-    kernel = folder / "kernels_0123" / "force.nbi"
-    kernel.parent.mkdir(parents=True)
-    kernel.write_text("code of another user")
-    return kernel
+# --- what is in it --------------------------------------------------------------------------------
+
+
+def test_an_existing_folder_of_the_user_is_taken_and_closed(kernel: Path, home: Path) -> None:
+    folders = (home / "frictionsim", home / "frictionsim" / NAME)
+    for folder in folders:
+        folder.chmod(0o755)
+    assert usable_folder(NAME) == folders[1]
+    assert kernel.exists()
+    assert [mode(folder) for folder in folders] == [0o700, 0o700]
 
 
 def given_to_another(path: Path) -> None:
@@ -86,33 +99,34 @@ def given_to_another(path: Path) -> None:
     os.chown(path, 12345, 12345, follow_symlinks=False)
 
 
-def test_an_existing_folder_of_the_user_is_taken_and_closed(home: Path) -> None:
-    kernel = planted(home / "frictionsim" / NAME)
-    for folder in (home / "frictionsim", home / "frictionsim" / NAME):
-        folder.chmod(0o755)
-    assert usable_folder(NAME) == home / "frictionsim" / NAME
-    assert kernel.exists()
-    assert mode(home / "frictionsim") == mode(home / "frictionsim" / NAME) == 0o700
+def opened(*modes: tuple[str, int]) -> Callable[[Path], None]:
+    """Return what sets modes of paths under the folder of the build."""
+
+    def change(folder: Path) -> None:
+        for name, bits in modes:
+            (folder / name).chmod(bits)
+
+    return change
 
 
-@pytest.mark.parametrize("bits", [0o775, 0o757, 0o777, 0o1777])
-def test_what_others_could_write_to_is_compiled_again(bits: int, home: Path) -> None:
-    kernel = planted(home / "frictionsim" / NAME)
-    (home / "frictionsim" / NAME).chmod(bits)
-    assert usable_folder(NAME) == home / "frictionsim" / NAME
-    assert not kernel.exists()
-    assert mode(home / "frictionsim" / NAME) == 0o700
+FOREIGN: dict[str, Callable[[Path], None]] = {
+    **{f"folder {bits:o}": opened((".", bits)) for bits in (0o775, 0o757, 0o777, 0o1777)},
+    "a file in an open folder": opened((".", 0o755), ("kernels_0123/force.nbi", 0o777)),
+    "a folder in an open folder": opened((".", 0o755), ("kernels_0123", 0o777)),
+    "a folder of another user": lambda folder: given_to_another(folder / "kernels_0123"),
+    "a file of another user": lambda folder: given_to_another(folder / "kernels_0123/force.nbi"),
+}
 
 
-@pytest.mark.parametrize("which", ["file", "folder"])
-def test_what_others_could_change_in_an_open_folder_is_compiled_again(
-    which: str, home: Path
+@pytest.mark.parametrize("what", FOREIGN)
+def test_what_others_could_have_written_is_compiled_again(
+    what: str, kernel: Path, home: Path
 ) -> None:
-    kernel = planted(home / "frictionsim" / NAME)
-    (home / "frictionsim" / NAME).chmod(0o755)
-    (kernel if which == "file" else kernel.parent).chmod(0o777)
-    usable_folder(NAME)
+    folder = home / "frictionsim" / NAME
+    FOREIGN[what](folder)
+    assert usable_folder(NAME) == folder
     assert not kernel.exists()
+    assert mode(folder) == 0o700
 
 
 def test_an_own_umask_does_not_cost_the_kernels(home: Path) -> None:
@@ -120,10 +134,12 @@ def test_an_own_umask_does_not_cost_the_kernels(home: Path) -> None:
     folder = usable_folder(NAME)
     assert folder is not None
     kernel = planted(folder)
-    kernel.chmod(0o664)
-    kernel.parent.chmod(0o775)
+    opened(("kernels_0123", 0o775), ("kernels_0123/force.nbi", 0o664))(folder)
     assert usable_folder(NAME) == folder
     assert kernel.exists()
+
+
+# --- where it is ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("which", ["the link", "of a build", "a kernel"])
@@ -140,24 +156,24 @@ def test_no_link_is_followed(which: str, home: Path, temporary: Path) -> None:
         assert (folder, list(folder.iterdir())) == (ours / NAME, [])
     else:
         assert folder.is_relative_to(temporary)
-    assert kernel.read_text() == "code of another user"
+    assert kernel.read_text() == "code"
 
 
 @pytest.mark.parametrize("which", ["frictionsim", f"frictionsim/{NAME}"])
 def test_a_file_in_the_place_of_a_folder_is_no_obstacle(
-    which: str, home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+    which: str, home: Path, temporary: Path
 ) -> None:
-    monkeypatch.setattr(getpass, "getuser", lambda: "me")
     (home / which).parent.mkdir(parents=True)
     (home / which).write_text("")
-    assert usable_folder(NAME) == temporary / "frictionsim-me" / NAME
+    folder = usable_folder(NAME)
+    assert folder is not None
+    assert folder.is_relative_to(temporary)
 
 
 @pytest.mark.parametrize("which", [".", "frictionsim", f"frictionsim/{NAME}"])
 def test_the_folder_of_another_user_is_not_taken(
-    which: str, home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+    which: str, kernel: Path, home: Path, temporary: Path
 ) -> None:
-    kernel = planted(home / "frictionsim" / NAME)
     given_to_another(home / which)
     folder = usable_folder(NAME)
     assert folder is not None
@@ -165,113 +181,19 @@ def test_the_folder_of_another_user_is_not_taken(
     assert kernel.exists()
 
 
-@pytest.mark.parametrize("which", ["kernels_0123", "kernels_0123/force.nbi"])
-def test_kernels_of_another_user_are_removed(which: str, home: Path) -> None:
-    folder = home / "frictionsim" / NAME
-    kernel = planted(folder)
-    given_to_another(folder / which)
-    assert usable_folder(NAME) == folder
-    assert not kernel.exists()
-
-
+@pytest.mark.usefixtures("kernel")
 def test_another_user_is_told_by_the_number(
     home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As the tests above, where they cannot give files to another user."""
-    planted(home / "frictionsim" / NAME)
-    if os.geteuid() == 0:
-        given_to_another(home / "frictionsim" / NAME)
-    else:
-        monkeypatch.setattr(os, "geteuid", lambda: home.stat().st_uid + 1)
+    monkeypatch.setattr(os, "geteuid", lambda: home.stat().st_uid + 1)
     folder = usable_folder(NAME)
     assert folder is None or folder.is_relative_to(temporary)
 
 
-def blocked(monkeypatch: pytest.MonkeyPatch, home: Path, temporary: Path) -> None:
-    """Let a file lie where each of the folders would be."""
-    monkeypatch.setattr(getpass, "getuser", lambda: "me")
-    block(home)
-    (temporary / "frictionsim-me").write_text("")
-
-
-def test_without_a_private_folder_nothing_is_kept_which_is_said(
-    home: Path,
-    temporary: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
+def test_a_folder_that_anyone_can_exchange_is_not_taken(
+    kernel: Path, home: Path, temporary: Path
 ) -> None:
-    blocked(monkeypatch, home, temporary)
-    assert usable_folder(NAME) is None
-    assert caplog.messages[-1] == (
-        f"there is no private folder to keep compiled kernels in ('{home}': File exists;"
-        f" '{temporary}/frictionsim-me' is a link or a file, not a folder); every run of a belt"
-        " compiles them anew, which takes 10 to 30 s: set XDG_CACHE_HOME to a folder of your own"
-    )
-
-
-def test_a_kernel_is_compiled_where_nothing_can_be_kept(
-    home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from frictionsim.mechanisms.belt_drive.kernels import jit
-
-    blocked(monkeypatch, home, temporary)
-    jit._folder.cache_clear()
-    try:
-        assert jit.kernel(doubled)(2.0) == 4.0
-    finally:
-        jit._folder.cache_clear()
-
-
-def doubled(x: float) -> float:
-    return 2.0 * x
-
-
-def test_numba_is_told_the_folder_again_if_the_environment_changed_it(
-    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from numba.core import config
-
-    from frictionsim.mechanisms.belt_drive.kernels import jit
-
-    jit._folder.cache_clear()
-    try:
-        jit.kernel(doubled).compiled  # noqa: B018
-        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "planted"))
-        config.reload_config()  # as numba does before it compiles
-        assert jit.kernel(doubled)(2.0) == 4.0
-    finally:
-        jit._folder.cache_clear()
-    assert not (tmp_path / "planted").exists()
-    assert list((home / "frictionsim").glob("kernels-*/*/*.nbi"))
-
-
-@pytest.mark.parametrize("home_of_user", ["~/.cache", "cache"])
-def test_a_relative_cache_is_not_taken(
-    home_of_user: str, temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It would be in the folder the user is in, which may be that of another."""
-    monkeypatch.chdir(temporary.parent)
-    monkeypatch.setattr(cache, "user_cache_path", lambda *_, **__: Path(home_of_user))
-    folder = usable_folder(NAME)
-    assert folder is not None
-    assert folder.is_relative_to(temporary)
-    assert [path.name for path in temporary.parent.iterdir()] == ["tmp"]
-
-
-def test_a_user_without_a_home_is_no_obstacle(
-    temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def unknown(*_: object, **__: object) -> Path:
-        raise RuntimeError("Could not determine home directory.")
-
-    monkeypatch.setattr(cache, "user_cache_path", unknown)
-    folder = usable_folder(NAME)
-    assert folder is not None
-    assert folder.is_relative_to(temporary)
-
-
-def test_a_folder_that_anyone_can_exchange_is_not_taken(home: Path, temporary: Path) -> None:
-    kernel = planted(home / "frictionsim" / NAME)
     home.chmod(0o777)
     folder = usable_folder(NAME)
     assert folder is not None
@@ -279,6 +201,25 @@ def test_a_folder_that_anyone_can_exchange_is_not_taken(home: Path, temporary: P
     assert kernel.exists()
     home.chmod(0o1777)  # sticky: nobody else can rename what is the user's
     assert usable_folder(NAME) == home / "frictionsim" / NAME
+
+
+def no_home(*_: object, **__: object) -> Path:
+    raise RuntimeError("Could not determine home directory.")
+
+
+@pytest.mark.parametrize(
+    "place", [no_home, lambda *_, **__: Path("cache"), lambda *_, **__: Path("~/.cache")]
+)
+def test_no_home_and_a_relative_one_are_not_taken(
+    place: Callable[..., Path], temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would be in the folder the user is in, which may be that of another."""
+    monkeypatch.chdir(temporary.parent)
+    monkeypatch.setattr(cache, "user_cache_path", place)
+    folder = usable_folder(NAME)
+    assert folder is not None
+    assert folder.is_relative_to(temporary)
+    assert [path.name for path in temporary.parent.iterdir()] == ["tmp"]
 
 
 def test_a_folder_that_cannot_be_written_to_is_not_taken(
@@ -297,6 +238,63 @@ def test_a_folder_that_cannot_be_written_to_is_not_taken(
     assert folder is not None
     assert folder.parent.parent == temporary
 
+
+# --- kernels --------------------------------------------------------------------------------------
+
+
+def blocked(monkeypatch: pytest.MonkeyPatch, home: Path, temporary: Path) -> None:
+    """Let a file lie where each of the folders would be."""
+    monkeypatch.setattr(getpass, "getuser", lambda: "me")
+    block(home)
+    (temporary / "frictionsim-me").write_text("")
+
+
+def test_without_a_private_folder_nothing_is_kept_which_is_said(
+    home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    blocked(monkeypatch, home, temporary)
+    assert usable_folder(NAME) is None
+    assert caplog.messages[-1] == (
+        f"there is no private folder to keep compiled kernels in ('{home}': File exists;"
+        f" '{temporary}/frictionsim-me' is a link or a file, not a folder); every run of a belt"
+        " compiles them anew, which takes 10 to 30 s: set XDG_CACHE_HOME to a folder of your own"
+    )
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No folder is known yet; a kernel of a test does not change the name of the tests' own."""
+    monkeypatch.setattr(jit, "_modules_with_kernels", jit._modules_with_kernels.copy())
+    monkeypatch.setattr(jit, "_folder", jit._folder.__wrapped__)
+
+
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+@pytest.mark.usefixtures("fresh")
+def test_a_kernel_is_compiled_where_nothing_can_be_kept(
+    home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked(monkeypatch, home, temporary)
+    assert jit.kernel(doubled)(2.0) == 4.0
+
+
+@pytest.mark.usefixtures("fresh")
+def test_numba_is_told_the_folder_again_if_the_environment_changed_it(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from numba.core import config
+
+    jit.kernel(doubled).compiled  # noqa: B018
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "planted"))
+    config.reload_config()  # as numba does before it compiles
+    assert jit.kernel(doubled)(2.0) == 4.0
+    assert not (tmp_path / "planted").exists()
+    assert list((home / "frictionsim").glob("kernels-*/*/*.nbi"))
+
+
+# --- old ones -------------------------------------------------------------------------------------
 
 OLD, OTHER = "kernels-0123456789abcdef", "kernels-fedcba9876543210"
 WEEK = 7 * 24 * 3600.0
@@ -339,10 +337,10 @@ def test_links_and_files_stay_and_nothing_behind_a_link_is_removed(home: Path) -
     target = folder_used(home / "precious", 2 * WEEK)
     ours.mkdir()
     (ours / OLD).symlink_to(target)
-    os.utime(ours / OLD, (time.time() - 2 * WEEK,) * 2, follow_symlinks=False)
     file = ours / "kernels-00000000000000ff"
     file.write_text("a file")
-    os.utime(file, (time.time() - 2 * WEEK,) * 2)
+    for path in (ours / OLD, file):
+        os.utime(path, (time.time() - 2 * WEEK,) * 2, follow_symlinks=False)
     usable_folder(OTHER)
     assert (target / "kernel.nbi").exists()
     assert (ours / OLD).is_symlink()

@@ -15,8 +15,9 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import IMPLICIT_NOW, IMPLICIT_STEPS
+from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair, scenario_of
-from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, simulate
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
 # functions of a few lines, of which many take less time than a few with versions for overlaps.
@@ -28,21 +29,16 @@ from numba.core import event
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.scenario.loading import load
 
-class Listener(event.Listener):
-    def on_start(self, event):
-        found.append(event.data["dispatcher"].py_func.__name__)
-    def on_end(self, event):
-        pass
-
-found = []
 drive = BeltDrive(load(sys.argv[1], {"solver.duration": 1e-3}, backend=sys.argv[2]))
-with event.install_listener("numba:compile", Listener()):
+with event.install_recorder("numba:compile") as recorder:
     drive.prepare(lambda t: None)
     again = drive.solve(lambda t: None)
-print(json.dumps([found, again]))
+starts = (one for _, one in recorder.buffer if one.is_start)
+print(json.dumps([[one.data["dispatcher"].py_func.__name__ for one in starts], again]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", MOST)
 def test_a_cold_run_compiles_few_functions_and_no_stiff_damping(
     backend: str, tmp_path: Path
@@ -98,7 +94,7 @@ def test_stiff_damping_is_compiled_in_the_middle_of_a_run() -> None:
 
 @pytest.mark.usefixtures("oblique_for_a_while")
 def test_a_run_that_compiles_in_the_middle_is_that_of_one_that_does_not() -> None:
-    once = simulate(joints_turn())
+    once = run(scenario_of(joints_turn()), lambda t: None)
     assert once.status == "done"
 
     drive = BeltDrive(scenario_of(joints_turn()))
@@ -134,8 +130,3 @@ def test_warm_up_of_plain_python_compiles_nothing(capsys: pytest.CaptureFixture[
     assert fs.warm_up("pulley") == ()
     assert run_command_line(["warm-up", "pulley"]) == 0
     assert capsys.readouterr().out == "no kernels to compile\n"
-
-
-def test_warm_up_of_an_unknown_kind_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["warm-up", "pully"]) == 2
-    assert "unknown kind 'pully' (did you mean 'pulley'?)" in capsys.readouterr().err

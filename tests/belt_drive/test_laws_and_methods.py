@@ -1,16 +1,12 @@
-"""Every pair of friction law and method that a belt may have is run, as plain Python."""
-
-import json
-import os
-import subprocess
-import sys
+"""Every pair of friction law and method that a belt may have, and every effect left out."""
 
 import numpy as np
 import pytest
 
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.scenario.methods import BELT
-from tests.support.belt_scenarios import pair
-from tests.support.scenarios import ROOT, Scenario, simulate, with_method
+from tests.support.belt_scenarios import every_effect, pair, scenario_of
+from tests.support.scenarios import Scenario, simulate, with_method
 
 PARAMETERS = {
     "regularised": {"transition_speed": 0.05},
@@ -25,33 +21,26 @@ def data_of(law: str, backend: str) -> Scenario:
     return data
 
 
-@pytest.fixture(scope="module")
-def outcomes() -> dict[str, list[str]]:
-    """Status, reason and finite driven speed of each pair, from a process without a compiler."""
-    done = subprocess.run(
-        [sys.executable, "-m", __name__],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    found: dict[str, list[str]] = json.loads(done.stdout)
-    return found
-
-
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("pair_of_names", BELT, ids=", ".join)
-def test_a_pair_comes_to_its_end(
-    pair_of_names: tuple[str, str], outcomes: dict[str, list[str]]
-) -> None:
-    assert outcomes[", ".join(pair_of_names)] == ["done", ""]
+def test_a_pair_comes_to_its_end(pair_of_names: tuple[str, str]) -> None:
+    done = simulate(data_of(*pair_of_names))
+    assert (done.status, done.reason) == ("done", "")
 
 
-if __name__ == "__main__":
-    runs = {names: simulate(data_of(*names)) for names in BELT}
-    print(json.dumps({", ".join(names): [r.status, r.reason] for names, r in runs.items()}))
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["rkf45", "moreau", "rk45"])
+@pytest.mark.parametrize(
+    "effect", ["belt_friction", "axial_damping", "bending", "contact__damping", "every"]
+)
+def test_kernels_of_other_effects_are_compiled(effect: str, backend: str) -> None:
+    data = every_effect(solver__backend=backend)
+    if effect != "every":
+        data = pair(solver__backend=backend, **{f"effects__{effect}": None})
+    BeltDrive(scenario_of(data)).prepare(lambda t: None)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("method", ["rk45", "lsoda"])
 def test_methods_of_scipy_move_the_belt_as_our_own(method: str) -> None:
     """A method that does not evaluate the equations leaves the drive at rest."""

@@ -30,7 +30,7 @@ def test_a_belt_that_slips_has_the_ratio_of_the_capstan() -> None:
         shipped(
             "belt_drive",
             effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
-            effects__bending=None,
+            effects__bending__rigidity=1e-9,
             drive__driver__torque=-20.0,
             solver={"backend": "moreau", "duration": 0.2},
         )
@@ -81,6 +81,7 @@ BELTS = {
 }
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", BELTS)
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
     model = assemble(scenario_of(BELTS[name]))
@@ -102,6 +103,7 @@ def energy_at(step: float) -> float:
     return float(np.sum(velocities**2)) / (1e-12 * 24)
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_the_limit_of_the_step_is_that_of_stability(monkeypatch: pytest.MonkeyPatch) -> None:
     model = assemble(scenario_of(BELTS["pair"]))
     highest = float(np.max(waves(model)[0]))
@@ -144,6 +146,8 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
 def of_law(**changes: object) -> Scenario:
     friction = {"mu_s": 0.6, "mu_k": 0.5, "transition_speed": 1e-2, **changes}
     data = pair(effects__belt_friction=friction, solver__duration=0.02)
+    if changes["law"] == "creep":  # by the kernels of the published drive
+        data = changed(data, mechanism__belt__wrap="polygon")
     return changed(data, drive__driver__torque=-5.0)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import Phase, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.scenario.validation import ValidationFailure, validate
@@ -28,10 +28,6 @@ RIGIDITY, DENSITY, SAMPLES = 1e4, 0.5, 1.0
 # samples where it holds a given speed; found: 0.7 % and 0.53 % at most.
 TORQUE_BALANCE, POWER_BALANCE = 0.01, 0.01
 STEADY = 0.1
-
-
-# An example that fails is shown as it is, after seconds.
-UNSHRUNK = [Phase.explicit, Phase.generate]
 
 
 class Circle:
@@ -155,13 +151,13 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
-@settings(max_examples=10, phases=UNSHRUNK)
+@settings(max_examples=8)
 @given(data=drives(bodies=st.integers(60, 100)))
 def test_figures_of_belts_at_fixed_steps(data: Scenario) -> None:
     assert_second_way(data)
 
 
-@settings(max_examples=4, phases=UNSHRUNK)
+@settings(max_examples=4)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
 def test_figures_of_belts_at_adaptive_steps(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"
@@ -174,7 +170,7 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@settings(max_examples=6, phases=UNSHRUNK)
+@settings(max_examples=4)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)
@@ -192,27 +188,16 @@ def test_spans_of_unlike_pulleys_differ_by_their_torque(radii: tuple[float, floa
     driver, driven = data["mechanism"]["pulleys"]
     driver["radius"], driven["radius"] = radii
     ratio = radii[1] / radii[0]
+    data["solver"]["backend"] = "moreau"
     data["drive"] = {
         "driver": {"torque": {"time": [0.0, 0.1], "value": [0.0, -5.0]}},
         "driven": {"torque": {"speed": [-20.0, 20.0], "value": [5.0 * ratio, -5.0 * ratio]}},
     }
-    done, record = recorded(data, 1.0, 1e-3)
+    done, record = recorded(data, 0.6, 1e-3)
     corner = (body_length(record) / min(radii)) ** 2 / 8.0
     assert np.max(torque_misfits(record)) < TORQUE_BALANCE + corner
     assert done.checks["torque_balance"].ok
     assert tensions(disagreements(done, belt_drive(record))) == {}
-
-
-def test_the_spans_of_the_shipped_tensioner() -> None:
-    """8 N m over 0.06 m are 133 N between the tight span and the slack one."""
-    data = tomllib.loads((SCENARIOS / "belt_tensioner.toml").read_text())
-    done, record = recorded(data, 0.5, 1e-3)
-    tight, slack = (done.quantities[f"tension_{name}"].value for name in ("tight", "slack"))
-    assert tight is not None
-    assert slack is not None
-    assert tight - slack == pytest.approx(8.0 / 0.06, rel=TORQUE_BALANCE)
-    assert tensions(disagreements(done, belt_drive(record))) == {}
-    assert np.max(torque_misfits(record)) < TORQUE_BALANCE
 
 
 def tensions(quantities: dict[str, Any]) -> dict[str, Any]:

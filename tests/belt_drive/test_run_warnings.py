@@ -32,37 +32,26 @@ def full_slip(done: RunResult, name: str) -> float:
     return float(np.mean(nobody & (friction >= 0.99 * limit)))
 
 
-OVERLOAD = {"time": [0.0, 0.02], "value": [0.0, -30.0]}
-SLIPPERY = {"mu_s": 0.05, "mu_k": 0.05}
-SMOOTHED = {"law": "regularised", "transition_speed": 0.05}
+FIXED = {"solver__backend": "moreau"}
+ALIKE = {"mu_s": 0.6, "mu_k": 0.6}
+
+
+def torque_of(value: float) -> Scenario:
+    return {"drive__driver__torque": {"time": [0.0, 0.02], "value": [0.0, value]}}
+
+
+OVERLOAD = torque_of(-30.0)
+SMOOTHED = {**ALIKE, "law": "regularised", "transition_speed": 0.05}
+ON_DRIVEN = {**ALIKE, "pulleys": {"driven": {"mu_s": 0.05, "mu_k": 0.05}}}
 DRAWN: dict[str, Scenario] = {
-    "moderate": pair(solver__backend="moreau"),
-    "overloaded": pair(solver__backend="moreau", drive__driver__torque=OVERLOAD),
-    "overloaded, adaptive": pair(drive__driver__torque=OVERLOAD, solver__rtol=1e-5),
-    "overloaded the other way": pair(
-        solver__backend="moreau",
-        drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, 30.0]},
-    ),
-    "slippery driven pulley": pair(
-        solver__backend="moreau",
-        effects__belt_friction={
-            "mu_s": 0.6,
-            "mu_k": 0.6,
-            "pulleys": {"driven": {"mu_s": 0.05, "mu_k": 0.05}},
-        },
-        drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, -10.0]},
-    ),
-    "smoothed": pair(
-        drive__driver__torque=OVERLOAD,
-        effects__belt_friction={
-            "mu_s": 0.6,
-            "mu_k": 0.6,
-            "law": "regularised",
-            "transition_speed": 0.05,
-        },
-    ),
-    "three pulleys and a patch": trio(solver__backend="moreau"),
-    "at rest": pair(solver__backend="moreau", drive__driver__torque=0.0),
+    "moderate": pair(**FIXED),
+    "overloaded": pair(**FIXED, **OVERLOAD),
+    "overloaded, adaptive": pair(**OVERLOAD, solver__rtol=1e-5),
+    "overloaded the other way": pair(**FIXED, **torque_of(30.0)),
+    "slippery driven pulley": pair(**FIXED, **torque_of(-10.0), effects__belt_friction=ON_DRIVEN),
+    "smoothed": pair(**OVERLOAD, effects__belt_friction=SMOOTHED),
+    "three pulleys and a patch": trio(**FIXED),
+    "at rest": pair(**FIXED, drive__driver__torque=0.0),
 }
 
 
@@ -129,8 +118,8 @@ def test_energy_that_the_steps_put_in_is_told_of() -> None:
 @pytest.mark.parametrize("pretension", [10.0, 40.0, 200.0])
 def test_a_span_without_tension_is_told_of(pretension: float) -> None:
     data = pair(
-        solver__backend="moreau",
-        drive__driver__torque=OVERLOAD,
+        **FIXED,
+        **OVERLOAD,
         mechanism__belt__pretension=pretension,
     )
     done = simulate(data)

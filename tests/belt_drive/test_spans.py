@@ -55,7 +55,7 @@ def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
 
 @pytest.fixture(scope="module")
 def tensioner() -> RunResult:
-    return run(load(SCENARIOS / "belt_tensioner.toml"), lambda t: None)
+    return run(load(SCENARIOS / "belt_tensioner.toml", backend="moreau"), lambda t: None)
 
 
 def seen_of(done: RunResult, spans: Array) -> dict[str, Array]:
@@ -129,6 +129,6 @@ def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Ru
     assert tight is not None
     assert slack is not None
     assert tight - slack == pytest.approx(8.0 / 0.06, rel=1e-3)
-    # As found. Arcs of the published polygon hold more of the pretension: its spans, 365.8 and
-    # 232.3 N, less.
-    assert (tight, slack) == pytest.approx((372.4, 239.0), abs=0.1)
+    # As found; by `rkf45` 0.2 N less, and 0.1 N off from processor to processor. Arcs of the
+    # published polygon hold more of the pretension: its spans, 365.8 and 232.3 N, less.
+    assert (tight, slack) == pytest.approx((372.44, 239.08), abs=0.1)

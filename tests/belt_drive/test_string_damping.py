@@ -55,7 +55,7 @@ def solves_for_dampers(stepper: Any) -> bool:
 # Loads that are smooth: nothing slides, or everything does from the start.
 TURNING = {"smooth_step": {"from": 0.0, "to": -10.0, "start": 0.0, "stop": END}}
 SMOOTH: dict[str, tuple[Scenario, Disturb | None]] = {
-    "no friction": (string(effects__belt_friction=None, drive={}), wave(0.1)),
+    "no friction": (string(effects__belt_friction={"mu_s": 0.0, "mu_k": 0.0}, drive={}), wave(0.1)),
     "sticking": (
         string(effects__belt_friction={"mu_s": 50.0, "mu_k": 50.0}, drive__driver__torque=TURNING),
         None,

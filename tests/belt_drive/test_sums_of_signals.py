@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms.belt_drive.belt_simulation import _kinks
 from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.model_fields import unit_of_key
@@ -109,37 +108,6 @@ def test_a_step_ends_at_the_kinks_of_all_terms() -> None:
     terms = [*RAMPS, over_speed(0.1)]
     scenario = scenario_of(pair(drive={"driver": {"torque": terms}, "driven": {"speed": RAMPS}}))
     assert _kinks(scenario) == [0.005, 0.01, 0.02, 0.03]
-
-
-FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
-
-
-@pytest.mark.parametrize(
-    ("torque", "fault"),
-    [
-        ([], "drive.driven.torque: expected at least one signal, got a list of 0"),
-        ([1.0, "x"], f"drive.driven.torque.1: expected a number in N m, or {FORMS}"),
-        ([[1.0]], f"drive.driven.torque.0: expected a number in N m, or {FORMS}"),
-        ([1.0, {"tim": [0.0]}], f"drive.driven.torque.1: expected a number, {FORMS}"),
-        (
-            [{"time": [0.0, 1.0], "value": [1.0]}],
-            "drive.driven.torque.0.value: 1 values for 2 times; give one for each",
-        ),
-        (
-            [{"sine": {"amplitude": 1.0, "frequency_hz": -1.0}}],
-            "drive.driven.torque.0.sine.frequency_hz: expected a number above 0 Hz, got -1.0",
-        ),
-    ],
-)
-def test_a_wrong_list_is_refused_at_its_place(torque: Any, fault: str) -> None:
-    with pytest.raises(ScenarioError) as refused:
-        fs.load(pair(drive__driven={"torque": torque}))
-    assert f"scenario: {fault}" in str(refused.value)
-
-
-def test_given_speeds_over_a_speed_are_refused() -> None:
-    with pytest.raises(ScenarioError, match=r"drive\.driven\.speed\.1\.speed: unknown key 'speed'"):
-        fs.load(pair(drive__driven={"speed": [1.0, over_speed(0.1)]}))
 
 
 def test_terms_are_set_and_varied_by_their_index() -> None:

@@ -73,8 +73,7 @@ def overloaded(seed: int) -> tuple[Scenario, float, int]:
     return data, most, int(sense)
 
 
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("mirror", [False, True])
+@pytest.mark.parametrize(("seed", "mirror"), [(seed, seed % 2 == 1) for seed in range(8)])
 def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bool) -> None:
     """The driven pulley falls behind the belt: in the direction of the drive the belt is ahead."""
     data, most, sense = overloaded(seed)
@@ -189,12 +188,17 @@ def test_a_roller_that_carries_nothing_has_no_slip() -> None:
 
 
 @pytest.mark.parametrize("friction", [None, {"mu_s": 0.0, "mu_k": 0.0}])
-def test_a_belt_without_friction_does_not_slip(friction: Any) -> None:
+def test_a_belt_without_friction_does_not_slip(
+    friction: Any, request: pytest.FixtureRequest
+) -> None:
     data = trio(
         **RUN | {"mechanism__belt__bodies": 48},
         effects__belt_friction=friction,
         effects__patch=None,
     )
+    if friction is None:
+        request.getfixturevalue("uncompiled")
+        data["solver"]["duration"] = 0.01
     assert events(simulate(data)) == []
 
 

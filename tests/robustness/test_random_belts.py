@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
@@ -14,7 +14,7 @@ from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size
 from tests.support.scenarios import SCENARIOS, Scenario
 
-BACKENDS = ("moreau", "rkf45")
+by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
 DURATION = 0.01
 
 
@@ -38,7 +38,7 @@ def belts(draw: st.DrawFn) -> Scenario:
         drive__driver__torque={"time": [0.0, 0.005], "value": [0.0, draw(st.floats(-20.0, 20.0))]},
         solver__duration=DURATION,
         solver__rtol=1e-4,
-        solver__max_steps=60_000,
+        solver__max_steps=20_000,
     )
     driver, driven = data["mechanism"]["pulleys"]
     driver["radius"], driven["radius"] = radius, draw(st.floats(0.05, 0.12))
@@ -57,7 +57,7 @@ def simulated(
     return run(scenario, on_step, **kept)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@by_both
 @given(data=belts())
 def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     backend: str, data: Scenario
@@ -75,7 +75,8 @@ def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     assert (size <= mu * normal * (1.0 + 1e-9) + 1e-9).all()
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@by_both
+@settings(max_examples=8)
 @given(data=belts(), fraction=st.floats(0.0, 1.0))
 def test_interrupting_random_belts_changes_nothing(
     backend: str, data: Scenario, fraction: float
@@ -104,7 +105,8 @@ def _is_its_own_image(done: RunResult) -> bool:
     return bool((apart.min(axis=0) < 1e-9).all())
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@by_both
+@settings(max_examples=8)
 @given(data=belts())
 def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
     """With both pulleys on the x axis, most belts are symmetric except for the numbering."""

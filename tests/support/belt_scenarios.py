@@ -16,9 +16,9 @@ from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.validation import validate
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
+from tests.support.scenarios import shipped as as_shipped
 
 Array = NDArray[np.float64]
-
 
 # Two pulleys, every effect but gravity. Of few long and heavy bodies, so that steps are long: the
 # waves run at 141 m/s and turn the bodies with 12 000 rad/s, the contacts swing with 3000 rad/s.
@@ -44,7 +44,6 @@ rtol = 1e-4
 [output]
 interval = 1e-3
 """
-
 
 # Every effect there is: a roller on the back of the belt, a speed that is prescribed, torques over
 # time and speed, gravity, friction that differs by pulley, at rest and on a part of the belt.
@@ -81,15 +80,19 @@ def pair(**changes: Any) -> Scenario:
     return changed(tomllib.loads(PAIR), **changes)
 
 
-def trio(**changes: Any) -> Scenario:
+def every_effect(**changes: Any) -> Scenario:
     """Return the belt on three pulleys as data."""
     return changed(tomllib.loads(TRIO), **changes)
 
 
+def trio(**changes: Any) -> Scenario:
+    """Return it without gravity, so that the kernels of the pair and of shipped belts serve it."""
+    return every_effect(**{"effects__gravity": None, **changes})
+
+
 def shipped(name: str, **changes: Any) -> Scenario:
     """Return a scenario of the package as data, with fixed steps unless a backend is named."""
-    changes = {"solver__backend": "moreau", **changes}
-    return changed(tomllib.loads((SCENARIOS / f"{name}.toml").read_text()), **changes)
+    return as_shipped(name, **{"solver__backend": "moreau", **changes})
 
 
 class Stepped(NamedTuple):
@@ -213,17 +216,9 @@ def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
 
 # What the pair needs to stay smooth: kicked gently, its contacts stay closed.
 GENTLY = 2e-3  # m/s
-
-
 NO_FRICTION = {"mu_s": 0.0, "mu_k": 0.0}
-
-
 MUCH_FRICTION = {"mu_s": 50.0, "mu_k": 50.0}  # nothing ever slides
-
-
 SHORT = 2.048e-3  # s
-
-
 # So large that errors of the fifth order stand above the rounding, 2e-11, over a decade of steps;
 # no contact opens.
 RISING = {"smooth_step": {"from": 0.0, "to": -40.0, "start": 0.0, "stop": SHORT}}
@@ -253,18 +248,12 @@ SMOOTH = {
         solver__duration=SHORT,
     ),
 }
-
-
 STARTS = {"without friction": kick(GENTLY), "sticking": None}
-
-
 COMPILED = {
-    "rkf45, every effect": trio(),
-    "moreau, every effect": trio(solver__backend="moreau"),
+    "rkf45": trio(),
+    "moreau": trio(solver__backend="moreau"),
     "moreau, stiff damping": pair(
         solver__backend="moreau", effects__axial_damping__coefficient=2000.0
     ),
 }
-
-
 STEPS = 12  # slots are dealt a second time after 8

@@ -5,6 +5,7 @@ import sys
 from typing import Any
 
 import numpy as np
+from numba.core import event
 
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from tests.support.foundation_effect import FoundationEffect
@@ -12,30 +13,29 @@ from tests.support.foundation_effect import FoundationEffect
 EFFECTS.append(FoundationEffect())
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.equations import rhs  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of  # noqa: E402
 from tests.support.belt_scenarios import pair, scenario_of  # noqa: E402
 from tests.support.scenarios import Scenario, simulate  # noqa: E402
 
 STIFFNESS, DAMPING = 400.0, 0.5
-RUN = {"solver__duration": 0.01, "output__interval": 1e-3}
 
 
-def belt(**foundation: float) -> Scenario:
+def belt(foundation: bool, **changes: Any) -> Scenario:
     """Return a belt of springs and contacts, with a foundation or without."""
     effects: dict[str, Any] = {"contact": {"c1": 1e7, "c2": 2e5}}
     if foundation:
-        effects["foundation"] = foundation
-    return pair(effects=effects, **RUN)
+        effects["foundation"] = {"stiffness": STIFFNESS, "damping": DAMPING}
+    return pair(effects=effects, **changes)
 
 
-def at_rest(**foundation: float) -> dict[str, Any]:
+def at_rest(foundation: bool) -> dict[str, Any]:
     """Return what holds at the start of a run."""
-    model = assemble(scenario_of(belt(**foundation)))
+    model = assemble(scenario_of(belt(foundation)))
     layout, system, rate = model.system.layout, model.system, np.zeros_like(model.state)
     n, kinematics = layout.bodies, kinematics_of(model.state, layout)
-    from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-
     find_contact_candidates(system, kinematics)
     rhs(0.0, 0.0, model.state, rate, system)
     moving = model.state.copy()
@@ -55,25 +55,29 @@ def at_rest(**foundation: float) -> dict[str, Any]:
     }
 
 
-def run_of(backend: str) -> dict[str, Any]:
+def run_of(backend: str, duration: float) -> dict[str, Any]:
     """Return what a run with a foundation says of itself, with friction, which moves the belt."""
-    data = belt(stiffness=STIFFNESS, damping=DAMPING)
+    times = {"solver__duration": duration, "output__interval": 0.1 * duration}
+    data = belt(True, solver__backend=backend, **times)
     data["effects"]["belt_friction"] = {"mu_s": 0.6, "mu_k": 0.6}
-    done = simulate({**data, "solver": {**data["solver"], "backend": backend}})
+    done = simulate(data)
     return {
         "status": done.status,
         "effects": list(done.effects),
         "failed": [name for name, check in done.checks.items() if not check.ok],
         "potential": float(done.channels["energy_potential"][0]),
         "damping": done.quantities["energy_damping"].value,
-        "compiled": done.statistics.compile_seconds > 0.0,
     }
 
 
 if __name__ == "__main__":
-    backend = sys.argv[1]
-    found = run_of(backend)
-    if backend == "rkf45":
-        found["with"] = at_rest(stiffness=STIFFNESS, damping=DAMPING)
-        found["without"] = at_rest()
+    with event.install_recorder("numba:compile") as recorder:
+        found: dict[str, Any] = {"fixed": run_of("moreau", 0.01)}
+    starts = (one for _, one in recorder.buffer if one.is_start)
+    found["compiled"] = [one.data["dispatcher"].py_func.__name__ for one in starts]
+    if sys.argv[1:] == ["all"]:
+        Kernel.__call__ = lambda self, *arguments: self.py_func(*arguments)  # type: ignore[method-assign]
+        np.seterr(all="ignore")
+        found |= {"adaptive": run_of("rkf45", 1e-3)}
+        found |= {"with": at_rest(True), "without": at_rest(False)}
     print(json.dumps(found))

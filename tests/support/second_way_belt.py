@@ -94,15 +94,16 @@ def spans(pulley: Array, count: int) -> list[Array]:
     return found
 
 
+def walked(tension: Array, pulley: Array, count: int) -> list[float]:
+    """Return the means of the spans of one sample, N."""
+    return [float(np.mean(tension[joints])) for joints in spans(pulley, count)]
+
+
 def span_tensions(record: Record) -> Array:
     """Return the mean tensions of all spans at all samples, (n, pulleys), N."""
     count = len(record.scenario["mechanism"]["pulleys"])
-    return np.array(
-        [
-            [np.mean(tension[joints]) for joints in spans(pulley, count)]
-            for tension, pulley in zip(record.channels["tension"], touching(record), strict=True)
-        ]
-    )
+    samples = zip(record.channels["tension"], touching(record), strict=True)
+    return np.array([walked(*sample, count) for sample in samples])
 
 
 def torque_misfits(record: Record) -> Array:
@@ -368,23 +369,3 @@ def _arc(time: Array, count: Array, angle: float) -> Seen:
     bodies = averaged(time, count)
     assert bodies.value is not None
     return Seen(bodies.value * angle, bodies.uncertainty * angle + 1e-6 * bodies.value * angle)
-
-
-def walked(tension: Array, pulley_index: Array, pulleys: int) -> list[float]:
-    """Return the means of the spans by walking along the belt joint by joint."""
-    bodies = len(tension)
-    joints: list[list[float]] = [[] for _ in range(pulleys)]
-    for start in range(bodies):
-        if pulley_index[start] < 0:
-            continue
-        met = []
-        for step in range(1, bodies + 1):
-            met.append(tension[(start + step) % bodies])
-            if pulley_index[(start + step) % bodies] >= 0:
-                break
-        reached = int(pulley_index[(start + step) % bodies])
-        span = int(pulley_index[start])
-        while span != reached:
-            joints[span] += met
-            span = (span + 1) % pulleys
-    return [float(np.mean(span)) if span else float("nan") for span in joints]
