@@ -14,7 +14,7 @@ from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel_sources
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
-from tests.support.scenarios import ROOT, Scenario, simulate
+from tests.support.scenarios import ROOT, Scenario, run_anew
 
 
 def ends(data: Scenario) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def test_compiled_as_plain(name: str, plain: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("name", COMPILED)
 def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
-    once, again = simulate(COMPILED[name]), simulate(COMPILED[name])
+    once, again = run_anew(COMPILED[name]), run_anew(COMPILED[name])
     assert once.status == again.status == "done"
     assert once.channels.keys() == again.channels.keys()
     assert all(np.array_equal(once.channels[key], again.channels[key]) for key in once.channels)
