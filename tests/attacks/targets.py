@@ -84,7 +84,11 @@ def _state(path: Path) -> tuple[str, int, bytes]:
     if path.is_symlink():
         return os.readlink(path), 0, b""
     if path.is_file():
-        return "file", path.stat().st_mode & 0o777, path.read_bytes()
+        mode = path.stat().st_mode & 0o777
+        path.chmod(mode | 0o400)  # what its owner may not read, only root reads
+        content = path.read_bytes()
+        path.chmod(mode)
+        return "file", mode, content
     return "other" if os.path.lexists(path) else "none", 0, b""
 
 
