@@ -117,6 +117,4 @@ def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
     raise BrokenPromise(f"{target} is neither old nor whole: {described}")
 
 
-def warm_up() -> None:
-    """Make the results that are drawn and replaced."""
-    _whole()
+warm_up = _whole

@@ -148,6 +148,4 @@ def _check(
             raise BrokenPromise(f"{path.name} cannot be read: {described}")
 
 
-def warm_up() -> None:
-    """Make the files that are replaced or not."""
-    _originals()
+warm_up = _originals

@@ -140,11 +140,6 @@ CASES: dict[str, tuple[Edit, str, int, str]] = {
     "a side left out with events": (add(BEFORE, 0, 0.1), "--ignore events", 0, ""),
     "another kind": (attribute(kind="belt_drive"), "", 2, "is of kind 'belt_drive', "),
     "other times": (add("time", 100, 1e-3), "", 2, r"at different times \(302 and 302 samples\)"),
-    "another format": (attribute(format_version=99), "", 2, "its format version is 99"),
-    "no contacts": (without("events/contact"), "", 2, FOREIGN),
-    "no kind": (lambda file: file.attrs.pop("kind"), "", 2, FOREIGN),
-    "no time": (without("time"), "", 2, FOREIGN),
-    "contact without a name": (put("events/contact", 0, 7.0), "", 2, FOREIGN),
     "a truncated channel": (cut, "", 2, FOREIGN),
 }  # fmt: skip
 

@@ -234,6 +234,14 @@ CHANGES: dict[str, Change] = {
     "contact that there is not": put("events/contact", 0, np.nan),
     "time that is no number": put("time", 2, np.nan),
     "time that goes back": put("time", 2, -1.0),
+    "no contacts": lambda f: f.pop("events/contact"),
+    "contact without a name": put("events/contact", 0, 7.0),
+    "no kind": lambda f: f.attrs.pop("kind"),
+    "no time": lambda f: f.pop("time"),
+    "text for numbers": replaced("angle", lambda f, n: f.update({n: ["a", "b"]})),
+    "unknown status": lambda f: f.attrs.update(status="Done"),
+    "status with an escape": lambda f: f.attrs.update(status="\x1b[2J"),
+    "no status": lambda f: f.attrs.update(status=""),
 }
 
 

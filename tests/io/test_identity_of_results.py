@@ -1,4 +1,4 @@
-"""What a result file says of itself: known statuses only, and again after a failure to read it."""
+"""A result whose reading failed for another reason than the file is read again."""
 
 from pathlib import Path
 from typing import Any
@@ -38,15 +38,6 @@ def failing(monkeypatch: pytest.MonkeyPatch, *failures: Exception) -> None:
         return run(*arguments)
 
     monkeypatch.setattr(hdf5_reader, "run_in_child", run_or_fail)
-
-
-@pytest.mark.parametrize("status", ["\x1b[2J", "", "Done", "done "])
-def test_a_status_that_no_run_has_is_refused(status: str, result: Path) -> None:
-    with pytest.raises(InputError, match="it is HDF5, but not a frictionsim result") as refused:
-        fs.open(with_status(result, status))
-    assert "\x1b" not in str(refused.value)
-    with pytest.raises(InputError, match="it is HDF5, but not a frictionsim result"):
-        fs.resume(result)
 
 
 def test_a_failure_of_the_child_is_not_remembered(
