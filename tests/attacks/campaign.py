@@ -83,7 +83,7 @@ class _Process:
         context = multiprocessing.get_context(START)
         self._attack, self._errors = attack, errors
         self._pipe, end = context.Pipe()
-        arguments = (attack, seed, end, str(errors))
+        arguments = (attack, seed, end, self._pipe, str(errors))
         self._process = context.Process(target=_serve, args=arguments)  # type: ignore[attr-defined]
         self._process.start()
         end.close()
@@ -127,8 +127,9 @@ def _process(attack: str, seed: int) -> Iterator[_Process]:
             process.end()
 
 
-def _serve(attack: str, seed: int, pipe: Any, errors: str) -> None:
+def _serve(attack: str, seed: int, pipe: Any, other_end: Any, errors: str) -> None:
     """Try the cases whose numbers come through a pipe, each in an empty folder."""
+    other_end.close()  # or the pipe would not end with the process that started this one
     if hasattr(os, "setsid"):
         os.setsid()
     for number, name in ((1, os.devnull), (2, errors)):

@@ -32,14 +32,9 @@ for limit in (1_000_000, 2_000_001, 4_000_000):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
 def test_hdf5_survives_a_file_that_it_cannot_write(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "PATH": ""},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    environment = {"PYTHONPATH": str(ROOT), "PATH": ""}
+    command = [sys.executable, "-c", LIMITED]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == 3 * "old.h5: cannot write the result: File too large\n"
     assert [path.name for path in tmp_path.iterdir()] == ["old.h5"]

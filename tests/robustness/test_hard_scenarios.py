@@ -19,7 +19,6 @@ from tests.support.shaft_reference import solution
 
 HARD = SCENARIOS / "hard"
 MANY_CYCLES_SHORTEST = 0.0213745  # s
-BACKENDS = ("events", "rkf45")
 # The same scenario in tests/data, with known transitions and final state.
 KNOWN = {
     "return": "return",
@@ -33,6 +32,11 @@ KNOWN = {
     "motor_stalls": "stall_in_the_cell",
     "decay": "decay_from_80",
 }
+
+
+@pytest.fixture(params=["events", "rkf45"])
+def backend(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
 @lru_cache(maxsize=64)
@@ -68,7 +72,6 @@ def test_every_hard_scenario_has_a_test() -> None:
     assert shafts == KNOWN.keys() | others
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(
     "name",
     # The stiff one takes a million steps; it is also tested in test_pulley.py.
@@ -90,7 +93,6 @@ def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
     assert last == pytest.approx(case["final"], abs=10.0 * angle)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_the_motor_yields_at_the_closed_form_time(backend: str) -> None:
     done = outcome("motor_runs_back", backend)
     # The torque of five marbles from the bottom, minus the friction that still holds them, equals
@@ -114,7 +116,6 @@ def test_the_motor_yields_at_the_closed_form_time(backend: str) -> None:
     assert [event.contact for event in transfers] == ["transfer"] * 24
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("factor", "moves"), [(1.0, False), (1 - 1e-9, False), (1 + 1e-9, True)])
 def test_breakaway_is_sharp_to_one_part_in_a_billion(
     factor: float, moves: bool, backend: str
@@ -129,7 +130,6 @@ def test_breakaway_is_sharp_to_one_part_in_a_billion(
         assert done.channels["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-7)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_stuck_contact_stays_bit_identical(backend: str) -> None:
     done = outcome("return", backend)
     resting = done.time > RETURN_STICK[0] + 1e-3
@@ -137,7 +137,6 @@ def test_a_stuck_contact_stays_bit_identical(backend: str) -> None:
         assert np.unique(done.channels[name][resting]).size == 1
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_jump_between_adjacent_floats_is_a_jump(backend: str) -> None:
     done = outcome("jump_from_csv", backend)
     (breakaway,) = done.transitions
@@ -149,7 +148,6 @@ def test_a_jump_between_adjacent_floats_is_a_jump(backend: str) -> None:
     assert done.channels["angle"] == pytest.approx(expected, abs=1e-8)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_breakaway_from_an_exact_balance_is_at_the_start(backend: str) -> None:
     """Torque and limit are both zero at the start; the torque exceeds the limit at once."""
     done = outcome("load_through_zero", backend)
@@ -157,7 +155,6 @@ def test_breakaway_from_an_exact_balance_is_at_the_start(backend: str) -> None:
     assert done.transitions[0].time == done.quantities["breakaway_time"].value == 0.0
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time(backend: str) -> None:
     done = outcome("bouncing_body", backend)
     friction = 0.01 * 0.15 / sqrt(1.0 + 0.15**2) * (20.0 + 2.0 * 9.81)  # r_k R
@@ -180,7 +177,6 @@ def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time(backend: str) -> 
     assert not np.any(done.channels["friction_torque"][resting])
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_body_leaves_its_stop_when_the_load_passes_through_zero(backend: str) -> None:
     done = outcome("stop_load_through_zero", backend)
     # Torque, load and friction have one sine as a factor: q'' = -c cos(w t).
@@ -201,7 +197,6 @@ def test_a_body_leaves_its_stop_when_the_load_passes_through_zero(backend: str) 
         assert abs(leaving.position) == radians(60.0)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_thousands_of_stick_slip_cycles_are_equal(backend: str) -> None:
     # Sampled once per period, all samples of the force are equal, and a warning is expected.
     cycles = 3000 if backend == "events" else 1000
@@ -234,7 +229,6 @@ def test_samples_resolve_each_stick_slip_cycle() -> None:
     assert np.count_nonzero(np.diff(moving) == 1) == 20
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("factor", "moves"), [(1.0 - 1e-9, False), (1.0 + 1e-9, True)])
 def test_a_peak_of_nanoseconds_above_the_limit_breaks_away(
     factor: float, moves: bool, backend: str
@@ -252,7 +246,6 @@ def test_a_peak_of_nanoseconds_above_the_limit_breaks_away(
     assert last.mode_to == 0
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_load_that_vanishes_as_the_body_slides(backend: str) -> None:
     expected = solution(tomllib.loads((HARD / "shaft_vanishing_load.toml").read_text()))
     done = outcome("shaft_vanishing_load", backend)
@@ -263,7 +256,6 @@ def test_a_load_that_vanishes_as_the_body_slides(backend: str) -> None:
     assert done.channels["shaft_reaction"].min() < 0.05 * done.channels["shaft_reaction"].max()
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(("factor", "begin"), [(1.0, None), (1.0 - 1e-9, None), (1.0 + 1e-9, 0.3)])
 def test_a_tie_holds_and_a_billionth_more_does_not(
     factor: float, begin: float | None, backend: str
@@ -324,7 +316,6 @@ def test_scenarios_give_only_the_expected_warnings(path: Path) -> None:
         assert words in warning
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_long_sticking_phase_has_no_motion(backend: str) -> None:
     done = outcome("long_stick", backend)
     assert done.transitions == []
