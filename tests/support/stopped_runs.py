@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ def stopped_at(
     """Do work in a copy of this process, and send it a signal just before a change of its files.
 
     Changes are counted from 1: to open a file in the folder for writing, to wait until it is on
-    the disk, to rename it, to remove it. Work with fewer changes ends by itself.
+    the disk, to rename it, to remove it. Work with fewer changes ends by itself, as with 0.
 
     Returns
     -------
@@ -30,6 +31,8 @@ def stopped_at(
         try:
             _send_at(change, folder, number)
             code = work()
+        except BaseException:
+            traceback.print_exc()
         finally:
             os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
