@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -22,8 +23,8 @@ from tests.support.stopped_runs import stopped_at
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 OLD = old_result()
-# A few checkpoints, within some hundredths of a second.
-SHORT = ["solve", PULLEY, "-q", "--set", "output.checkpoint=5e-3", "-o"]
+PLAIN = ["solve", PULLEY, "-q", "-o", "a.h5"]
+SHORT = [*PLAIN, "--set", "output.checkpoint=5e-3"]  # a few checkpoints
 # Hundreds of stick-slip cycles, two seconds of run time, a checkpoint every 0.1 s.
 LONG = pulley(
     drive__force={"sine": {"mean": 2224.1, "amplitude": 1500.0, "frequency_hz": 20.0}},
@@ -53,26 +54,38 @@ def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
     return "interrupted"
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    ("command", "number", "changes"),
+    [
+        pytest.param(PLAIN, signal.SIGKILL, range(1, 25), id="killed"),
+        pytest.param(SHORT, signal.SIGKILL, (5, 6, 7, 8, 10, 12), id="killed with checkpoints"),
+        # Other signals are heard between two steps, wherever they come.
+        pytest.param(SHORT, signal.SIGTERM, (4, 10), id="terminated"),
+        pytest.param(SHORT, signal.SIGINT, (4, 10), id="interrupted"),
+    ],
+)
 @pytest.mark.parametrize("before", [None, OLD], ids=["new", "old"])
 def test_a_run_stopped_at_any_change_of_a_file_leaves_an_old_or_a_valid_one(
-    before: bytes | None, number: int, here: Path
+    before: bytes | None, command: list[str], number: int, changes: Sequence[int], here: Path
 ) -> None:
-    assert run_command_line([*SHORT, "a.h5"]) == 0
-    whole, target, found = Path("a.h5").read_bytes(), here / "a.h5", set()
-    # Other signals are heard between two steps, wherever they come.
-    for change in range(1, 13) if number == signal.SIGKILL else (4, 10):
+    assert run_command_line(command) == 0
+    whole, target, found = Path("a.h5").read_bytes(), here / "a.h5", [""]
+    for change in changes:
         for path in here.iterdir():
             path.unlink()
         if before is not None:
             target.write_bytes(before)
-        code = stopped_at(change, lambda: run_command_line([*SHORT, "a.h5"]), here, number)
+        code = stopped_at(change, lambda: run_command_line(command), here, number)
         assert code in (0, -number, 128 + number)  # without a step before it, by the signal itself
-        found.add(state := state_of(target, whole, before))
-        assert state == "done" or code != 0
-        assert run_command_line([*SHORT, "a.h5"]) == 0
+        found.append(state_of(target, whole, before))
+        assert found[-1] == "done" or code != 0
+        assert found[-1] != "absent" or "interrupted" not in found  # a checkpoint is not lost
+        assert run_command_line(command) == 0
         assert (target.read_bytes(), os.listdir(here)) == (whole, ["a.h5"])
-    assert found - {"done"}
+        if code == 0:  # there were no more changes
+            break
+    assert {"absent", "old", "interrupted"} & {*found}
+    assert command == SHORT or code == 0
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +185,7 @@ def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
 
 
 def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
-    commands = [[*SHORT, "a.h5", "--set", f"solver.duration={t}"] for t in (2.0, 2.5)]
+    commands = [[*SHORT, "--set", f"solver.duration={t}"] for t in (2.0, 2.5)]
     expected = []
     for command in commands:
         assert run_command_line(command) == 0
