@@ -88,12 +88,7 @@ class Elements(HTMLParser):
 
 
 def check_html(text: str) -> None:
-    """Check that a report is balanced HTML without an element of its data's making.
-
-    Raises
-    ------
-    BrokenPromise
-    """
+    """Check that a report is balanced HTML without an element of its data's making."""
     parser = Elements()
     parser.feed(text)
     parser.close()

@@ -124,12 +124,7 @@ def attack(rng: random.Random, folder: Path) -> str:
 def _check(
     before: dict[str, tuple[str, int, bytes]], folder: Path, kind: str, code: str, described: str
 ) -> None:
-    """Check what is in the folder now.
-
-    Raises
-    ------
-    BrokenPromise
-    """
+    """Check what is in the folder now."""
     for name, (found, mode, content) in before.items():
         now = _state(folder / name)
         if now == (found, mode, content):

@@ -79,7 +79,7 @@ def test_what_is_returned_and_raised(way: str) -> None:
         run_in_child(refuse, ("because",), LIMITS)
 
 
-def crash_of(work: Any, *arguments: Any, **limits: float) -> str:
+def crash_of(work: Any, *arguments: Any, **limits: Any) -> str:
     with pytest.raises(ChildFailed) as failed:
         run_in_child(work, arguments, LIMITS._replace(**limits))
     assert isinstance(failed.value, EndedFromOutside) is (HARMFUL not in str(failed.value))

@@ -19,6 +19,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.io import child_process, hdf5_reader, hdf5_writer
 from frictionsim.io.checksum import LENGTH, append_trailer, checksum_trailer
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside
 from frictionsim.io.hdf5_structure import MAX_MEMBERS, Budget, array_of
 from frictionsim.io.segment_file import SegmentFile, segment_image
 from frictionsim.io.stored_array import StoredArray
@@ -95,7 +96,12 @@ def test_one_byte_on_which_hdf5_never_returns_is_an_error(
     expected = f"HDF5 did not come to an end within 1 s{HARMFUL}"
     assert message(result) == f"cannot read this result: {expected}"
     tries, run = [], hdf5_reader.run_in_child
-    monkeypatch.setattr(hdf5_reader, "run_in_child", lambda *of: (tries.append(of), run(*of))[1])
+
+    def tried(*arguments: Any) -> Any:
+        tries.append(arguments)
+        return run(*arguments)
+
+    monkeypatch.setattr(hdf5_reader, "run_in_child", tried)
     assert hdf5_reader.may_be_done(result)  # it is not replaced by a part of a run
     assert hdf5_reader.folder_of_segments(result) is None
     assert len(tries) == 1
@@ -399,3 +405,41 @@ def test_a_limit_that_is_no_number_is_none_in_json(result: Path) -> None:
         file["audit/limit"][0] = np.nan
     checks = fs.open(result).to_json()["audit"]
     assert next(iter(checks.values()))["limit"] is None
+
+
+def interrupted(path: Path) -> Path:
+    with h5py.File(path, "r+") as file:
+        file.attrs["status"] = "interrupted"
+    append_trailer(path)
+    return path
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, *failures: Exception) -> None:
+    """Have the next children fail, those after them not."""
+    left, run = list(failures), hdf5_reader.run_in_child
+
+    def run_or_fail(*arguments: Any) -> Any:
+        if left:
+            raise left.pop(0)
+        return run(*arguments)
+
+    monkeypatch.setattr(hdf5_reader, "run_in_child", run_or_fail)
+
+
+def test_a_failure_of_the_child_is_not_remembered(
+    result: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(result)
+    failing(monkeypatch, ChildFailed("crashed"))
+    assert hdf5_reader.may_be_done(result)  # nothing is known of it
+    assert not hdf5_reader.may_be_done(result)
+
+
+def test_a_child_that_was_ended_from_outside_is_tried_once_more(
+    result: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failing(monkeypatch, EndedFromOutside("ended"))
+    assert not hdf5_reader.may_be_done(interrupted(result))
+    failing(monkeypatch, EndedFromOutside("ended"), EndedFromOutside("ended again"))
+    with pytest.raises(InputError, match=r"a\.h5: cannot read this result: ended again"):
+        fs.open(result)
