@@ -183,7 +183,7 @@ def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
     assert max(sizes) < 1.05 * min(sizes)
 
 
-@pytest.mark.parametrize("change", [4, 9, 13, 20, 27])
+@pytest.mark.parametrize("change", [4, 13, 20, 34, 48, 60])  # the last when it is done
 def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
     change: int, whole: Path, tmp_path: Path
 ) -> None:
@@ -200,9 +200,10 @@ def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
         expected = fs.open(whole).record.channels
         for name, values in found.record.channels.items():
             assert np.array_equal(values, expected[name][:kept]), name
-        assert found.status == "done" or fs.resume(target).status == "done"
-    else:  # before the first checkpoint
-        assert code == -signal.SIGKILL
+    assert code == -signal.SIGKILL or found.status == "done"
+    if target.exists() and found.status == "interrupted":
+        fs.resume(target)
+    else:  # before the first checkpoint, or after the last: what is left over goes
         fs.solve(LONG, output=target)
     assert target.read_bytes() == whole.read_bytes()
     assert os.listdir(tmp_path) == ["a.h5"]
