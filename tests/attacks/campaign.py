@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import random
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -134,6 +135,7 @@ def _serve(attack: str, seed: int, pipe: Any, other_end: Any, errors: str) -> No
         os.setsid()
     for number, name in ((1, os.devnull), (2, errors)):
         os.dup2(os.open(name, os.O_WRONLY | os.O_APPEND), number)
+    sys.stderr = os.fdopen(2, "w", closefd=False)  # a test may have put something else there
     faulthandler.enable(2)
     _limit_memory()
     module = importlib.import_module(f"tests.attacks.{attack}")
