@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 from frictionsim.io import child_process
+from tests.support import scenarios
 from tests.support.scenarios import ROOT, in_this_process
 
 # Always the same examples by default, so that no chance decides; many and new ones every night.
@@ -70,6 +71,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     left_out = [item for item, is_kept in zip(items, kept, strict=True) if not is_kept]
     config.hook.pytest_deselected(items=left_out)
     items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Have a test that patches the program run scenarios anew."""
+    scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
 
 
 def _compile_once(run: str) -> None:

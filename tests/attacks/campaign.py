@@ -1,26 +1,34 @@
 """Campaigns: many cases of attacks, in processes that are watched for crashes and hangs."""
 
+import contextlib
+import faulthandler
+import importlib
 import json
+import multiprocessing
 import os
-import queue
+import random
 import signal
-import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Generator, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tests.attacks.promise import BrokenPromise
+
 ROOT = Path(__file__).parents[2]
+# Of address space, bytes, besides the program and its libraries: together two gigabytes.
+MEMORY = 3 << 29
 SECONDS_PER_CASE = 10.0
 # Of cases that start processes: the command, the undisturbed one and the next one after it.
 SECONDS_WITH_PROCESSES = 90.0
 WITH_PROCESSES = ("kills", "streams", "environments", "interruptions")
 SECONDS_TO_START = 120.0  # of a process: imports, kernels, and the files that its cases change
 STDERR_LENGTH = 3000
+START = "spawn"  # of processes; a test copies itself instead, which has all imports already
 
 # How many of a million cases; those that start processes take a hundred times as long.
 SHARES = {
@@ -50,125 +58,118 @@ class Case(NamedTuple):
 
 
 def cases(attack: str, seed: int, first: int, count: int) -> Iterator[Case]:
-    """Try cases of an attack; a crash or a hang ends its case, and the others go on.
+    """Try cases of an attack, and yield what came of each.
 
-    A case that takes longer than `SECONDS_PER_CASE` is tried a second time: other programs may have
-    kept the machine busy.
-
-    Parameters
-    ----------
-    attack : str
-        Its module.
-    seed, first, count : int
-        Of the cases.
-
-    Yields
-    ------
-    Case
+    A crash or a hang ends its process, and the next case has another one. A case that takes too
+    long is tried a second time: other programs may have kept the machine busy.
     """
     number, end, slow = first, first + count, -1
     while number < end:
-        with closing(_of_one_process(attack, seed, number, end - number)) as of_one_process:
-            for found in of_one_process:
-                if found.outcome == "slow" and found.number != slow:
-                    slow = number = found.number
+        with _process(attack, seed) as process:
+            while number < end:
+                found = process.tried(number)
+                if found.outcome == "slow" and slow != number:
+                    slow = number
                     break
                 yield found
-                number = found.number + 1
-
-
-def _of_one_process(attack: str, seed: int, first: int, count: int) -> Generator[Case]:
-    """Yield what came of the cases of one process, up to the one that ended it."""
-    with _process(attack, seed, first, count) as process:
-        lines: queue.Queue[str] = queue.Queue()
-        errors: list[str] = []
-        threads = [
-            threading.Thread(target=_read_lines, args=(process.stdout, lines.put), daemon=True),
-            threading.Thread(target=_read_lines, args=(process.stderr, errors.append), daemon=True),
-        ]
-        for thread in threads:
-            thread.start()
-        number, seconds = first, SECONDS_TO_START
-        end_of_case = time.monotonic() + seconds
-        while True:
-            try:
-                line = lines.get(timeout=max(0.0, end_of_case - time.monotonic()))
-            except queue.Empty:
-                yield Case(attack, number, "slow", f"no end after {seconds:g} s")
-                return
-            if not line:
-                break
-            found = _reported(line, number)
-            if found is None:
-                continue
-            seconds = SECONDS_WITH_PROCESSES if attack in WITH_PROCESSES else SECONDS_PER_CASE
-            end_of_case = time.monotonic() + seconds
-            if len(found) > 1:
-                yield Case(attack, number, found.get("outcome", "broken"), found.get("broken", ""))
                 number += 1
-        last = first + count - 1
+                if found.outcome in ("slow", "crash"):
+                    break
+
+
+class _Process:
+    """A process for cases of one attack."""
+
+    def __init__(self, attack: str, seed: int, errors: Path) -> None:
+        context = multiprocessing.get_context(START)
+        self._attack, self._errors = attack, errors
+        self._pipe, end = context.Pipe()
+        arguments = (attack, seed, end, self._pipe, str(errors))
+        self._process = context.Process(target=_serve, args=arguments)  # type: ignore[attr-defined]
+        self._process.start()
+        end.close()
+        self._seconds = SECONDS_TO_START
+
+    def tried(self, number: int) -> Case:
+        """Return what came of a case."""
         try:
-            code = process.wait(SECONDS_PER_CASE)
-        except subprocess.TimeoutExpired:
-            yield Case(attack, min(number, last), "slow", "its process does not end")
-            return
-        threads[1].join(SECONDS_PER_CASE)
-        if number <= last or code != 0:  # a case may end the process with 0, by os._exit(0)
-            early = "process ended early, " if number <= last else ""
-            captured = "".join(errors)[-STDERR_LENGTH:]
-            yield Case(attack, min(number, last), "crash", f"{early}exit {code}: {captured}")
+            if self._seconds == SECONDS_TO_START:  # it says when it is ready
+                if not self._pipe.poll(self._seconds):
+                    return Case(self._attack, number, "slow", "its process does not start")
+                self._pipe.recv()
+                with_processes = self._attack in WITH_PROCESSES
+                self._seconds = SECONDS_WITH_PROCESSES if with_processes else SECONDS_PER_CASE
+            self._pipe.send(number)
+            if self._pipe.poll(self._seconds):
+                return Case(self._attack, number, *self._pipe.recv())
+        except (EOFError, OSError):
+            self._process.join()
+            errors = self._errors.read_text(errors="replace")[-STDERR_LENGTH:]
+            early = f"process ended early, exit {self._process.exitcode}: {errors}"
+            return Case(self._attack, number, "crash", early)
+        return Case(self._attack, number, "slow", f"no end after {self._seconds:g} s")
+
+    def end(self) -> None:
+        """End it and all that it started."""
+        with contextlib.suppress(ProcessLookupError, PermissionError, AttributeError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
+        self._process.join()
+        self._pipe.close()
 
 
-def _reported(line: str, number: int) -> dict[str, Any] | None:
-    """Return what a line of `batch` says of a case; None if the line is not of it."""
-    try:
-        found = json.loads(line)
-    except ValueError:
-        return None
-    return found if isinstance(found, dict) and found.get("number") == number else None
-
-
-@contextmanager
-def _process(attack: str, seed: int, first: int, count: int) -> Iterator["subprocess.Popen[str]"]:
-    """Start a process for cases; at the end of the block end it and all that it started."""
-    command = [sys.executable, "-m", "tests.attacks.batch", attack, *map(str, (seed, first, count))]
-    with subprocess.Popen(
-        command,
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    ) as process:
+@contextlib.contextmanager
+def _process(attack: str, seed: int) -> Iterator[_Process]:
+    with tempfile.NamedTemporaryFile() as errors:
+        process = _Process(attack, seed, Path(errors.name))
         try:
             yield process
         finally:
-            if hasattr(os, "killpg"):
-                with suppress(ProcessLookupError, PermissionError):  # all have ended
-                    os.killpg(process.pid, signal.SIGKILL)
-            else:  # Windows
-                process.kill()
+            process.end()
 
 
-def _read_lines(stream: Any, put: Any) -> None:
-    """Hand on the lines of a stream, and an empty one at its end."""
-    for line in stream:
-        put(line)
-    put("")
+def _serve(attack: str, seed: int, pipe: Any, other_end: Any, errors: str) -> None:
+    """Try the cases whose numbers come through a pipe, each in an empty folder."""
+    other_end.close()  # or the pipe would not end with the process that started this one
+    if hasattr(os, "setsid"):
+        os.setsid()
+    for number, name in ((1, os.devnull), (2, errors)):
+        os.dup2(os.open(name, os.O_WRONLY | os.O_APPEND), number)
+    sys.stderr = os.fdopen(2, "w", closefd=False)  # a test may have put something else there
+    faulthandler.enable(2)
+    _limit_memory()
+    module = importlib.import_module(f"tests.attacks.{attack}")
+    if hasattr(module, "warm_up"):
+        module.warm_up()
+    pipe.send("ready")
+    with contextlib.suppress(EOFError):
+        while True:
+            number = pipe.recv()
+            rng = random.Random(f"{attack} {seed} {number}")
+            with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
+                pipe.send(_outcome(module, rng, Path(name)))
+
+
+def _limit_memory() -> None:
+    with contextlib.suppress(ImportError, FileNotFoundError):  # only on Linux
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit = pages * resource.getpagesize() + MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def _outcome(module: Any, rng: random.Random, folder: Path) -> tuple[str, str]:
+    try:
+        return str(module.attack(rng, folder)), ""
+    except BrokenPromise as broken:
+        return "broken", str(broken)
+    except Exception as error:  # of the program, where the command line did not catch it
+        return "broken", f"{type(error).__name__}: {error}"
 
 
 class Tally:
-    """The counts of a campaign, in a file from which it goes on.
-
-    Parameters
-    ----------
-    path : Path
-        JSON; other entries in it are kept.
-    seed : int
-    """
+    """The counts of a campaign, in a file of JSON from which it goes on; other entries are kept."""
 
     def __init__(self, path: Path, seed: int) -> None:
         self._path = path
@@ -178,13 +179,9 @@ class Tally:
             raise SystemExit(f"{path}: it is of the seed {self._file['seed']}, not {seed}")
         self._lock = threading.Lock()
 
-    def done(self, attack: str) -> int:
-        """Return how many cases of an attack were tried."""
-        return int(self.attacks.get(attack, {}).get("cases", 0))
-
-    def end(self, attack: str) -> int:
-        """Return the number above those of all cases that were tried."""
-        return int(self.attacks.get(attack, {}).get("end", 0))
+    def count(self, attack: str, of: str) -> int:
+        """Return how many `cases` of an attack were tried, or the `end` of their numbers."""
+        return int(self.attacks.get(attack, {}).get(of, 0))
 
     def add(self, found: list[Case], seconds: float) -> None:
         """Add cases of one attack, and write the file."""
@@ -208,17 +205,7 @@ class Tally:
 def run_campaign(tally: Tally, total: int, seed: int, workers: int, batch: int) -> None:
     """Try cases of all attacks, in their shares, until there are so many in all.
 
-    Parameters
-    ----------
-    tally : Tally
-        Of the cases so far.
-    total : int
-        Cases of all attacks.
-    seed : int
-    workers : int
-        Processes at a time.
-    batch : int
-        Cases of one process.
+    Each of the workers, which are threads, tries a batch of cases in a process at a time.
 
     Raises
     ------
@@ -226,8 +213,8 @@ def run_campaign(tally: Tally, total: int, seed: int, workers: int, batch: int) 
         If cases could not be tried, or not be counted.
     """
     wanted = {name: -(-total * share // sum(SHARES.values())) for name, share in SHARES.items()}
-    given = {name: tally.done(name) for name in wanted}
-    numbers = {name: tally.end(name) for name in wanted}
+    given = {name: tally.count(name, "cases") for name in wanted}
+    numbers = {name: tally.count(name, "end") for name in wanted}
     lock = threading.Lock()
     errors: list[Exception] = []
 

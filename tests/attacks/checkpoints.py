@@ -43,38 +43,25 @@ def belt(data: Scenario, backend: str, **changes: Any) -> Scenario:
     return changed(data, **{**short, **changes})
 
 
-PRESCRIBED = {"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}}
+SPEED = {"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}}
+PRESCRIBED: dict[str, Any] = {"drive": SPEED, "solver__duration": 3.0}
+LAW = "effects__shaft_friction__law"
+PUBLISHED: dict[str, Any] = {LAW: "published", "solver__backend": "rkf45"}
+REGULARISED = PUBLISHED | {LAW: "regularised", "effects__shaft_friction__transition_speed": 0.05}
 STIFF = {"effects__axial_damping": {"coefficient": 200.0}}
 # Scenarios, and after how many calls of `on_step` they are stopped.
 ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "pulley events": (lambda: sliding(), 40),
     "pulley rkf45": (lambda: sliding(solver__backend="rkf45"), 60),
     "pulley at rest": (lambda: pulley(output__interval=0.1), 4),
-    "pulley published": (
-        lambda: sliding(
-            effects__shaft_friction__law="published",
-            solver__backend="rkf45",
-            solver__step=1e-2,
-        ),
-        60,
-    ),
-    "pulley regularised": (
-        lambda: sliding(
-            effects__shaft_friction__law="regularised",
-            effects__shaft_friction__transition_speed=0.05,
-            solver__backend="rkf45",
-        ),
-        60,
-    ),
+    "pulley published": (lambda: sliding(**PUBLISHED, solver__step=1e-2), 60),
+    "pulley regularised": (lambda: sliding(**REGULARISED), 60),
     "pulley frictionless": (lambda: sliding(effects__shaft_friction=None), 40),
     "marble machine events": (lambda: shipped("marble_machine", "events"), 60),
     "marble machine rkf45": (lambda: shipped("marble_machine", "rkf45"), 60),
     "gear events": (lambda: shipped("epicyclic", "events"), 40),
     "gear rkf45": (lambda: shipped("epicyclic", "rkf45"), 40),
-    "gear of given speed": (
-        lambda: shipped("epicyclic", "events", drive=PRESCRIBED, solver__duration=3.0),
-        60,
-    ),
+    "gear of given speed": (lambda: shipped("epicyclic", "events", **PRESCRIBED), 60),
     "belt moreau": (lambda: belt(pair(), "moreau"), 12),
     "belt rkf45": (lambda: belt(pair(), "rkf45"), 12),
     "belt stiff moreau": (lambda: belt(pair(**STIFF), "moreau"), 12),

@@ -3,7 +3,14 @@
 import random
 from pathlib import Path
 
-from tests.attacks.disturbed import COMMANDS, originals, prepare, run, undisturbed, written
+from tests.attacks.disturbed import (
+    COMMANDS,
+    check_written,
+    originals,
+    prepare,
+    run,
+    undisturbed,
+)
 from tests.attacks.promise import BrokenPromise
 
 VARIABLES: dict[str, tuple[str | None, ...]] = {
@@ -54,12 +61,8 @@ def attack(rng: random.Random, folder: Path) -> str:
     case = f"{surroundings} {limits} {line}"
     if found.code != expected.code:
         raise BrokenPromise(f"{case}: exit {found.code} instead of {expected.code}\n{found.err}")
-    for name in written(line):
-        if found.files.get(name) != expected.files.get(name):
-            raise BrokenPromise(f"{case}: {name} is another file")
+    check_written(line, found, case)
     return f"exit {found.code}"
 
 
-def warm_up() -> None:
-    """Make the files that the commands use."""
-    originals()
+warm_up = originals

@@ -192,14 +192,7 @@ def change(rng: random.Random, path: Path) -> str:
             if name in file:  # not a link to nowhere
                 try:
                     done.append(rng.choice(WAYS)(rng, file, name))
-                except (
-                    ValueError,
-                    TypeError,
-                    OSError,
-                    KeyError,
-                    RuntimeError,
-                    MemoryError,
-                ) as error:
+                except Exception as error:
                     done.append(f"not done: {error}")  # HDF5 itself refuses it
     if rng.random() < 0.5:
         append_trailer(path)
@@ -207,6 +200,4 @@ def change(rng: random.Random, path: Path) -> str:
     return "; ".join(done)
 
 
-def warm_up() -> None:
-    """Make the results that are changed."""
-    originals()
+warm_up = originals

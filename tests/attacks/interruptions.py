@@ -84,6 +84,4 @@ def _left(case: str, folder: Path, old: bytes | None) -> str:
     return status
 
 
-def warm_up() -> None:
-    """Make the files that the commands use."""
-    originals()
+warm_up = originals

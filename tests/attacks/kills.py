@@ -92,13 +92,7 @@ def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int
 
 
 def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
-    """Return what a kill has left.
-
-    Raises
-    ------
-    BrokenPromise
-        If it is neither the old file nor a whole one.
-    """
+    """Return what a kill has left."""
     path = folder / target
     if not path.exists():
         if old is None:
@@ -117,6 +111,4 @@ def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
     raise BrokenPromise(f"{target} is neither old nor whole: {described}")
 
 
-def warm_up() -> None:
-    """Make the results that are drawn and replaced."""
-    _whole()
+warm_up = _whole

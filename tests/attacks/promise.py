@@ -17,7 +17,7 @@ LEGAL = {
     "sweep": {0, 2, 4},
     "cost": {0, 1, 2, 4, 5},
 }
-# In messages; a case has two gigabytes (`batch.MEMORY`), and none may need more.
+# In messages; a case has two gigabytes (`campaign.MEMORY`), and none may need more.
 BROKEN_BY = ("Traceback", "out of memory")
 
 
@@ -28,16 +28,11 @@ class BrokenPromise(Exception):
 def outcome(arguments: list[str], description: str) -> str:
     """Run the command line in this process; return its exit code as text.
 
-    Parameters
-    ----------
-    arguments : list of str
-    description : str
-        What the case is, for the message.
-
     Raises
     ------
     BrokenPromise
-        If the exit code is not a documented one, an error has no message, or memory ran out.
+        If the exit code is not a documented one, an error has no message, or memory ran out; with
+        the description of the case.
     """
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

@@ -5,7 +5,14 @@ import random
 from contextlib import suppress
 from pathlib import Path
 
-from tests.attacks.disturbed import COMMANDS, Outcome, originals, prepare, run, undisturbed, written
+from tests.attacks.disturbed import (
+    COMMANDS,
+    check_written,
+    originals,
+    prepare,
+    run,
+    undisturbed,
+)
 from tests.attacks.promise import BrokenPromise
 
 STDOUT = ("", ">&-", ">/dev/full", "> >(exit)", "> >(head -c 10 >/dev/null)")
@@ -22,29 +29,20 @@ def attack(rng: random.Random, folder: Path) -> str:
     prepare(folder)
     found = run(line, folder, f"{stdin} {stdout} {stderr}")
     case = f"{line} {stdin} {stdout} {stderr}"
-    _compare(case, found, undisturbed(line), line, stdout)
-    return f"exit {found.code}"
-
-
-def _compare(case: str, found: Outcome, expected: Outcome, line: str, stdout: str) -> None:
-    prints_only = not expected.files
-    codes = {expected.code}
-    if "full" in stdout and prints_only and expected.out:
-        codes = {FULL}
-    if found.code not in codes:
-        raise BrokenPromise(f"{case}: exit {found.code} instead of {codes}\n{found.err}")
-    for name in written(line):
-        if found.files.get(name) != expected.files.get(name):
-            raise BrokenPromise(f"{case}: {name} is another file")
+    expected = undisturbed(line)
+    prints_only = "full" in stdout and expected.out and not expected.files
+    code = FULL if prints_only else expected.code
+    if found.code != code:
+        raise BrokenPromise(f"{case}: exit {found.code} instead of {code}\n{found.err}")
+    check_written(line, found, case)
     if found.files.keys() != expected.files.keys():
         raise BrokenPromise(f"{case}: files {sorted(found.files)}")
     if stdout == "" and "--json" in line:
         with suppress(ValueError):
             json.loads(found.out)
-            return
+            return f"exit {found.code}"
         raise BrokenPromise(f"{case}: no JSON: {found.out!r:.500}")
+    return f"exit {found.code}"
 
 
-def warm_up() -> None:
-    """Make the files that the commands use."""
-    originals()
+warm_up = originals

@@ -1,7 +1,5 @@
 """Kill a sweep with SIGKILL at random times, resume it, and check that no file ever lies.
 
-    python -m tests.attacks.sweep_kills [TRIALS] [SEED]
-
 Each trial starts a sweep, kills it at a random time, with or without its workers, up to three times
 in a row, and lets the last resumption end. After each kill the file must open, each run that it or
 its journal calls done must have the bits of an uninterrupted sweep, and what is lost must be no
@@ -11,11 +9,8 @@ more than what the blocks in flight held; in the end the bytes are those of that
 import os
 import random
 import signal
-import sys
 import time
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -30,11 +25,6 @@ RUNS = 1200
 # Runs in lockstep would all be done before most kills.
 ALONE = ("--set", "output.channels=['angle']")
 LONGEST = 4.0  # s, until a kill
-
-
-def attack(rng: random.Random, folder: Path) -> str:
-    """Kill and resume a sweep."""
-    return f"killed {len(trial(rng, folder, *_whole_once()))} times"
 
 
 def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[str, int]:
@@ -100,22 +90,3 @@ def whole_sweep(folder: Path) -> tuple[bytes, Any]:
     whole = path.read_bytes(), read_sweep(path)
     path.unlink()
     return whole
-
-
-@cache
-def _whole_once() -> tuple[bytes, Any]:
-    with TemporaryDirectory() as name:
-        return whole_sweep(Path(name))
-
-
-def main(trials: int = 50, seed: int = 1) -> None:
-    """Run the trials."""
-    whole = _whole_once()
-    rng = random.Random(seed)
-    for number in range(trials):
-        with TemporaryDirectory() as name:
-            print(f"{number + 1}: {trial(rng, Path(name), *whole)}", flush=True)
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))

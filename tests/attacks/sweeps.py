@@ -18,25 +18,12 @@ MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 SHORT = ["--set", "solver.rtol=1e-4", "-j", "1", "-q"]
 VALUES = [
     *("[0.2, 0.3]", "lin(0.2, 0.4, 3)", "log(0.2, 0.4, 3)", '["none", "x"]', "[[0.2], [0.3]]"),
-    *(
-        "uniform(0.2, 0.4)",
-        "normal(0.3, 0.01)",
-        "lognormal(-1.2, 0.1)",
-        "triangular(0.2, 0.3, 0.4)",
-    ),
+    *("uniform(0.2, 0.4)", "normal(0.3, 0.01)", "lognormal(-1.2, 0.1)"),
+    "triangular(0.2, 0.3, 0.4)",
 ]
 PIECES = [
     *TOKENS,
-    "(",
-    ")",
-    ",",
-    "lin",
-    "normal",
-    "1e9",
-    "1e-9",
-    "-0.0",
-    "1e308",
-    "__import__('os')",
+    *["(", ")", ",", "lin", "normal", "1e9", "1e-9", "-0.0", "1e308", "__import__('os')"],
 ]
 KEYS = [MU_S, LOAD, "solver.duration", "drive.force.value.1", "drive.force", "title", "kind", ""]
 
@@ -87,19 +74,9 @@ def _file(rng: random.Random, folder: Path) -> str:
     way = damaged(rng, content)
     raw, seal = sealed(rng, bytes(content), whole[-LENGTH:])
     (folder / TARGET).write_bytes(raw)
-    arguments = rng.choice(
-        [
-            ["show", TARGET],
-            ["show", TARGET, "--json"],
-            ["show", TARGET, "--csv"],
-            ["show", TARGET, "--study"],
-            ["plot", TARGET, "-o", "a.svg"],
-            ["resume", TARGET, "-q"],
-        ]
-    )
+    show = [["show", TARGET, *more] for more in ([], ["--json"], ["--csv"], ["--study"])]
+    arguments = rng.choice([*show, ["plot", TARGET, "-o", "a.svg"], ["resume", TARGET, "-q"]])
     return outcome(arguments, f"{way}, checksum {seal}")
 
 
-def warm_up() -> None:
-    """Make the files that are damaged."""
-    originals()
+warm_up = originals

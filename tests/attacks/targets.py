@@ -84,7 +84,11 @@ def _state(path: Path) -> tuple[str, int, bytes]:
     if path.is_symlink():
         return os.readlink(path), 0, b""
     if path.is_file():
-        return "file", path.stat().st_mode & 0o777, path.read_bytes()
+        mode = path.stat().st_mode & 0o777
+        path.chmod(mode | 0o400)  # what its owner may not read, only root reads
+        content = path.read_bytes()
+        path.chmod(mode)
+        return "file", mode, content
     return "other" if os.path.lexists(path) else "none", 0, b""
 
 
@@ -120,12 +124,7 @@ def attack(rng: random.Random, folder: Path) -> str:
 def _check(
     before: dict[str, tuple[str, int, bytes]], folder: Path, kind: str, code: str, described: str
 ) -> None:
-    """Check what is in the folder now.
-
-    Raises
-    ------
-    BrokenPromise
-    """
+    """Check what is in the folder now."""
     for name, (found, mode, content) in before.items():
         now = _state(folder / name)
         if now == (found, mode, content):
@@ -144,6 +143,4 @@ def _check(
             raise BrokenPromise(f"{path.name} cannot be read: {described}")
 
 
-def warm_up() -> None:
-    """Make the files that are replaced or not."""
-    _originals()
+warm_up = _originals

@@ -10,9 +10,8 @@ import pytest
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel_sources
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
-from tests.support.scenarios import Scenario
+from tests.support.scenarios import Scenario, run_anew
 
 
 def ends(data: Scenario) -> dict[str, Any]:
@@ -49,7 +48,7 @@ def test_compiled_as_plain(name: str, request: pytest.FixtureRequest) -> None:
 
 @pytest.mark.parametrize("name", COMPILED)
 def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
-    once, again = (run(scenario_of(COMPILED[name]), lambda t: None) for _ in range(2))
+    once, again = run_anew(COMPILED[name]), run_anew(COMPILED[name])
     assert once.status == again.status == "done"
     assert once.channels.keys() == again.channels.keys()
     assert all(np.array_equal(once.channels[key], again.channels[key]) for key in once.channels)

@@ -22,10 +22,8 @@ Reader = Callable[..., None]
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def old(here: Path) -> None:
     Path("a.h5").write_bytes(OLD)
-    return tmp_path
 
 
 @pytest.fixture
@@ -74,36 +72,24 @@ def test_a_reader_is_waited_for(reader: Reader, pauses: list[float]) -> None:
     assert pauses == [0.05] * 20
 
 
-def test_what_a_reader_keeps_out_is_kept_beside_the_file(
+def test_what_a_reader_keeps_out_is_kept_beside_the_file_and_replaced_without_waiting(
     reader: Reader, pauses: list[float]
 ) -> None:
     reader("a.h5")
     assert refused(NEW) == HELD.format("a.h5", "a.new.h5")
     assert contents() == {"a.h5": OLD, "a.new.h5": NEW}
     assert sum(pauses) == pytest.approx(5.0, abs=0.1)
-
-
-def test_later_content_replaces_what_was_kept_and_waits_no_longer(
-    reader: Reader, pauses: list[float]
-) -> None:
-    reader("a.h5")
-    refused(NEW)
     waited = len(pauses)
     assert refused(NEWER) == HELD.format("a.h5", "a.new.h5")
     assert len(pauses) == waited
     assert contents() == {"a.h5": OLD, "a.new.h5": NEWER}
-
-
-def test_after_the_reader_has_gone_the_file_is_replaced(reader: Reader) -> None:
-    reader("a.h5")
-    refused(NEW)
     reader()
-    write_atomically(NEWER, Path("a.h5"))
+    write_atomically(NEW, Path("a.h5"))
     # What was kept may have become somebody's own: it stays, and is not written to again.
-    assert contents() == {"a.h5": NEWER, "a.new.h5": NEW}
+    assert contents() == {"a.h5": NEW, "a.new.h5": NEWER}
     reader("a.h5")
     assert refused(OLD) == HELD.format("a.h5", "a.new2.h5")
-    assert contents() == {"a.h5": NEWER, "a.new.h5": NEW, "a.new2.h5": OLD}
+    assert contents() == {"a.h5": NEW, "a.new.h5": NEWER, "a.new2.h5": OLD}
 
 
 def test_a_file_of_the_name_to_keep_is_not_replaced(reader: Reader) -> None:

@@ -20,7 +20,7 @@ from frictionsim.io import child_process
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, run_in_child
 from tests.support.scenarios import ROOT
 
-LIMITS = Limits(10.0, 1.0, 1 << 30)
+LIMITS = Limits(300.0, 1.0, 1 << 30)  # so long that a busy machine does not matter
 HARMFUL = "the file is damaged or made to harm"
 
 
@@ -43,7 +43,7 @@ def loop_in_c() -> None:
 
 
 def sleep() -> None:
-    time.sleep(60.0)
+    time.sleep(600.0)
 
 
 def fill_memory() -> None:
@@ -79,22 +79,30 @@ def test_what_is_returned_and_raised(way: str) -> None:
         run_in_child(refuse, ("because",), LIMITS)
 
 
+def crash_of(work: Any, *arguments: Any, **limits: Any) -> str:
+    with pytest.raises(ChildFailed) as failed:
+        run_in_child(work, arguments, LIMITS._replace(**limits))
+    assert isinstance(failed.value, EndedFromOutside) is (HARMFUL not in str(failed.value))
+    return str(failed.value)
+
+
 def test_a_crash_is_an_error_with_the_name_of_the_signal(
     way: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(ChildFailed) as failed:
-        run_in_child(crash, (signal.SIGSEGV,), LIMITS)
-    assert str(failed.value) == f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"
+    assert crash_of(crash, signal.SIGSEGV) == f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"
+    assert crash_of(exit_early) == f"HDF5 crashed on it: {HARMFUL}"  # without an answer
+    assert crash_of(crash, signal.SIGKILL) == (
+        "the process that reads it was ended from outside (SIGKILL), as by a system that is short"
+        " of memory; try again"
+    )
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="POSIX")
 def test_what_stops_the_parent_does_not_end_the_child(way: str) -> None:
     numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
     assert run_in_child(stop_group, (numbers,), LIMITS) == "read"
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
 def test_a_stop_while_the_child_starts_is_only_of_the_parent(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -110,58 +118,26 @@ def test_a_stop_while_the_child_starts_is_only_of_the_parent(
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
-@pytest.mark.skipif(os.name != "posix", reason="POSIX")
-def test_a_child_that_others_kill_says_nothing_of_the_file(way: str) -> None:
-    with pytest.raises(EndedFromOutside) as failed:
-        run_in_child(crash, (signal.SIGKILL,), LIMITS)
-    assert str(failed.value) == (
-        "the process that reads it was ended from outside (SIGKILL), as by a system that is short"
-        " of memory; try again"
-    )
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
 def test_a_loop_in_c_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
-    with pytest.raises(ChildFailed) as failed:
-        run_in_child(loop_in_c, (), LIMITS)
-    assert str(failed.value) == f"HDF5 did not come to an end within 1 s: {HARMFUL}"
+    assert crash_of(loop_in_c) == f"HDF5 did not come to an end within 1 s: {HARMFUL}"
 
 
-def test_a_child_that_waits_ends(way: str) -> None:
-    with pytest.raises(ChildFailed) as failed:
-        run_in_child(sleep, (), LIMITS._replace(seconds=0.5))
-    assert str(failed.value).endswith(f"{HARMFUL}, or its disk does not answer")
+def test_time_and_memory_of_a_child_are_limited(way: str) -> None:
+    assert crash_of(sleep, seconds=0.5).endswith(f"{HARMFUL}, or its disk does not answer")
+    assert "it takes more than 1074 MB of memory" in crash_of(fill_memory)
+    assert crash_of(arrays, 200_000, memory=1_000_000)  # an answer larger than its limit
 
 
-def test_memory_is_limited(way: str) -> None:
-    pytest.importorskip("resource")
-    with pytest.raises(ChildFailed, match="it takes more than 1074 MB of memory"):
-        run_in_child(fill_memory, (), LIMITS)
-
-
-def test_no_answer_is_a_crash(way: str) -> None:
-    with pytest.raises(ChildFailed, match="HDF5 crashed on it: the file is damaged"):
-        run_in_child(exit_early, (), LIMITS)
-
-
-def test_an_answer_larger_than_its_limit_is_refused() -> None:
-    with pytest.raises(ChildFailed):
-        run_in_child(arrays, (200_000,), LIMITS._replace(memory=1_000_000))
-
-
-@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="POSIX")
 def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None:
     def interrupt(number: int, frame: Any) -> None:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
-        begun = time.monotonic()
         signal.setitimer(signal.ITIMER_REAL, 0.3)
         with pytest.raises(KeyboardInterrupt):
             run_in_child(sleep, (), LIMITS)
-        assert time.monotonic() - begun < 5.0
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
@@ -169,7 +145,6 @@ def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None
         os.waitpid(-1, os.WNOHANG)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX")
 def test_the_warning_of_a_fork_with_threads_of_libraries_is_not_shown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -196,7 +171,6 @@ def test_a_process_with_threads_is_not_copied(monkeypatch: pytest.MonkeyPatch) -
     assert len(found[0]["a"]) == 3
 
 
-@pytest.mark.skipif(os.name != "posix", reason="closes streams as shells of POSIX do")
 @pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
 def test_closed_streams_do_not_matter(closed: str, tmp_path: Path) -> None:
     code = (

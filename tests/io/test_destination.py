@@ -20,16 +20,16 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
 NO_TIME = ["--max-wall", "1e-9"]
 OTHER = ["--set", "solver.duration=2.5"]
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+EXISTS = "the file exists and --no-clobber forbids to replace it"
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def solve(*options: str) -> int:
     return run_command_line(["solve", PULLEY, "-q", *options])
+
+
+def resume(*arguments: str) -> int:
+    return run_command_line(["resume", "-q", *arguments])
 
 
 def status(path: str) -> str:
@@ -51,8 +51,15 @@ def spent(t: float) -> BudgetExceeded:
     return BudgetExceeded(f"stopped at t = {t} s")
 
 
-def files(folder: Path) -> set[str]:
-    return {path.name for path in folder.iterdir()}
+ERRORS: list[Callable[[float], Exception]] = [
+    spent,
+    lambda t: Interrupted(2, t),
+    lambda t: ArithmeticError(),
+]
+
+
+def files() -> set[str]:
+    return {path.name for path in Path().iterdir()}
 
 
 @pytest.mark.parametrize(
@@ -75,7 +82,7 @@ def test_whole_name_keeps_other_names(name: str) -> None:
 
 
 def test_an_incomplete_result_does_not_replace_a_complete_one(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert solve("-o", "new.h5", *OTHER) == 0
     assert solve("-o", "a.h5") == 0
@@ -91,76 +98,84 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     ]
     assert Path("a.h5").read_bytes() == old
     for _ in range(2):  # incomplete again
-        again = ["resume", "a.partial.h5", "-q", "-o", "a.h5", *NO_TIME]
-        assert run_command_line(again) == 5
+        assert resume("a.partial.h5", "-o", "a.h5", *NO_TIME) == 5
         assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
         assert status("a.partial.h5") == "failed"
         assert Path("a.h5").read_bytes() == old
+    # Into another file, the incomplete result stays.
+    assert resume("a.partial.h5", "-o", "b.h5") == 0
+    assert (status("a.partial.h5"), status("b.h5")) == ("failed", "done")
+    assert Path("a.h5").read_bytes() == old
     assert run_command_line(["resume", "a.partial.h5", "--json", "-o", "a.h5"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "a.h5"
     assert Path("a.h5").read_bytes() == new
-    assert files(here) == {"a.h5", "new.h5"}
+    assert files() == {"a.h5", "b.h5", "new.h5"}
 
 
-def test_failed_and_interrupted_runs_keep_a_complete_result(here: Path) -> None:
+def test_failed_and_interrupted_runs_keep_a_complete_result() -> None:
     assert solve("-o", "a.h5") == 0
     old = Path("a.h5").read_bytes()
-    for error in (spent, lambda t: Interrupted(2, t), lambda t: ArithmeticError()):
+    for error in ERRORS:
         part = stopping(30, error)
         assert Destination(Path("a.h5")).write(part) == Path("a.partial.h5")
         assert status("a.partial.h5") == part.status
         assert Path("a.h5").read_bytes() == old
 
 
-def test_an_incomplete_result_replaces_an_incomplete_one(here: Path) -> None:
+def test_an_incomplete_result_replaces_an_incomplete_one_until_another_process_completes_it() -> (
+    None
+):
+    Path("a.h5").touch()  # empty, as mktemp makes it
+    place = Destination(Path("a.h5"))
     for after in (20, 30):
-        assert Destination(Path("a.h5")).write(stopping(after, spent)) == Path("a.h5")
-    assert files(here) == {"a.h5"}
+        assert place.write(stopping(after, spent)) == Path("a.h5")
+    assert files() == {"a.h5"}
+    assert solve("-o", "a.h5") == 0  # as another process would
+    assert place.write(stopping(30, spent)) == Path("a.partial.h5")
+    assert status("a.h5") == "done"
 
 
-def test_a_complete_result_with_a_partial_name_is_kept(here: Path) -> None:
+def test_a_complete_result_or_a_folder_with_a_partial_name_is_kept() -> None:
     assert solve("-o", "a.h5") == solve("-o", "a.partial.h5") == 0
     place = Destination(Path("a.h5")).write(stopping(30, spent))
     assert place == Path("a.partial.partial.h5")
+    place.unlink()
+    Path("a.partial.h5").unlink()
+    Path("a.partial.h5").mkdir()
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    assert status("a.partial.partial.h5") == "failed"
 
 
-@pytest.mark.parametrize("damage", ["cut", "flipped", "no result"])
-def test_an_incomplete_result_does_not_replace_an_unreadable_file(damage: str, here: Path) -> None:
+@pytest.mark.parametrize("damage", ["cut", "flipped", "no result", "table of costs"])
+def test_an_incomplete_result_does_not_replace_an_unreadable_file(damage: str) -> None:
     # Of a damaged file it is unknown whether it was complete.
     Destination(Path("a.h5")).write(stopping(30, spent))
     content = Path("a.h5").read_bytes()
     middle = len(content) // 2
     flipped = content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
-    damaged = {"cut": content[:middle], "flipped": flipped, "no result": b"old"}[damage]
+    damaged = {"cut": content[:middle], "flipped": flipped}.get(damage, b"old")
+    if damage == "table of costs":
+        options = ["--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
+        assert run_command_line(["cost", PULLEY, *options, "-o", "cost.h5"]) == 0
+        damaged = Path("cost.h5").read_bytes()
     Path("a.h5").write_bytes(damaged)
     assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.partial.h5")
     assert Path("a.h5").read_bytes() == damaged
 
 
-def test_an_incomplete_result_replaces_an_empty_file(here: Path) -> None:
-    Path("a.h5").touch()  # as mktemp makes it
-    assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.h5")
-
-
-def test_an_incomplete_result_does_not_replace_a_cost_table(here: Path) -> None:
-    options = ["--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
-    assert run_command_line(["cost", PULLEY, *options, "-o", "a.h5"]) == 0
-    assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.partial.h5")
-
-
-def test_a_run_without_samples_replaces_no_samples(here: Path) -> None:
+def test_a_run_without_samples_replaces_no_samples() -> None:
     """An earlier incomplete result, which has samples, is kept."""
     place = Destination(Path("a.h5"))
-    begun, empty = stopping(30, spent), stopping(0, lambda t: Interrupted(15, t))
-    assert place.write(empty) == Path("a.h5")  # there is no file yet
-    assert place.write(begun) == Path("a.h5")
+    assert place.write(stopping(0, lambda t: Interrupted(15, t))) == Path("a.h5")  # no file yet
+    assert place.write(stopping(30, spent)) == Path("a.h5")
     before = Path("a.h5").read_bytes()
-    assert place.write(empty) is None
-    assert Path("a.h5").read_bytes() == before
+    for after, error in [(0, ERRORS[1]), *((1, error) for error in ERRORS)]:
+        assert place.write(stopping(after, error)) is None
+        assert Path("a.h5").read_bytes() == before
 
 
 def test_solve_says_that_nothing_was_written(
-    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert solve("-o", "a.h5") == 0
     assert solve("-o", "a.h5", *NO_TIME) == 5
@@ -178,7 +193,7 @@ def test_solve_says_that_nothing_was_written(
 
 
 def test_checkpoints_keep_a_complete_result_and_are_removed(
-    here: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert solve("-o", "a.h5") == 0
     written: list[Path] = []
@@ -192,99 +207,11 @@ def test_checkpoints_keep_a_complete_result_and_are_removed(
     assert solve("-o", "a.h5", *OTHER, "--set", "output.checkpoint=1e-3") == 0
     assert len(written) > 1
     assert written == [Path("a.partial.h5")] * (len(written) - 1) + [Path("a.h5")]
-    assert files(here) == {"a.h5"}
-
-
-def test_a_complete_result_of_another_process_is_kept(here: Path) -> None:
-    place = Destination(Path("a.h5"))
-    assert place.write(stopping(20, spent)) == Path("a.h5")
-    assert solve("-o", "a.h5") == 0  # as another process would
-    assert place.write(stopping(30, spent)) == Path("a.partial.h5")
-    assert status("a.h5") == "done"
-
-
-def test_resume_replaces_an_incomplete_result_under_its_own_name(here: Path) -> None:
-    assert solve("-o", "whole.h5") == 0
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    assert run_command_line(["resume", "a.h5", "-q", *NO_TIME]) == 5
-    assert run_command_line(["resume", "a.h5", "-q"]) == 0
-    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
-    assert files(here) == {"a.h5", "whole.h5"}
-
-
-def test_resume_keeps_the_partial_name_until_done(here: Path) -> None:
-    assert solve("-o", "a.h5") == 0
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    Path("a.h5").unlink()
-    assert run_command_line(["resume", "a.partial.h5", "-q", *NO_TIME]) == 5
-    assert files(here) == {"a.partial.h5"}
-    assert run_command_line(["resume", "a.partial.h5", "-q"]) == 0
-    assert files(here) == {"a.h5"}
-
-
-def test_resume_into_another_file_keeps_the_incomplete_result(here: Path) -> None:
-    assert solve("-o", "a.h5") == 0
-    old = Path("a.h5").read_bytes()
-    assert solve("-o", "a.h5", *OTHER, *NO_TIME) == 5
-    assert run_command_line(["resume", "a.partial.h5", "-q", "-o", "b.h5"]) == 0
-    assert (status("a.partial.h5"), status("b.h5")) == ("failed", "done")
-    assert Path("a.h5").read_bytes() == old
-
-
-def test_a_partial_name_that_is_too_long_is_reported_before_the_run(here: Path) -> None:
-    whole = Path("a" * 250 + ".h5")  # the limit is 255 bytes; the partial name is longer
-    whole.write_bytes(old_result())
-    with pytest.raises(OutputError, match=r"partial\.h5: cannot write the result: File name too"):
-        Destination(whole).check()
-
-
-def test_a_folder_with_the_partial_name_is_avoided(here: Path) -> None:
-    assert solve("-o", "a.h5") == 0
-    Path("a.partial.h5").mkdir()
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    assert status("a.partial.partial.h5") == "failed"
-
-
-@pytest.mark.parametrize("content", [b"", b"old", b"\x89HDF\r\n\x1a\n"])
-def test_no_clobber_keeps_any_existing_file(
-    content: bytes, here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    Path("a.h5").write_bytes(content)
-    with monkeypatch.context() as patched:
-        patched.setattr("frictionsim.api.solving.run", None)  # refused before the run
-        assert solve("-o", "a.h5", "--no-clobber") == 4
-        message = "a.h5: the file exists and --no-clobber forbids to replace it"
-        assert message in capsys.readouterr().err
-    assert Path("a.h5").read_bytes() == content
-    assert solve("-o", "b.h5", "--no-clobber") == 0
-    assert solve("--no-clobber") == 0
-    assert solve("--no-clobber") == 4  # the default output
-
-
-def test_no_clobber_lets_resume_replace_its_own_file_only(
-    here: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert solve("-o", "b.h5") == solve("-o", "a.h5") == 0
-    assert solve("-o", "a.h5", *NO_TIME) == solve("-o", "c.h5", *NO_TIME) == 5
-    for arguments in (["c.h5", "-o", "b.h5"], ["a.partial.h5"]):
-        assert run_command_line(["resume", *arguments, "--no-clobber"]) == 4
-    assert run_command_line(["resume", "c.h5", "--no-clobber"]) == 0
-
-
-@pytest.mark.parametrize("option", ["-o", "--csv", "--plot"])
-def test_no_clobber_protects_the_files_of_cost(
-    option: str, here: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("a.png").write_bytes(b"old")
-    assert run_command_line(["cost", PULLEY, option, "a.png", "--no-clobber"]) == 4
-    assert (
-        "a.png: the file exists and --no-clobber forbids to replace it" in capsys.readouterr().err
-    )
-    assert Path("a.png").read_bytes() == b"old"
+    assert files() == {"a.h5"}
 
 
 def test_a_failed_checkpoint_only_warns(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write = hdf5_writer.write
 
@@ -299,11 +226,48 @@ def test_a_failed_checkpoint_only_warns(
     assert capsys.readouterr().err == "frictionsim: warning: checkpoint not written: no room\n"
 
 
-def test_a_run_that_fails_at_its_start_replaces_nothing(here: Path) -> None:
-    """A run without samples beyond the start does not replace an incomplete result."""
-    whole = Path("a.h5")
-    Destination(whole).write(stopping(30, spent))
-    part = whole.read_bytes()
-    for error in (spent, lambda t: Interrupted(2, t), lambda t: ArithmeticError()):
-        assert Destination(whole).write(stopping(1, error)) is None
-        assert whole.read_bytes() == part
+def test_resume_keeps_the_name_of_an_incomplete_result_until_it_is_done() -> None:
+    assert solve("-o", "whole.h5") == 0
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    assert resume("a.h5", *NO_TIME) == 5
+    assert resume("a.h5") == 0
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+    assert files() == {"a.h5", "whole.h5"}
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    Path("a.h5").unlink()
+    assert resume("a.partial.h5", *NO_TIME) == 5
+    assert files() == {"a.partial.h5", "whole.h5"}
+    assert resume("a.partial.h5") == 0
+    assert files() == {"a.h5", "whole.h5"}
+
+
+def test_a_partial_name_that_is_too_long_is_reported_before_the_run() -> None:
+    whole = Path("a" * 250 + ".h5")  # the limit is 255 bytes; the partial name is longer
+    whole.write_bytes(old_result())
+    with pytest.raises(OutputError, match=r"partial\.h5: cannot write the result: File name too"):
+        Destination(whole).check()
+
+
+@pytest.mark.parametrize("content", [b"", b"old", b"\x89HDF\r\n\x1a\n"])
+def test_no_clobber_keeps_any_existing_file(
+    content: bytes, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("a.h5").write_bytes(content)
+    cost = [["cost", PULLEY, option, "a.h5"] for option in ("-o", "--csv", "--plot")]
+    with monkeypatch.context() as patched:
+        patched.setattr("frictionsim.api.solving.run", None)  # refused before the run
+        for command in (["solve", PULLEY, "-q", "-o", "a.h5"], *cost):
+            assert run_command_line([*command, "--no-clobber"]) == 4
+            assert f"a.h5: {EXISTS}" in capsys.readouterr().err
+            assert Path("a.h5").read_bytes() == content
+
+
+def test_no_clobber_lets_new_files_be_written_and_resume_replace_its_own() -> None:
+    assert solve("-o", "b.h5", "--no-clobber") == 0
+    assert solve("--no-clobber") == 0
+    assert solve("--no-clobber") == 4  # the default output
+    assert solve("-o", "a.h5") == 0
+    assert solve("-o", "a.h5", *NO_TIME) == solve("-o", "c.h5", *NO_TIME) == 5
+    for arguments in (["c.h5", "-o", "b.h5"], ["a.partial.h5"]):
+        assert resume(*arguments, "--no-clobber") == 4
+    assert resume("c.h5", "--no-clobber") == 0

@@ -1,7 +1,7 @@
 """Results that are written to the disk while HDF5 has them open, and disks that are full."""
 
-import subprocess
-import sys
+import os
+import resource
 from collections import namedtuple
 from pathlib import Path
 
@@ -9,40 +9,28 @@ import pytest
 
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_on_disk, hdf5_writer
-from tests.support.scenarios import ROOT, pulley, simulate
-
-# More samples than one segment has; a limit of the size of files stands for a full disk.
-LIMITED = """
-import resource, signal
-from pathlib import Path
-from frictionsim.errors import OutputError
-from frictionsim.io import hdf5_on_disk, hdf5_writer
 from tests.support.scenarios import pulley, simulate
-run = simulate(pulley(output__interval=4e-5))
-hdf5_writer.write(run, Path("old.h5"))
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-for limit in (1_000_000, 2_000_001, 4_000_000):
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
-    try:
-        hdf5_writer.write(run, Path("old.h5"))
-    except OutputError as error:
-        print(error)
-"""
+from tests.support.stopped_runs import stopped_at
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-def test_hdf5_survives_a_file_that_it_cannot_write(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "PATH": ""},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == 3 * "old.h5: cannot write the result: File too large\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["old.h5"]
+def test_hdf5_survives_a_file_that_it_cannot_write(here: Path) -> None:
+    # More samples than one segment has; a limit of the size of files stands for a full disk.
+    run, path = simulate(pulley(output__interval=4e-5)), Path("old.h5")
+    hdf5_writer.write(run, path)
+    before = path.read_bytes()
+
+    def refusals() -> int:
+        found = []
+        for limit in (1_000_000, 2_000_001, 4_000_000):
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+            try:
+                hdf5_writer.write(run, path)
+            except OutputError as error:
+                found.append(str(error))
+        return found.count("old.h5: cannot write the result: File too large")
+
+    assert stopped_at(0, refusals, here) == 3
+    assert (path.read_bytes(), os.listdir()) == (before, ["old.h5"])
 
 
 def test_a_disk_without_room_is_noticed_before(

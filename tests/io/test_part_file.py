@@ -4,8 +4,6 @@ import errno
 import os
 import resource
 import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +13,10 @@ from frictionsim.errors import OutputError
 from frictionsim.io import part_file
 from frictionsim.io.atomic_write import check_place, replaced_atomically, write_atomically
 from frictionsim.io.part_file import part_of
+from tests.support.stopped_runs import stopped_at
 
 LONGEST = "a" * 252 + ".h5"
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def names() -> list[str]:
@@ -31,13 +25,14 @@ def names() -> list[str]:
 
 def killed_while_writing(name: str) -> None:
     """Have a process killed in the middle of a file."""
-    code = (
-        "import os, signal; from pathlib import Path;"
-        " from frictionsim.io.atomic_write import replaced_atomically;"
-        f" writing = replaced_atomically(Path({name!r})); part = writing.__enter__();"
-        " part.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
+
+    def work() -> int:
+        with replaced_atomically(Path(name)) as part:
+            part.write_text("half")
+            os.kill(os.getpid(), signal.SIGKILL)
+        return 0
+
+    assert stopped_at(0, work, Path()) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("name", ["a.h5", LONGEST])
@@ -49,12 +44,9 @@ def test_the_part_of_a_killed_process_is_removed_at_the_next_write(name: str) ->
     assert part in names()
     write_atomically(b"whole", Path(name))
     assert names() == sorted([name, "b.h5"])
-
-
-def test_it_is_removed_before_a_run_too() -> None:
-    killed_while_writing("a.h5")
-    check_place(Path("a.h5"))
-    assert names() == []
+    killed_while_writing(name)
+    check_place(Path(name))  # before a run too
+    assert names() == sorted([name, "b.h5"])
 
 
 def test_a_part_that_is_being_written_stays() -> None:
@@ -78,16 +70,6 @@ def test_nothing_but_parts_of_the_target_is_removed() -> None:
     before = names()
     write_atomically(b"whole", Path("a.h5"))
     assert names() == sorted({*before, "a.h5"} - {f"{start}4.part"})
-
-
-def test_what_another_user_left_stays() -> None:
-    if os.geteuid() != 0:
-        pytest.skip("only root can give files to another user")
-    killed_while_writing("a.h5")
-    (part,) = names()
-    os.chown(part, 12345, 12345)
-    write_atomically(b"whole", Path("a.h5"))
-    assert names() == sorted([part, "a.h5"])
 
 
 def test_a_part_that_another_process_took_for_left_over_is_made_anew(
@@ -145,14 +127,18 @@ def test_a_new_file_has_the_mode_of_the_umask() -> None:
     assert Path("a.h5").stat().st_mode & 0o777 == 0o640
 
 
-def test_the_owner_of_a_replaced_file_is_kept() -> None:
-    if os.geteuid() != 0:
-        pytest.skip("only root can give files to another user")
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files to another user")
+def test_the_owner_of_a_replaced_file_and_what_another_user_left_stay() -> None:
     Path("a.h5").touch()
     os.chown("a.h5", 2001, 2003)
     write_atomically(b"new", Path("a.h5"))
     found = Path("a.h5").stat()
     assert (found.st_uid, found.st_gid) == (2001, 2003)
+    killed_while_writing("a.h5")
+    (part,) = set(names()) - {"a.h5"}
+    os.chown(part, 12345, 12345)
+    write_atomically(b"whole", Path("a.h5"))
+    assert names() == sorted([part, "a.h5"])
 
 
 def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

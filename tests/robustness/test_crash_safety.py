@@ -1,5 +1,6 @@
 """Runs that are stopped, killed or out of disk space leave a complete, old or resumable file."""
 
+import multiprocessing
 import os
 import random
 import resource
@@ -8,11 +9,9 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 import tomli_w
 
@@ -20,9 +19,12 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley
+from tests.support.stopped_runs import stopped_at
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 OLD = old_result()
+PLAIN = ["solve", PULLEY, "-q", "-o", "a.h5"]
+SHORT = [*PLAIN, "--set", "output.checkpoint=5e-3"]  # a few checkpoints
 # Hundreds of stick-slip cycles, two seconds of run time, a checkpoint every 0.1 s.
 LONG = pulley(
     drive__force={"sine": {"mean": 2224.1, "amplitude": 1500.0, "frequency_hz": 20.0}},
@@ -31,38 +33,7 @@ LONG = pulley(
 )
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bytes, float]:
-    """The scenario of a longer run, its result, and how long it takes, s."""
-    folder = tmp_path_factory.mktemp("whole")
-    scenario = folder / "long.toml"
-    scenario.write_text(tomli_w.dumps(LONG))
-    started = time.perf_counter()
-    assert frictionsim("solve", scenario, "-q", "-o", "whole.h5", cwd=folder).returncode == 0
-    return scenario, (folder / "whole.h5").read_bytes(), time.perf_counter() - started
-
-
-def started(*arguments: str | Path, cwd: Path, **options: Any) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-m", "frictionsim", *map(str, arguments)]
-    return subprocess.Popen(
-        command, cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options
-    )
-
-
-def stop_at_random(
-    number: int, whole: tuple[Path, bytes, float], folder: Path, seed: int, latest: float = 1.2
-) -> tuple[int, str]:
-    """Send a signal to a run at a random time; return its exit code and stderr."""
-    scenario, _, seconds = whole
-    with started("solve", scenario, "-q", "-o", "a.h5", cwd=folder) as process:
-        time.sleep(random.Random(seed).uniform(0.0, latest * seconds))
-        process.send_signal(number)
-        _, captured = process.communicate()
-    assert "Traceback" not in captured
-    return process.returncode, captured
-
-
-def assert_target_is_sound(target: Path, whole: bytes, before: bytes | None) -> str:
+def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
     """Check the file that a run has left, resume it if possible, and return its state."""
     if not target.exists():
         assert before is None
@@ -83,97 +54,99 @@ def assert_target_is_sound(target: Path, whole: bytes, before: bytes | None) -> 
     return "interrupted"
 
 
-def kill_and_look(whole: tuple[Path, bytes, float], folder: Path, seed: int) -> str:
-    before = OLD if seed % 2 else None
+@pytest.mark.parametrize(
+    ("command", "number", "changes"),
+    [
+        pytest.param(PLAIN, signal.SIGKILL, range(1, 25), id="killed"),
+        pytest.param(SHORT, signal.SIGKILL, (5, 6, 7, 8, 10, 12), id="killed with checkpoints"),
+        # Other signals are heard between two steps, wherever they come.
+        pytest.param(SHORT, signal.SIGTERM, (4, 10), id="terminated"),
+        pytest.param(SHORT, signal.SIGINT, (4, 10), id="interrupted"),
+    ],
+)
+@pytest.mark.parametrize("before", [None, OLD], ids=["new", "old"])
+def test_a_run_stopped_at_any_change_of_a_file_leaves_an_old_or_a_valid_one(
+    before: bytes | None, command: list[str], number: int, changes: Sequence[int], here: Path
+) -> None:
+    assert run_command_line(command) == 0
+    whole, target, found = Path("a.h5").read_bytes(), here / "a.h5", [""]
+    for change in changes:
+        for path in here.iterdir():
+            path.unlink()
+        if before is not None:
+            target.write_bytes(before)
+        code = stopped_at(change, lambda: run_command_line(command), here, number)
+        assert code in (0, -number, 128 + number)  # without a step before it, by the signal itself
+        found.append(state_of(target, whole, before))
+        assert found[-1] == "done" or code != 0
+        assert found[-1] != "absent" or "interrupted" not in found  # a checkpoint is not lost
+        assert run_command_line(command) == 0
+        assert (target.read_bytes(), os.listdir(here)) == (whole, ["a.h5"])
+        if code == 0:  # there were no more changes
+            break
+    assert {"absent", "old", "interrupted"} & {*found}
+    assert command == SHORT or code == 0
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bytes, float]:
+    """The scenario of a longer run, its result, and how long it takes, s."""
+    folder = tmp_path_factory.mktemp("whole")
+    scenario = folder / "long.toml"
+    scenario.write_text(tomli_w.dumps(LONG))
+    started = time.perf_counter()
+    assert frictionsim("solve", scenario, "-q", "-o", "whole.h5", cwd=folder).returncode == 0
+    return scenario, (folder / "whole.h5").read_bytes(), time.perf_counter() - started
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", range(100, 150))
+@pytest.mark.parametrize("way", ["kills", "signals"])
+def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
+    way: str,
+    seed: int,
+    whole: tuple[Path, bytes, float],
+    tmp_path: Path,
+    tally: dict[str, int],
+) -> None:
+    scenario, content, seconds = whole
+    target, before = tmp_path / "a.h5", OLD if way == "kills" and seed % 2 else None
     if before is not None:
-        (folder / "a.h5").write_bytes(before)
-    code, _ = stop_at_random(signal.SIGKILL, whole, folder, seed)
-    found = assert_target_is_sound(folder / "a.h5", whole[1], before)
-    assert found == "done" or code == -signal.SIGKILL
-    return found
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_killed_run_leaves_an_old_or_a_valid_file(
-    seed: int, whole: tuple[Path, bytes, float], tmp_path: Path
-) -> None:
-    kill_and_look(whole, tmp_path, seed)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(100, 150))
-def test_many_killed_runs_leave_an_old_or_a_valid_file(
-    seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
-) -> None:
-    found = kill_and_look(whole, tmp_path, seed)
-    for name in ("kills", f"kills that left the file {found}"):
-        tally[name] = tally.get(name, 0) + 1
-
-
-def signal_and_resume(whole: tuple[Path, bytes, float], folder: Path, seed: int) -> str:
-    number = (signal.SIGINT, signal.SIGTERM)[seed % 2]
-    code, captured = stop_at_random(number, whole, folder, seed)
-    if code < 0:  # before the first step, when the scenario's warnings may be there already
-        assert code == -number
+        target.write_bytes(before)
+    number = signal.SIGKILL if way == "kills" else (signal.SIGINT, signal.SIGTERM)[seed % 2]
+    command = [sys.executable, "-m", "frictionsim", "solve", str(scenario), "-q", "-o", "a.h5"]
+    with subprocess.Popen(command, cwd=tmp_path, text=True, stderr=subprocess.PIPE) as process:
+        time.sleep(random.Random(seed).uniform(0.0, 1.2 * seconds))
+        process.send_signal(number)
+        _, captured = process.communicate()
+    code = process.returncode
+    assert "Traceback" not in captured
+    if way == "signals" and code < 0:  # before the first step
         assert all(line.startswith("frictionsim: warning: ") for line in captured.splitlines())
-    found = assert_target_is_sound(folder / "a.h5", whole[1], None)
-    assert code in ((0, 128 + number) if found == "done" else (128 + number, -number, 1))
-    return found
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_run_stopped_by_a_signal_resumes_to_identical_bytes(
-    seed: int, whole: tuple[Path, bytes, float], tmp_path: Path
-) -> None:
-    signal_and_resume(whole, tmp_path, seed)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(100, 150))
-def test_many_runs_stopped_by_signals_resume_to_identical_bytes(
-    seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
-) -> None:
-    found = signal_and_resume(whole, tmp_path, seed)
-    for name in ("signals", f"signals that left the file {found}"):
+    found = state_of(target, content, before)
+    assert code in ((0, -number, 128 + number) if found == "done" else (-number, 128 + number, 1))
+    for name in (way, f"{way} that left the file {found}"):
         tally[name] = tally.get(name, 0) + 1
-
-
-def test_a_file_with_checkpoints_can_be_read_at_any_time(
-    whole: tuple[Path, bytes, float], tmp_path: Path
-) -> None:
-    target = tmp_path / "a.h5"
-    times = set()
-    with started("solve", whole[0], "-q", "-o", "a.h5", cwd=tmp_path) as process:
-        while process.poll() is None:
-            if target.exists():
-                found = hdf5_reader.read(target)
-                assert np.all(np.isfinite(found.channels["angle"]))
-                times.add(found.channels["time"].size)
-            time.sleep(0.01)
-        process.communicate()
-    assert process.returncode == 0
-    assert len(times) > 1
-    assert target.read_bytes() == whole[1]
 
 
 @pytest.mark.parametrize("checkpoint", [[], ["--set", "output.checkpoint=0.001"]])
 @pytest.mark.parametrize("limit", [0, 4096, 20_000])
 def test_a_file_size_limit_keeps_the_old_file(
-    limit: int, checkpoint: list[str], tmp_path: Path
+    limit: int, checkpoint: list[str], here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    (tmp_path / "a.h5").write_bytes(OLD)
-    arguments = ["solve", PULLEY, "-q", "-o", "a.h5", *checkpoint]
-    with started(*arguments, cwd=tmp_path, preexec_fn=limited) as process:
-        _, captured = process.communicate()
-    assert process.returncode == 4
+    Path("a.h5").write_bytes(OLD)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+    try:
+        assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", *checkpoint]) == 4
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    captured = capsys.readouterr().err
     assert "a.h5: cannot write the result: File too large" in captured
     tried = bool(checkpoint and limit)  # with no room at all the run does not begin
     assert captured.count("warning: checkpoint not written") == tried
-    assert (tmp_path / "a.h5").read_bytes() == OLD
-    assert os.listdir(tmp_path) == ["a.h5"]
+    assert Path("a.h5").read_bytes() == OLD
+    assert os.listdir() == ["a.h5"]
 
 
 def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
@@ -183,9 +156,9 @@ def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
     elsewhere = tmp_path / "tmp"
     elsewhere.mkdir()
     line = (
-        f"mount -t tmpfs -o size=16k none {disk} || exit 99; cp {tmp_path}/old.h5 {disk}/a.h5;"
-        f" {sys.executable} -m frictionsim solve {PULLEY} -q -o {disk}/a.h5;"
-        f" echo $? $(cksum < {disk}/a.h5) $(cksum < {tmp_path}/old.h5) $(ls -A {disk})"
+        f"mount -t tmpfs -o size=16k none '{disk}' || exit 99; cp '{tmp_path}/old.h5' '{disk}/a.h5'"
+        f"; '{sys.executable}' -m frictionsim solve '{PULLEY}' -q -o '{disk}/a.h5';"
+        f" echo $? $(cksum < '{disk}/a.h5') $(cksum < '{tmp_path}/old.h5') $(ls -A '{disk}')"
     )
     unshare = shutil.which("unshare")
     if unshare is None:
@@ -211,28 +184,24 @@ def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
     )
 
 
-def test_two_runs_into_one_file_leave_one_complete_result(tmp_path: Path) -> None:
+def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
+    commands = [[*SHORT, "--set", f"solver.duration={t}"] for t in (2.0, 2.5)]
     expected = []
-    durations = ("2.0", "2.5")
-    for name in durations:
-        arguments = ["solve", PULLEY, "-q", "-o", f"{name}.h5"]
-        arguments += ["--set", f"solver.duration={name}", "--set", "output.checkpoint=1e-3"]
-        assert frictionsim(*arguments, cwd=tmp_path).returncode == 0
-        expected.append((tmp_path / f"{name}.h5").read_bytes())
+    for command in commands:
+        assert run_command_line(command) == 0
+        expected.append(Path("a.h5").read_bytes())
+    copied = multiprocessing.get_context("fork")
     for _ in range(3):
         at_once = [
-            started(
-                *("solve", PULLEY, "-q", "-o", "a.h5", "--set", f"solver.duration={name}"),
-                *("--set", "output.checkpoint=1e-3"),
-                cwd=tmp_path,
-            )
-            for name in durations
+            copied.Process(target=lambda c=c: os._exit(run_command_line(c))) for c in commands
         ]
         for process in at_once:
-            process.communicate()
-            assert process.returncode == 0
-        assert (tmp_path / "a.h5").read_bytes() in expected
-    assert not list(tmp_path.glob(".*"))
+            process.start()
+        for process in at_once:
+            process.join()
+        assert [process.exitcode for process in at_once] == [0, 0]
+        assert Path("a.h5").read_bytes() in expected
+    assert not list(here.glob(".*"))
 
 
 SURROUNDINGS: list[dict[str, str]] = [
@@ -242,19 +211,19 @@ SURROUNDINGS: list[dict[str, str]] = [
 ]
 
 
-@pytest.mark.parametrize("name", ["pulley", "epicyclic"])
 def test_results_do_not_depend_on_the_environment(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = set()
+    scenarios = [SCENARIOS / "pulley.toml", SCENARIOS / "epicyclic.toml"]
     for number, surroundings in enumerate(SURROUNDINGS):
         folder = tmp_path / str(number)
         folder.mkdir()
         with monkeypatch.context() as patched:
             for key, value in surroundings.items():
                 patched.setenv(key, value)
-            scenario = SCENARIOS / f"{name}.toml"
-            done: Callable[..., Any] = frictionsim
-            assert done("solve", scenario, "-q", "-o", "a.h5", cwd=folder).returncode == 0
-        found.add((folder / "a.h5").read_bytes())
+            assert frictionsim("solve", *scenarios, "-q", cwd=folder).returncode == 0
+        found.add(
+            tuple((folder / "results" / f"{path.stem}.h5").read_bytes() for path in scenarios)
+        )
     assert len(found) == 1

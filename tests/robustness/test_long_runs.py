@@ -1,37 +1,26 @@
 """Long runs of belts: their samples go to the disk while they run, and survive what may happen."""
 
 import os
-import random
 import shutil
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
-import tomli_w
 
 import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
 from frictionsim.io import hdf5_writer, sample_segments
 from frictionsim.simulation import sample_store, space
 from tests.support.belt_scenarios import pair
+from tests.support.stopped_runs import stopped_at
 
 SEGMENT_BYTES = 100_000
 ROWS = 64  # of 24 bodies, in a segment
 LONG = pair(solver__backend="moreau", solver__duration=0.3)
 SAMPLES = 301
-# A process whose segments are as small as those here.
-SMALL = f"""
-from frictionsim.simulation import sample_store
-sample_store.SEGMENT_BYTES = {SEGMENT_BYTES}
-from frictionsim.__main__ import main
-main()
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -80,15 +69,12 @@ def test_summary_and_channels_are_those_of_a_run_in_memory(
         assert np.array_equal(found.record.channels[name], values), name
     in_memory.save(tmp_path / "saved.h5")
     assert (tmp_path / "saved.h5").read_bytes() == whole.read_bytes()
-
-
-def test_some_channels_only(tmp_path: Path, in_memory: fs.Result) -> None:
-    some = {"output.channels": ["sticking", "pulley_speed", "energy_input"]}
-    found = fs.solve(LONG, some, output=tmp_path / "a.h5")
+    some = ["sticking", "pulley_speed", "energy_input"]
+    found = fs.solve(LONG, {"output.channels": some}, output=tmp_path / "a.h5")
     assert found.quantities == in_memory.quantities
-    assert set(found.record.channels) == {"time", *some["output.channels"]}
+    assert set(found.record.channels) == {"time", *some}
     for name, values in found.record.channels.items():
-        assert np.array_equal(values, in_memory.record.channels[name])
+        assert np.array_equal(in_memory.record.channels[name], values), name
 
 
 def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
@@ -141,11 +127,16 @@ def test_a_new_run_replaces_an_incomplete_one_with_its_segments(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.parametrize("damage", ["missing", "changed", "other", "link"])
+@pytest.mark.parametrize("damage", ["missing", "changed", "other", "link", "no folder"])
 def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
     (folder,) = tmp_path.glob("a.samples-*")
+    if damage == "no folder":
+        shutil.rmtree(folder)
+        with pytest.raises(InputError, match="the file is missing or damaged; keep the folder"):
+            fs.open(path)
+        return
     first, second = folder / "000000.segment", folder / "000001.segment"
     if damage == "missing":
         second.unlink()
@@ -164,16 +155,9 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
     assert path.exists()
 
 
-def test_an_incomplete_result_without_its_folder_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    fs.solve(LONG, output=path, progress=stopping(0.2))
-    (folder,) = tmp_path.glob("a.samples-*")
-    shutil.rmtree(folder)
-    with pytest.raises(InputError, match="the file is missing or damaged; keep the folder"):
-        fs.open(path)
-
-
-def test_a_checkpoint_writes_what_is_new(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Bytes and calls per checkpoint stay the same, however much was written before."""
     written: list[tuple[int, int]] = []
     before = hdf5_writer.write
@@ -182,6 +166,12 @@ def test_a_checkpoint_writes_what_is_new(tmp_path: Path, monkeypatch: pytest.Mon
         before(run, path)
         if run.status != "done":
             written.append((run.time.size, path.stat().st_size))
+            found = fs.open(path)
+            assert np.all(np.diff(found.record.channels["time"]) > 0.0)
+            assert (found.status, found.quantities) == ("interrupted", {})
+            assert "checkpoint at t = " in found.reason
+            missing = "this is a checkpoint of a long run: quantities,"
+            assert found.warnings[-1].startswith(missing)
 
     monkeypatch.setattr(hdf5_writer, "write", write)
     result = fs.solve(LONG, output=tmp_path / "a.h5")
@@ -193,73 +183,30 @@ def test_a_checkpoint_writes_what_is_new(tmp_path: Path, monkeypatch: pytest.Mon
     assert max(sizes) < 1.05 * min(sizes)
 
 
-def test_a_checkpoint_of_a_long_run_says_what_it_leaves_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("change", [4, 13, 20, 34, 48, 60])  # the last when it is done
+def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
+    change: int, whole: Path, tmp_path: Path
 ) -> None:
-    path, seen = tmp_path / "a.h5", []
+    target = tmp_path / "a.h5"
 
-    def look(t: float) -> None:
-        if t > 0.2 and not seen:
-            seen.append(fs.open(path))
-            assert len(seen[0].record.channels["time"]) > 100
-            assert np.all(np.diff(seen[0].record.channels["time"]) > 0.0)
+    def work() -> int:
+        fs.solve(LONG, output=target)
+        return 0
 
-    fs.solve(LONG, output=path, progress=look)
-    assert (seen[0].status, seen[0].quantities) == ("interrupted", {})
-    assert "checkpoint at t = " in seen[0].reason
-    assert seen[0].warnings[-1].startswith("this is a checkpoint of a long run: quantities,")
-
-
-def start(path: Path, *arguments: str) -> "subprocess.Popen[bytes]":
-    command = [sys.executable, "-c", SMALL, *arguments, "-q"]
-    return subprocess.Popen(command, cwd=path, stderr=subprocess.DEVNULL)
-
-
-def kill_and_resume(folder: Path, whole: Path, seed: int) -> int:
-    """Kill a run some time after its first segment, and resume it; return the samples it had."""
-    random_time = random.Random(seed)
-    (folder / "long.toml").write_text(tomli_w.dumps(LONG))
-    target = folder / "a.h5"
-    with start(folder, "solve", "long.toml", "-o", "a.h5") as process:
-        while process.poll() is None and not list(folder.glob("a.samples-*/*.segment")):
-            time.sleep(0.002)
-        time.sleep(random_time.uniform(0.0, 0.25))
-        process.kill()
-    kept = 0
+    code = stopped_at(change, work, tmp_path)
     if target.exists():
         found = fs.open(target)
         kept = len(found.record.channels["time"])
         expected = fs.open(whole).record.channels
         for name, values in found.record.channels.items():
             assert np.array_equal(values, expected[name][:kept]), name
-        if found.status == "interrupted":
-            fs.resume(target)
-    else:  # before the first checkpoint
+    assert code == -signal.SIGKILL or found.status == "done"
+    if target.exists() and found.status == "interrupted":
+        fs.resume(target)
+    else:  # before the first checkpoint, or after the last: what is left over goes
         fs.solve(LONG, output=target)
-    # Not of the same bytes: the one is of a scenario in a file, the other of one in memory.
-    assert fs.compare(target, whole, rtol=0.0, atol=0.0).same
-    done, expected_result = fs.open(target), fs.open(whole)
-    assert done.quantities == expected_result.quantities
-    assert (done.audit, done.statistics) == (expected_result.audit, expected_result.statistics)
-    assert [p.name for p in folder.iterdir() if ".samples-" in p.name] == []
-    return kept
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_killed_long_run_is_resumed_to_the_same_bytes(
-    seed: int, whole: Path, tmp_path: Path
-) -> None:
-    kill_and_resume(tmp_path, whole, seed)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(100, 150))
-def test_many_killed_long_runs_are_resumed_to_the_same_bytes(
-    seed: int, whole: Path, tmp_path: Path, tally: dict[str, int]
-) -> None:
-    kept = kill_and_resume(tmp_path, whole, seed)
-    name = "long runs killed before their end" if kept < SAMPLES else "long runs killed when done"
-    tally[name] = tally.get(name, 0) + 1
+    assert target.read_bytes() == whole.read_bytes()
+    assert os.listdir(tmp_path) == ["a.h5"]
 
 
 HUGE = {"solver.duration": 1000.0}
@@ -276,9 +223,13 @@ def test_refuses_a_run_that_the_memory_does_not_hold(monkeypatch: pytest.MonkeyP
     )
 
 
-def test_refuses_a_run_that_the_disk_does_not_hold(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_refuses_a_run_that_the_disk_does_not_hold_and_says_of_others_what_they_take(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
+    assert "1000001 samples of all recorded channels take" in caplog.text
+    assert "they go to" in caplog.text
+    (tmp_path / "a.h5").unlink(missing_ok=True)
     free = shutil.disk_usage(tmp_path)._replace(free=10**8)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: free)
     with pytest.raises(
@@ -290,14 +241,6 @@ def test_refuses_a_run_that_the_disk_does_not_hold(
         " disk with -o"
     )
     assert os.listdir(tmp_path) == []
-
-
-def test_says_before_a_large_run_what_it_takes(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
-    assert "1000001 samples of all recorded channels take" in caplog.text
-    assert "they go to" in caplog.text
 
 
 def test_a_full_disk_keeps_the_samples_so_far(

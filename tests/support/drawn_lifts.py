@@ -213,13 +213,6 @@ def loose(seed: int) -> Scenario:
 
 
 FAMILIES = {
-    "taut": taut,
-    "thrown": thrown,
-    "jammed": jammed,
-    "pushed": pushed,
-    "gripped": gripped,
-    "massless": massless,
-    "light": light,
-    "heavy": heavy,
-    "loose": loose,
+    family.__name__: family
+    for family in (taut, thrown, jammed, pushed, gripped, massless, light, heavy, loose)
 }

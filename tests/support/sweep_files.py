@@ -45,12 +45,6 @@ def journal_grows(path: Path, process: "subprocess.Popen[bytes]", most: float = 
     raise AssertionError(f"{path} did not grow: {process.stderr and process.stderr.read()!r}")
 
 
-def worker_ids(process_id: int) -> list[int]:
-    """Return the children of a process, on Linux."""
-    found = Path(f"/proc/{process_id}/task/{process_id}/children").read_text()
-    return [int(word) for word in found.split()]
-
-
 def die_in(number: int, times: Path) -> Any:
     """Return a `run_task` that kills its process in one run, as often as a file has characters."""
     from frictionsim.parameter_study.single_run import run_task

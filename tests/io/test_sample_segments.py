@@ -1,37 +1,32 @@
-"""Samples folders of others: links in them lead neither the reading nor the writing elsewhere."""
+"""Folders of samples: no link in them leads elsewhere, and those of killed runs are removed."""
 
 import os
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.sample_segments import OWNER, SampleSegments, in_use
+from frictionsim.io.destination import Destination
+from frictionsim.io.result_format import SEGMENTS
+from frictionsim.io.sample_segments import OWNER, SampleSegments, in_use, segment_folders
 
 PRECIOUS = "precious"
 DAMAGED = "missing or damaged; keep the folder 'a.samples-0123abcd'"
+DEAD = "99999999"  # no process has this number
+pytestmark = pytest.mark.usefixtures("here")
 
 
 @pytest.fixture
-def segments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SampleSegments:
+def segments(here: Path) -> SampleSegments:
     """Return two segments of a result in the working directory, and a file that must not change."""
-    monkeypatch.chdir(tmp_path)
-    try:
-        Path("link").symlink_to("victim.txt")
-    except OSError:
-        pytest.skip("links are not permitted")
-    Path("link").unlink()
     Path("victim.txt").write_text(PRECIOUS)
-    made = SampleSegments(tmp_path / "a.samples-0123abcd")
+    made = SampleSegments(here / "a.samples-0123abcd")
     for number in range(2):
         made.write(number, {"time": np.arange(4.0)}, {})
     return made
-
-
-def victim() -> str:
-    return Path("victim.txt").read_text()
 
 
 def again(segments: SampleSegments) -> SampleSegments:
@@ -48,7 +43,7 @@ def test_the_owner_is_written_anew_where_a_link_was(segments: SampleSegments) ->
     replace_by_link(owner, Path("victim.txt").resolve())
     assert not in_use(segments.folder)
     again(segments).restore(2, segments.checksum)
-    assert victim() == PRECIOUS
+    assert Path("victim.txt").read_text() == PRECIOUS
     assert owner.read_text() == str(os.getpid())
     assert not owner.is_symlink()
     assert sorted(os.listdir(segments.folder)) == ["000000.segment", "000001.segment", OWNER]
@@ -66,7 +61,7 @@ def test_the_owner_of_a_new_folder_follows_no_link(
     monkeypatch.setattr(Path, "mkdir", quickly_linked)
     new = SampleSegments.beside(Path("b.h5"))
     new.write(0, {"time": np.arange(4.0)}, {})
-    assert victim() == PRECIOUS
+    assert Path("victim.txt").read_text() == PRECIOUS
     assert in_use(new.folder)
 
 
@@ -111,11 +106,10 @@ def test_a_link_in_the_place_of_a_segment_to_come_is_replaced(segments: SampleSe
     for number in range(2, 6):
         resumed.write(number, {"time": np.arange(4.0)}, {})
     resumed.check(6, resumed.checksum)
-    assert victim() == PRECIOUS
+    assert Path("victim.txt").read_text() == PRECIOUS
     assert not Path("none.txt").exists()
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="there are no users with numbers")
 def test_the_folder_of_another_user_is_not_written(
     segments: SampleSegments, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,9 +122,54 @@ def test_the_folder_of_another_user_is_not_written(
     assert not owner.exists()
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
 def test_a_pipe_is_not_waited_for(segments: SampleSegments) -> None:
     segments.path(0).unlink()
     os.mkfifo(segments.path(0))
     with pytest.raises(InputError, match=DAMAGED):
         again(segments).rows(0, "time", 0, 1)
+
+
+def left_over(name: str, owner: str | None = DEAD) -> Path:
+    folder = Path(name)
+    folder.mkdir()
+    if owner is not None:
+        (folder / OWNER).write_text(owner)
+    return folder
+
+
+def closed(target: str) -> None:
+    """Do what is done at the end of a run that has put nothing into segments."""
+    destination = Destination(Path(target))
+    destination.segments()
+    destination.close()
+
+
+@pytest.mark.parametrize("owner", [DEAD, None, ""])
+def test_folders_of_killed_runs_are_removed_by_a_run_without_segments(owner: str | None) -> None:
+    left_over("a.samples-0123abcd", owner)
+    closed("a.h5")
+    assert os.listdir() == []
+
+
+def test_folders_of_other_results_and_of_runs_that_go_on_stay() -> None:
+    left_over("b.samples-0123abcd")
+    left_over("a.samples-0123abcd", str(os.getpid()))
+    closed("a.h5")
+    assert sorted(os.listdir()) == ["a.samples-0123abcd", "b.samples-0123abcd"]
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.nc", "a.partial.h5", "renamed.h5"])
+def test_folders_that_a_result_of_any_name_refers_to_stay(name: str) -> None:
+    left_over("a.samples-0123abcd")
+    with h5py.File(name, "w") as file:
+        file.attrs[SEGMENTS] = "a.samples-0123abcd 1 10 0"
+    closed("a.h5")
+    assert sorted(os.listdir()) == sorted(["a.samples-0123abcd", name])
+
+
+def test_the_longest_name_of_a_result_has_a_folder(here: Path) -> None:
+    result = here / ("a" * 252 + ".h5")
+    segments = SampleSegments.beside(result)
+    segments._make_folder()
+    assert in_use(segments.folder)
+    assert segment_folders(result) == [segments.folder]

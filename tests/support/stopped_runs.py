@@ -1,0 +1,66 @@
+"""Work in a copy of this process that is killed, or told to stop, at a change of its files."""
+
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
+CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.truncate", "os.chmod")
+
+
+def stopped_at(
+    change: int, work: Callable[[], int], folder: Path, number: int = signal.SIGKILL
+) -> int:
+    """Do work in a copy of this process, and send it a signal just before a change of its files.
+
+    Changes are counted from 1: to open a file in the folder for writing, to wait until it is on
+    the disk, to rename it, to remove it. Work with fewer changes ends by itself, as with 0.
+
+    Returns
+    -------
+    int
+        What the work returned, or minus the number of the signal that ended it.
+    """
+    child = os.fork()
+    if child == 0:
+        code = 70
+        try:
+            _send_at(change, folder, number)
+            code = work()
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _send_at(change: int, folder: Path, number: int) -> None:
+    """Send a signal to this process at a change; never undone."""
+    seen = 0
+
+    def count() -> None:
+        nonlocal seen
+        seen += 1
+        if seen == change:
+            os.kill(os.getpid(), number)
+
+    def hook(event: str, arguments: tuple[Any, ...]) -> None:
+        if event in CHANGES or (event == "open" and (arguments[2] or 0) & WRITING):
+            path = arguments[0]
+            if not isinstance(path, int) and (Path.cwd() / os.fsdecode(path)).is_relative_to(
+                folder
+            ):
+                count()
+
+    sync = os.fsync
+
+    def synced(descriptor: int) -> None:
+        count()
+        sync(descriptor)
+
+    os.fsync = synced
+    sys.addaudithook(hook)
