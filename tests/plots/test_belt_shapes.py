@@ -16,8 +16,7 @@ from frictionsim.plots.belt_shape import belt_of, patch_of
 from frictionsim.results import Record
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay
-from tests.support.records import record_of
-from tests.support.scenarios import shipped, simulate
+from tests.support.records import record_of, string, with_channels, with_scenario
 
 IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
 
@@ -27,15 +26,6 @@ def by_hand(in_plane: bool = False, four: bool = True) -> Record:
     """Return a coarse belt of which the bodies lie on the ideal line."""
     effects = {"effects": IN_PLANE} if in_plane else {}
     return record_of(belt_run(FOUR if four else TWO, bodies=60, samples=41, **effects))
-
-
-@cache
-def string() -> Record:
-    return record_of(simulate(shipped("belt_string", solver__duration=0.3)))
-
-
-def with_channels(record: Record, **channels: Any) -> Record:
-    return record._replace(channels=record.channels | channels)
 
 
 def off_radius(points: Any, pulley: int) -> Any:
@@ -195,7 +185,7 @@ def with_patch(record: Record, start: float, stop: float) -> Record:
         f"\n[effects.patch]\nfrom = {start}\nto = {stop}\nmu_s = 0.3\nmu_k = 0.25\n"
     )
     text = text.replace("[mechanism.belt]\n", "[mechanism.belt]\naxial_rigidity = 1.5e5\n")
-    return record._replace(attributes=record.attributes | {"scenario": text})
+    return with_scenario(record, text)
 
 
 @pytest.mark.parametrize("in_plane", [False, True])

@@ -20,8 +20,8 @@ from frictionsim.plots.window import Extent
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
 from tests.support import motions
-from tests.support.records import record_of
-from tests.support.scenarios import SCENARIOS, pulley, shipped, simulate
+from tests.support.records import shown, with_channels, without
+from tests.support.scenarios import shipped
 from tests.support.shaft_forces import (
     TIMES,
     acting,
@@ -67,10 +67,8 @@ def value_of(text: str) -> float:
     return float(word)
 
 
-@cache
 def crank() -> Record:
-    data = shipped("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
-    return record_of(simulate(data))
+    return shown("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
 
 
 # --- numbers --------------------------------------------------------------------------------------
@@ -78,11 +76,13 @@ def crank() -> Record:
 
 @pytest.mark.parametrize("number", DRAWN)
 @pytest.mark.parametrize("sample", [0, 13])
-def test_arrows_are_where_the_forces_act_and_balance(number: int, sample: int) -> None:
+def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
+    number: int, sample: int
+) -> None:
     data, channels = drawn_shaft(number), drawn_motion(number)
-    shown = Extent(time=float(TIMES[sample]))
-    found = arrows(draw(drawn(number), VIEW, shown=shown).axes[0])
-    wanted = acting(data, channels)
+    figure = draw(drawn(number), VIEW, shown=Extent(time=float(TIMES[sample])))
+    whole, enlarged = figure.axes
+    found, wanted = arrows(whole), acting(data, channels)
     scale = abs(found["weight of the body"][1]) / (8.0 * 9.81)
     for name, (place, force) in wanted.items():
         if name not in found:  # too short to be seen
@@ -91,20 +91,9 @@ def test_arrows_are_where_the_forces_act_and_balance(number: int, sample: int) -
         assert found[name][1] == pytest.approx(scale * force[sample]), name
         if name != "cord":
             assert found[name][0] == pytest.approx(place[sample]), name
-    total = scale * sum(force[sample] for _, force in wanted.values())
-    assert found["reaction"][1] == pytest.approx(-total)
-
-
-@pytest.mark.parametrize("number", DRAWN)
-@pytest.mark.parametrize("sample", [0, 13])
-def test_lever_arms_have_the_moments(number: int, sample: int) -> None:
-    data, channels = drawn_shaft(number), drawn_motion(number)
-    figure = draw(drawn(number), VIEW, shown=Extent(time=float(TIMES[sample])))
-    whole, enlarged = figure.axes
-    found = arrows(whole)
-    scale = abs(found["weight of the body"][1]) / (8.0 * 9.81)
-    torque = channels["friction_torque"][sample]
     foot, way = found["reaction"]
+    assert way == pytest.approx(-scale * sum(force[sample] for _, force in wanted.values()))
+    torque = channels["friction_torque"][sample]
     assert moment(foot, way) / scale == pytest.approx(torque)
     (arm,) = (line for line in enlarged.lines if line.get_label() == "lever arm")
     (x0, x1), (y0, y1) = arm.get_data()
@@ -112,12 +101,11 @@ def test_lever_arms_have_the_moments(number: int, sample: int) -> None:
     assert complex(x1, y1) == pytest.approx(foot)
     assert moment(complex(x1, y1), way / scale) == pytest.approx(torque)
     # The resultant of all forces and couples, without the inertia force.
-    forces = [(p, f) for name, (p, f) in acting(data, channels).items() if "inertia" not in name]
+    forces = [pair for name, pair in wanted.items() if "inertia" not in name]
     applied = sum(moment(p, f)[sample] for p, f in forces)
     applied += sum(size[sample] for size in couples(data, channels).values())
     (words,) = (text for text in key_of(figure) if text.startswith("resultant"))
-    size = abs(sum(f[sample] for _, f in forces))
-    assert value_of(words) == pytest.approx(size, rel=1e-3)
+    assert value_of(words) == pytest.approx(abs(sum(f[sample] for _, f in forces)), rel=1e-3)
     if "couple" in words:
         assert value_of(words.split("couple of")[1]) == pytest.approx(applied, rel=1e-3)
     else:
@@ -218,16 +206,12 @@ def test_a_resultant_far_away_goes_through_the_axis_with_a_couple() -> None:
 
 
 def test_without_dry_friction_there_is_the_body_alone() -> None:
-    found = two_forces(effects={})
-    channels = {k: v for k, v in found.channels.items() if k not in ("friction_torque", "mode")}
-    figure = draw(found._replace(channels=channels), VIEW)
+    figure = draw(without(two_forces(effects={}), "friction_torque", "mode"), VIEW)
     (ax,) = figure.axes
     assert ax.get_title() == "at 1 s\nno dry friction: the reaction goes through the axis"
     assert arrows(ax)["reaction"][0] == 0.0
     assert not [text for text in key_of(figure) if "circle" in text or "lever arm" in text]
-
-
-def test_without_coefficients_of_friction_the_circles_are_points() -> None:
+    # Without coefficients of friction the circles are points.
     figure = draw(two_forces(mu=(0.0, 0.0)), VIEW)
     radii = [p.get_radius() for p in figure.axes[1].patches if isinstance(p, Circle)]
     assert sorted(radii) == pytest.approx([0.02, 0.03])
@@ -289,12 +273,9 @@ def test_nothing_has_the_colour_of_a_force_that_is_none() -> None:
     assert len([one for one in ax.lines if np.size(one.get_xdata()) == 2]) >= 5
 
 
-def test_the_inertia_force_has_a_short_name_beside_it() -> None:
+def test_the_inertia_force_has_a_short_name_beside_the_body() -> None:
     figure = draw(rotor(), VIEW)
-    texts = [text.get_text() for text in figure.axes[0].texts]
-    assert "inertia force" in texts
     assert any(t.startswith("inertia force of the eccentric mass, 64.8 N") for t in key_of(figure))
-    # Beside the body, not across it.
     figure.draw_without_rendering()
     ax = figure.axes[0]
     (label,) = (text for text in ax.texts if text.get_text() == "inertia force")
@@ -318,18 +299,14 @@ def test_title_and_caption_are_apart() -> None:
 
 
 def test_an_end_stop_is_a_couple() -> None:
-    found = two_forces()
-    torque = {"stop_torque": np.array([0.0, -3.0])}
-    found = found._replace(channels=found.channels | torque)
+    found = with_channels(two_forces(), stop_torque=np.array([0.0, -3.0]))
     assert "end stop, \N{MINUS SIGN}3 N m" in key_of(draw(found, VIEW))
     assert not [t for t in key_of(draw(found, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
 
 
 def test_what_is_missing_is_said() -> None:
-    found = drawn(1)
-    channels = {k: v for k, v in found.channels.items() if k != "angular_acceleration"}
     with pytest.raises(InputError, match="has no channel angular_acceleration"):
-        draw(found._replace(channels=channels), VIEW)
+        draw(without(drawn(1), "angular_acceleration"), VIEW)
     with pytest.raises(InputError, match="is for the view 'response'"):
         draw(crank(), VIEW, shown=Extent(start=0.1))
     with pytest.raises(InputError, match="is for the view 'friction_circle'"):
@@ -344,8 +321,7 @@ def test_what_is_missing_is_said() -> None:
 def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
-    data = tomllib.loads((SCENARIOS / f"{name}.toml").read_text())
-    figure = draw(made(data, channels), VIEW, look=appearance(**look))
+    figure = draw(made(shipped(name), channels), VIEW, look=appearance(**look))
     figure.draw_without_rendering()
     check_texts(figure)
 
@@ -375,7 +351,7 @@ def test_a_name_without_space_is_left_out() -> None:
 
 @pytest.mark.parametrize("kind", ["shaft", "pulley"])
 def test_the_static_limit_is_drawn_with_the_friction_torque(kind: str) -> None:
-    record = crank() if kind == "shaft" else record_of(simulate(pulley(solver__duration=0.1)))
+    record = crank() if kind == "shaft" else shown("pulley")
     journal = tomllib.loads(record.attributes["scenario"])["effects"]["shaft_friction"]
     radius = journal["shaft_radius"] * np.sin(np.arctan(journal["mu_s"]))
     figure = draw(record)
@@ -389,5 +365,4 @@ def test_the_static_limit_is_drawn_with_the_friction_torque(kind: str) -> None:
 
 
 def test_a_body_without_friction_has_no_static_limit() -> None:
-    record = record_of(simulate(shipped("shaft", effects=None, solver__duration=0.1)))
-    assert not draw(record).legends
+    assert not draw(shown("shaft", effects=None, solver__duration=0.1)).legends

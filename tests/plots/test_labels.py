@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,16 +10,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import frictionsim as fs
-from frictionsim.plots import OF_EFFECT, VIEWS, draw
+from frictionsim.plots import draw
 from frictionsim.plots.style import axis_label, unit_text, with_unit
 from frictionsim.plots.sweep import draw_sweep
-from frictionsim.results import Record
 from tests.parameter_study.measurements import FORCE, SLOPE, frictionless
 from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
-from tests.support.belt_results import FOUR, belt_run
-from tests.support.records import record_of
-from tests.support.scenarios import pulley, shipped, simulate
+from tests.support.records import drawn_views, shown
 from tests.support.sweeps import grid_of
 
 UNITS = "N m|rad/s²|rad/s|rad|m/s|m|N|s|%|J|kg m²"
@@ -29,21 +27,8 @@ WITHOUT = {  # numbers without a unit
 }
 
 
-def views() -> Iterator[Callable[[], Figure]]:
-    for name in ("pulley", "lift", "marble_machine", "epicyclic", "shaft", "belt"):
-        kind = {"belt": "belt_drive", "lift": "pulley"}.get(name, name)
-        for view in VIEWS[kind]:
-            if (kind, view) in OF_EFFECT and name != "lift":
-                continue
-            yield lambda name=name, view=view: draw(records(name), view)  # type: ignore[misc]
-
-
-def records(name: str) -> Record:
-    if name == "belt":
-        return record_of(belt_run(FOUR, samples=21))
-    if name == "pulley":
-        return record_of(simulate(pulley(solver__duration=0.1)))
-    return record_of(simulate(shipped(name, solver__duration=0.1)))
+def drawn(name: str, view: str) -> Figure:
+    return draw(shown(name), view)
 
 
 def sweeps() -> Iterator[Callable[[], Figure]]:
@@ -76,12 +61,15 @@ def fitted() -> Figure:
     ).plot()
 
 
-def pictures() -> list[Callable[[], Figure]]:
-    cost = lambda: cost_of([row("a", 1e-9, 0.1), row("a", None, 0.01)])  # noqa: E731
-    return [*views(), *sweeps(), cost, fitted]
+def pictures() -> Iterator[Any]:
+    for name, view in drawn_views():
+        yield pytest.param(partial(drawn, name, view), id=f"{name}-{view}")
+    yield from sweeps()
+    yield lambda: cost_of([row("a", 1e-9, 0.1), row("a", None, 0.01)])
+    yield fitted
 
 
-@pytest.mark.parametrize("picture", pictures())
+@pytest.mark.parametrize("picture", list(pictures()))
 def test_every_axis_says_quantity_and_unit(picture: Callable[[], Figure]) -> None:
     axes = picture().axes
     labels = [label for ax in axes for label in (ax.get_xlabel(), ax.get_ylabel()) if label]

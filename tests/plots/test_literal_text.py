@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterator
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.plots import OF_EFFECT, VIEWS, draw, draw_overlay
+from frictionsim.plots import draw, draw_overlay
 from frictionsim.plots.animation import animate
 from frictionsim.plots.appearance import Appearance
 from frictionsim.plots.literal_text import literal
@@ -28,25 +29,15 @@ from frictionsim.results import Record
 from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
 from tests.support import motions
-from tests.support.belt_results import FOUR, belt_run
-from tests.support.records import record_of
-from tests.support.scenarios import pulley, shipped, simulate
+from tests.support.records import drawn_views, shown
 from tests.support.sweeps import grid_of
 
 BAD = r"$\frac$"  # no formula: matplotlib ends with an exception where it reads one
 
 
-def record(kind: str) -> Record:
-    if kind == "belt_drive":
-        return record_of(belt_run(FOUR, samples=21))
-    if kind == "pulley":
-        return record_of(simulate(pulley(solver__duration=0.1)))
-    return record_of(simulate(shipped(kind, solver__duration=0.1)))
-
-
-def hostile(found: Record) -> Record:
+def hostile(name: str) -> Record:
     """Return a result all of whose texts are formulas that matplotlib cannot read."""
-    kept = ("kind", "scenario")
+    found, kept = shown(name), ("kind", "scenario")
     return found._replace(
         attributes={k: v if k in kept else f"{v} {BAD}" for k, v in found.attributes.items()},
         units=dict.fromkeys(found.units, BAD),
@@ -65,25 +56,24 @@ def texts_of(artist: Any) -> Iterator[Text]:
             yield from texts_of(child)
 
 
+def narrow() -> Figure:
+    return draw(hostile("pulley"), look=Appearance(width=3.3, style="paper"))
+
+
+def overlay() -> Figure:
+    two = [Overlaid(name, hostile("pulley")) for name in (BAD, "b")]
+    return draw_overlay(two, shown=Extent(channels=("angle",)))
+
+
 def pictures() -> Iterator[Any]:
-    for kind in VIEWS:
-        for view in VIEWS[kind]:
-            if (kind, view) in OF_EFFECT:
-                continue
-            name = f"{kind}-{view}"
-            yield pytest.param(lambda k=kind, v=view: draw(hostile(record(k)), v), id=name)
-    found = lambda: hostile(record("pulley"))  # noqa: E731
-    narrow = Appearance(width=3.3, style="paper")
-    yield pytest.param(lambda: draw(found(), look=narrow), id="narrow")
-    channels = Extent(channels=("angle",))
-    two = lambda: [Overlaid(BAD, found()), Overlaid("b", found())]  # noqa: E731
-    over = lambda: draw_overlay(two(), shown=channels)  # noqa: E731
-    yield pytest.param(over, id="overlay")
+    for name, view in drawn_views():
+        yield pytest.param(lambda n=name, v=view: draw(hostile(n), v), id=f"{name}-{view}")
+    yield from (narrow, overlay)
     vary = {BAD: [f"a {BAD}", f"b {BAD}"]}
     values = {BAD: lambda x: np.arange(len(x), dtype=float)}
-    yield pytest.param(lambda: draw_sweep(grid_of(vary, values)), id="sweep")
+    yield pytest.param(partial(draw_sweep, grid_of(vary, values)), id="sweep")
     costs = [row(BAD, 1e-9, 0.1), row(BAD, None, 0.01)]
-    yield pytest.param(lambda: cost_of(costs), id="cost")
+    yield pytest.param(partial(cost_of, costs), id="cost")
 
 
 @pytest.mark.parametrize("picture", list(pictures()))
@@ -92,18 +82,18 @@ def test_no_text_of_a_file_is_read_as_a_formula(picture: Callable[[], Figure]) -
     found = [text.get_text() for text in texts_of(figure)]
     assert any(r"\frac" in text for text in found)
     assert not [text for text in found if is_math_text(text)]
-    figure.savefig(BytesIO(), format="png")  # which names along axes are laid out for
+    figure.draw_without_rendering()  # which names along axes are laid out for
 
 
 def test_a_title_stands_in_a_picture_letter_by_letter() -> None:
     title = "a $x_1^2$ \\$b$ \x1b[31m \u202eback\t\udcff"
     with mpl.rc_context({"svg.fonttype": "none"}):
-        found = record("pulley")
+        found = shown("pulley")
         found = found._replace(attributes=found.attributes | {"title": title})
         buffer = BytesIO()
         draw(found).savefig(buffer, format="svg")
-    shown = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
-    assert f">{shown}</text>" in buffer.getvalue().decode()
+    written = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
+    assert f">{written}</text>" in buffer.getvalue().decode()
 
 
 def test_powers_of_ten_along_an_axis_stay_raised() -> None:
@@ -119,7 +109,7 @@ def test_powers_of_ten_along_an_axis_stay_raised() -> None:
 def test_texts_in_the_figure_of_the_caller_stay() -> None:
     figure = Figure(layout="constrained")
     own = figure.text(0.1, 0.1, "$x^2$")
-    draw(hostile(record("pulley")), figure=figure)
+    draw(hostile("pulley"), figure=figure)
     draw_again = {text.get_text() for text in texts_of(figure)}
     assert own.get_text() == "$x^2$"
     assert any(r"\$\frac\$" in text for text in draw_again)
