@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-import frictionsim as fs
 from frictionsim.plots import draw
 from frictionsim.plots.style import axis_label, unit_text, with_unit
 from frictionsim.plots.sweep import draw_sweep
-from tests.parameter_study.measurements import FORCE, SLOPE, frictionless
 from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
+from tests.plots.test_fit_picture import over_a_key
 from tests.support.records import drawn_views, shown
 from tests.support.sweeps import grid_of
 
@@ -49,24 +48,12 @@ def sweeps() -> Iterator[Callable[[], Figure]]:
     yield lambda: draw_sweep(with_units(grid_of(other, both)))
 
 
-def fitted() -> Figure:
-    data = {"P": [300.0, 200.0, 400.0], "w": SLOPE * np.array([200.0, 100.0, 300.0])}
-    return fs.fit(
-        frictionless(),
-        data=data,
-        quantities={"final_angular_velocity": "w"},
-        over={FORCE: "P"},
-        free={"mechanism.load": (0.0, 150.0)},
-        starts=1,
-    ).plot()
-
-
 def pictures() -> Iterator[Any]:
     for name, view in drawn_views():
         yield pytest.param(partial(drawn, name, view), id=f"{name}-{view}")
     yield from sweeps()
     yield lambda: cost_of([row("a", 1e-9, 0.1), row("a", None, 0.01)])
-    yield fitted
+    yield lambda: over_a_key().plot()
 
 
 @pytest.mark.parametrize("picture", list(pictures()))
