@@ -15,6 +15,7 @@ from frictionsim.motion.pulley_with_masses import drawn_scale
 from frictionsim.motion.torque_arc import LARGEST
 from frictionsim.results import MODES, SLACK, Record
 from tests.support.motions import body, motion, record_of, scenario
+from tests.support.records import shown
 from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
@@ -23,10 +24,8 @@ LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
 TURNED = {"time": [0.0, 1.0, 2.0], "value": [0.0, 90.0, -30.0]}
 
 
-@cache
-def solved(name: str) -> Record:
-    data = shipped(name, solver__rtol=1e-7)
-    return fs.solve(data).record
+def solved(name: str, **changes: Any) -> Record:
+    return shown(name, solver__rtol=1e-8, **changes)
 
 
 @cache
