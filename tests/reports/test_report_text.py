@@ -8,6 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.api import tables
+from frictionsim.reports.charts import MAX_SAMPLES, charts_of
 from frictionsim.reports.event_table import MAX_EVENTS, events
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
@@ -114,9 +115,6 @@ def test_several_results_are_side_by_side_with_the_difference_of_two(
     assert row(html, "mechanism.load")[1:] == ["2224.1", "2300.0"]
     assert "r1 less r0" in html
     assert "less" not in plain(html_of(pulley, heavy, pulley))
-
-
-def test_equal_scenarios_are_said_to_be_the_same(pulley: fs.Result) -> None:
     assert "The scenarios are the same." in plain(html_of(pulley, pulley))
 
 
@@ -143,11 +141,8 @@ def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
     assert data["results"][0]["no_motion"] == (
         "cannot show this result in motion: it has no samples"
     )
-
-
-def test_a_result_without_samples_leaves_the_charts_of_others(pulley: fs.Result) -> None:
-    runs = [ReportedRun(without_samples(pulley.record), label="a"), ReportedRun(pulley.record)]
-    charts = data_of(runs)["charts"]
+    # The charts of others stay.
+    charts = data_of([run, ReportedRun(pulley.record)])["charts"]
     assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
 
 
@@ -170,6 +165,21 @@ def test_charts_of_a_kind_begin_with_its_panels(pulley: fs.Result) -> None:
     assert first == ["drive_force", "friction_torque", "angular_velocity", "angle"]
     energy = next(chart for chart in charts if chart["name"] == "energy")
     assert [line["label"] for line in energy["lines"]][:2] == ["input", "damping"]
+
+
+def test_a_long_channel_is_thinned_and_keeps_its_peak(pulley: fs.Result) -> None:
+    time = np.linspace(0.0, 12.0, 50_000)
+    old = pulley.record.channels
+    channels = {name: np.interp(time, old["time"], values) for name, values in old.items()}
+    channels |= {"time": time, "mode": np.ones(time.size, dtype=int)}
+    channels["angle"][33_333] = 1e3
+    events = {name: values[:0] for name, values in pulley.record.events.items()}
+    charts = charts_of([ReportedRun(pulley.record._replace(channels=channels, events=events))])
+    (line,) = next(chart for chart in charts if chart.name == "angle").lines
+    assert MAX_SAMPLES / 2 < line.time.size <= MAX_SAMPLES
+    kept = np.searchsorted(time, line.time)
+    assert 33_333 in kept
+    np.testing.assert_array_equal(line.values, channels["angle"][kept])
 
 
 def test_results_are_named_by_their_files() -> None:
