@@ -5,7 +5,7 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.motion import belt_drive, guided_belt
-from frictionsim.motion.parts import Band, Body, Disc, Motion
+from frictionsim.motion.parts import Band, Body, Motion
 from frictionsim.reports.encoding import packed_data
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import belt_run
@@ -26,9 +26,6 @@ def band_of(found: Motion) -> Band:
 def test_a_belt_is_where_its_run_says(name: str) -> None:
     found = motion(shown(name))
     band = band_of(found)
-    assert band.value is not None
-    assert band.touching is not None
-    assert band.sticking is not None
     left, right, bottom, top = found.bounds
     step = max(right - left, top - bottom) / belt_drive.STEPS
     run = belt_run(BELTS[name])
@@ -45,7 +42,6 @@ def test_a_belt_is_where_its_run_says(name: str) -> None:
         assert np.array_equal(band.sticking[frame, BODIES], on & (of["sticking"][sample] > 0))
         for i, wheel in enumerate(wheels):
             assert wheel.angle[frame] == of["pulley_angle"][sample, i]
-            assert isinstance(wheel.shapes[0], Disc)
     assert left < of["x"].min() < of["x"].max() < right
     assert bottom < of["y"].min() < of["y"].max() < top
 
@@ -53,7 +49,6 @@ def test_a_belt_is_where_its_run_says(name: str) -> None:
 @pytest.mark.parametrize("name", BELTS)
 def test_a_guided_string_follows_its_arcs_and_is_marked_on_them_only(name: str) -> None:
     band = band_of(motion(shown(name)))
-    assert band.touching is not None
     places = np.stack([band.x, band.y], axis=-1)
     on = np.zeros(band.x.shape, dtype=int)
     for table in scenario_value(shown(name), "mechanism", "pulleys"):
@@ -113,7 +108,6 @@ def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names() -> None:
     scenario = record.attributes["scenario"]
     text = f"{scenario}\n[effects.patch]\nfrom = 0.3\nto = 0.6\nmu_s = 0.3\nmu_k = 0.25\n"
     band = band_of(motion(with_scenario(record, text)))
-    assert band.patch is not None
     patch = band.patch[BODIES]
     points = np.column_stack([band.x[0], band.y[0]])[BODIES][patch]
     legs = np.hypot(*np.diff(points, axis=0).T)

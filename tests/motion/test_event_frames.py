@@ -58,7 +58,6 @@ DRAWN = [
 
 
 def state_of(found: Motion, time: float) -> int:
-    assert found.state is not None
     return int(found.state[moment_of(found.time, time).frame])
 
 

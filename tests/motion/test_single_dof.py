@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.errors import InputError
 from frictionsim.motion.marble_machine import teeth_of
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
 from frictionsim.motion.poses import behind, is_visible, line_of, moment_of, place_of
@@ -89,23 +88,18 @@ def test_friction_circles_are_true_to_scale() -> None:
     found = motion(record_of("pulley", {"time": TIMES, "angle": TIMES}))
     for name, mu in (("static friction circle", 0.2), ("kinetic friction circle", 0.1)):
         circle = body(found, name).shapes[0]
-        assert isinstance(circle, Disc)
         assert circle.radius == pytest.approx(0.0254 * sin(atan(mu)))
     shaft = body(found, "shaft").shapes[0]
-    assert isinstance(shaft, Disc)
     assert shaft.radius == 0.0254
 
 
 def test_a_long_travel_is_cut_and_said() -> None:
     found = motion(record_of("pulley", {"time": TIMES, "angle": 50.0 * TIMES}))
     load, cut = body(found, "load"), body(found, "load, beyond the picture")
-    assert load.visible is not None
-    assert cut.visible is not None
     assert np.array_equal(load.visible, ~cut.visible)
     assert load.visible[0]
     assert not load.visible[-1]
     cord = next(part for part in found.parts if isinstance(part, Band))
-    assert cord.travel is not None
     # The marks stand still on a cord that carries the load with it, and run once it is cut.
     moved = cord.travel + load.y - load.y[0]
     assert moved == pytest.approx(0.0508 * 50.0 * TIMES)
@@ -181,7 +175,6 @@ def test_the_tracer_point_is_on_its_path(number: int) -> None:
     found = motion(record_of("epicyclic", {"time": TIMES, "angle": angle}, data))
     trail = next(part for part in found.parts if isinstance(part, Trail))
     dot = body(found, "tracer point").shapes[0]
-    assert isinstance(dot, Disc)
     length = sun + planet
     for time in rng.uniform(0.0, 2.0, 20):
         phi = np.interp(time, TIMES, angle)
@@ -214,8 +207,6 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
     record = record_of("epicyclic", {"time": TIMES, "tracer_x": x, "tracer_y": y})
     names = {part.name for part in motion(record).parts}
     assert names == {"sun", "path of the tracer point", "tracer point"}
-    with pytest.raises(InputError, match="neither the channel angle nor tracer_x and tracer_y"):
-        motion(record_of("epicyclic", {"time": TIMES}))
 
 
 @pytest.mark.parametrize("kind", ["pulley", "pulley_horizontal", "marble_machine", "epicyclic"])

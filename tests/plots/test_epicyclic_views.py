@@ -33,9 +33,6 @@ def driven(interval: float, load: str = "weight") -> Record:
     )
 
 
-# --- smooth torques ----------------------------------------------------------------------------
-
-
 def line_of(record: Record, label: str) -> tuple[Any, Any]:
     ax = draw(record, "torque").axes[0]
     line = next(line for line in ax.lines if line.get_label() == label)
@@ -87,9 +84,6 @@ def test_samples_that_are_fine_enough_are_not_refined() -> None:
     assert refined(record) is record
     bare = without(driven(0.005), "angular_velocity")
     assert refined(bare) is bare
-
-
-# --- cusps and dwell ---------------------------------------------------------------------------
 
 
 def marks(record: Record) -> tuple[Any, list[str]]:

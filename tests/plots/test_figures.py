@@ -54,9 +54,6 @@ def test_every_view_is_a_small_file_and_the_same_in_a_notebook_of_a_pickled_figu
     assert figure._repr_png_() == picture(name, view)
 
 
-# --- where a view is drawn -------------------------------------------------------------------
-
-
 def test_a_view_is_returned_as_a_figure_or_drawn_into_one_with_its_own_width() -> None:
     title = "Epicyclic gear with hinge and rolling friction (backend events)"
     figure = draw(shown("epicyclic"), "torque")
@@ -168,9 +165,6 @@ def test_a_study_is_drawn_into_a_figure_or_in_place_of_axes() -> None:
     assert figure.subfigs[0].get_suptitle().endswith("error against run time")
 
 
-# --- files and threads -----------------------------------------------------------------------
-
-
 def test_threads_write_the_same_pictures_as_one_in_every_format(tmp_path: Path) -> None:
     jobs = [
         *(("pulley_return", "response", ".png"), ("epicyclic", "torque", ".svg")),
@@ -204,9 +198,6 @@ def test_a_picture_that_cannot_be_written_changes_no_parameter(tmp_path: Path) -
     with pytest.raises(OutputError, match="cannot write the picture: no space"):
         save(Full(), tmp_path / "a.svg")
     assert (dict(mpl.rcParams), warnings.filters) == (parameters, filters)
-
-
-# --- what later formats hold -----------------------------------------------------------------
 
 
 def with_integers(result: Record, kind: type) -> Record:
@@ -288,9 +279,6 @@ def test_channels_over_time_name_events_of_pulleys_and_spans() -> None:
                      "driver_driven: closed"}  # fmt: skip
 
 
-# --- kinds that are not built in -------------------------------------------------------------
-
-
 def test_a_kind_may_bring_views_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     def dial(result: Record, figure: Any) -> None:
         figure.suptitle("dial")
@@ -300,7 +288,7 @@ def test_a_kind_may_bring_views_of_its_own(monkeypatch: pytest.MonkeyPatch) -> N
         result = shown("pulley_return")
         return result._replace(attributes=result.attributes | {"kind": kind})
 
-    with pytest.raises(InputError, match="clock"):
+    with pytest.raises(InputError, match="unknown kind 'clock'; known: pulley, marble_machine"):
         draw(of_kind("clock"))
     modules: dict[str, Callable[[], Any]] = {
         "clock": cache(lambda: type("Module", (), {"VIEWS": {"dial": dial}})),

@@ -28,8 +28,6 @@ from tests.support.shaft_forces import (
     couples,
     drawn_motion,
     drawn_shaft,
-    mirrored,
-    mirrored_motion,
     moment,
 )
 
@@ -71,9 +69,6 @@ def crank() -> Record:
     return shown("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
 
 
-# --- numbers --------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("number", DRAWN)
 @pytest.mark.parametrize("sample", [0, 13])
 def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
@@ -113,16 +108,6 @@ def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
         assert moment(foot, way) / scale == pytest.approx(applied)
 
 
-def test_a_mirrored_scenario_is_drawn_mirrored() -> None:
-    found = arrows(draw(drawn(1), VIEW).axes[0])
-    other = made(mirrored(drawn_shaft(1)), mirrored_motion(drawn_motion(1)))
-    seen = arrows(draw(other, VIEW).axes[0])
-    assert found.keys() == seen.keys()
-    for name, (tail, way) in found.items():
-        assert seen[name][0] == pytest.approx(-tail.conjugate()), name
-        assert seen[name][1] == pytest.approx(-way.conjugate()), name
-
-
 def test_circles_and_shaft_are_true_to_scale_and_the_contact_is_on_the_shaft() -> None:
     figure = draw(drawn(1), VIEW)
     enlarged = figure.axes[1]
@@ -160,9 +145,6 @@ def test_an_instant_is_that_of_the_sample_before() -> None:
     (words,) = (text for text in key_of(figure) if text.startswith("reaction"))
     assert value_of(words) == pytest.approx(crank().channels["shaft_reaction"][i], rel=1e-3)
     assert draw(crank(), VIEW, shown=Extent(time=0.2)).axes[0].get_title() == "at 0.2 s: sticks"
-
-
-# --- where something is not there -----------------------------------------------------------------
 
 
 def two_forces(x: float = 0.3, mu: tuple[float, float] = (0.2, 0.1), **changes: Any) -> Record:
@@ -293,7 +275,6 @@ def test_the_key_says_which_arrow_is_too_short_to_be_drawn() -> None:
 def test_title_and_caption_are_apart() -> None:
     figure = draw(crank(), VIEW)
     figure.draw_without_rendering()
-    assert figure._suptitle is not None
     title, caption = (text.get_window_extent() for text in (figure._suptitle, figure.axes[0].title))
     assert title.y0 - caption.y1 > 0.15 * figure.dpi
 
@@ -307,13 +288,6 @@ def test_an_end_stop_is_a_couple() -> None:
 def test_what_is_missing_is_said() -> None:
     with pytest.raises(InputError, match="has no channel angular_acceleration"):
         draw(without(drawn(1), "angular_acceleration"), VIEW)
-    with pytest.raises(InputError, match="is for the view 'response'"):
-        draw(crank(), VIEW, shown=Extent(start=0.1))
-    with pytest.raises(InputError, match="is for the view 'friction_circle'"):
-        draw(crank(), "response", shown=Extent(time=0.1))
-
-
-# --- texts ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper", "title": False}])
@@ -326,17 +300,6 @@ def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -
     check_texts(figure)
 
 
-def test_a_picture_in_the_place_of_axes_has_its_texts_apart() -> None:
-    figure, axes = plt.subplots(1, 2, figsize=(13.0, 6.0), layout="constrained")
-    draw(crank(), VIEW, ax=axes[1])
-    plt.close(figure)
-    figure.draw_without_rendering()
-    part = figure.subfigs[0]
-    assert len(part.axes) == 2
-    boxes = [text.get_window_extent() for ax in part.axes for text in ax.texts]
-    assert all(part.bbox.x0 - 2 <= box.x0 <= box.x1 <= part.bbox.x1 + 2 for box in boxes)
-
-
 def test_a_name_without_space_is_left_out() -> None:
     _, ax = plt.subplots()
     view = View((0.0, 0.0), (1.0, 1.0), 60.0)
@@ -344,9 +307,6 @@ def test_a_name_without_space_is_left_out() -> None:
     draw_labels(ax, labels, np.zeros((1, 2)), view)
     assert 2 <= len(ax.texts) < 10
     plt.close(ax.figure)
-
-
-# --- response -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["shaft", "pulley"])

@@ -201,9 +201,6 @@ def test_texts_are_broken_at_words_and_words_where_they_must() -> None:
     assert not any(line.endswith("\\") for line in broken)
 
 
-# --- characters that no font has -------------------------------------------------------------
-
-
 def titled(result: Record, title: str) -> Record:
     return result._replace(attributes=result.attributes | {"title": title})
 

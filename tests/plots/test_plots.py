@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
-from frictionsim.plots import draw, save, views_of
+from frictionsim.plots import draw, save
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
 from tests.support.records import (
@@ -54,11 +54,6 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     out, err = told("plot", "gear.h5", "--view", "path", code=2)
     assert (out, "effects.tracer_point" in err) == ("", True)
     assert not (here / "gear.png").exists()
-
-
-def test_a_result_of_an_unknown_kind_is_refused() -> None:
-    with pytest.raises(InputError, match="unknown kind 'clock'; known: pulley, marble_machine"):
-        views_of("clock")
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "two pulleys"])
@@ -121,21 +116,6 @@ def test_missing_scenario_values_are_reported(
 ) -> None:
     with pytest.raises(InputError, match=message):
         draw(with_scenario(shown(name), scenario), view)
-
-
-@pytest.mark.parametrize(
-    ("name", "view", "channel", "needed"),
-    [
-        ("marble_machine", "torque", "angle", "no channel motor_torque"),
-        ("epicyclic", "torque", "drive_torque", "no channel angle"),
-        ("epicyclic", "torque", "angle", "none of the channels drive_torque, uniform_torque"),
-        ("epicyclic", "path", "tracer_x", "tracer_x, tracer_y"),
-    ],
-)
-def test_views_name_their_missing_channels(name: str, view: str, channel: str, needed: str) -> None:
-    kept = {key: shown(name).channels[key] for key in ("time", channel)}
-    with pytest.raises(InputError, match=needed):
-        draw(shown(name)._replace(channels=kept), view)
 
 
 def test_lines_of_dense_events_are_thinner() -> None:

@@ -22,9 +22,6 @@ def marbles() -> Record:
     return shown("marble_machine", solver__duration=0.6, solver__rtol=1e-4)
 
 
-# --- forces to hold and to lift ----------------------------------------------------------------
-
-
 def force_labels(figure: Figure) -> tuple[Any, list[Any]]:
     """Return the extents, in points of the screen, of the panel of the force and of its labels."""
     figure.draw_without_rendering()
@@ -72,9 +69,6 @@ def test_places_of_labels() -> None:
     assert label_places([0.0, 0.01], 0.1) == pytest.approx([0.05, 0.15])
     assert label_places([0.99, 1.0], 0.1) == pytest.approx([0.85, 0.95])
     assert label_places([0.5, 0.5], 0.5) == pytest.approx([0.25, 0.75])
-
-
-# --- torques of the marble machine -------------------------------------------------------------
 
 
 def panels(record: Record) -> list[Any]:
