@@ -267,14 +267,11 @@ def test_a_bell_crank_has_two_arms_and_a_drum_is_a_wheel() -> None:
     assert (look_of(drum).rim, look_of(drum).arms) == (0.15, ())
     outer = shapes_of(drum)[0]
     assert outer.radius == 0.15
+    # So is a body of couples alone, around its shaft.
+    assert look_of(scenario_of_shaft(forces=[])).rim == pytest.approx(0.1)
 
 
-def test_a_body_of_couples_alone_is_a_wheel_around_its_shaft() -> None:
-    found = scenario_of_shaft(forces=[])
-    assert look_of(found).rim == pytest.approx(0.1)
-
-
-def test_a_spring_winds_from_the_hub_to_a_fixed_end() -> None:
+def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
     channels = drawn_motion(1)
     data = drawn_shaft(1)
     found = of(data, channels)
@@ -286,9 +283,7 @@ def test_a_spring_winds_from_the_hub_to_a_fixed_end() -> None:
     assert start == pytest.approx(hub * np.exp(1j * channels["angle"]))
     line = line_of(spring, moment_of(found.time, TIMES[3]))
     assert np.hypot(*np.diff(line, axis=0).T).max() < hub  # no coil is cut short
-
-
-def test_a_spring_of_many_turns_is_left_out() -> None:
+    # One of many turns is left out.
     scenario_with = scenario_of_shaft(effects={"torsion_spring": {"stiffness": 1.0}})
     assert spring_line(scenario_with, np.array([0.0, 1.0])) is not None
     assert spring_line(scenario_with, np.array([0.0, 60.0])) is None

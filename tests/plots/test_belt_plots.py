@@ -59,17 +59,13 @@ def test_invalid_choices_are_refused_by_the_command(told: Callable, here: Path) 
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_a_belt_without_friction_is_drawn(view: str) -> None:
+def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: str) -> None:
+    words = words_of(draw(shown("four pulleys"), view))
+    assert all(pulley.name in words for pulley in FOUR)
     record = record_of(belt_run(samples=5, effects={}))
     words = words_of(draw(without(record, "friction_force", "slip_velocity", "sticking"), view))
     assert "stick" not in words
     assert "friction" not in words
-
-
-@pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_pulleys_are_named(view: str) -> None:
-    words = words_of(draw(shown("four pulleys"), view))
-    assert all(pulley.name in words for pulley in FOUR)
 
 
 @pytest.mark.parametrize(

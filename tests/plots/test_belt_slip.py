@@ -82,11 +82,13 @@ def test_a_pulley_on_the_back_of_the_belt_slips_as_the_others(turned: float, sli
     assert np.asarray(ax.lines[1].get_ydata()) == pytest.approx([slip] * 2)
 
 
-def test_a_driver_at_rest_has_no_slip() -> None:
+def test_a_driver_at_rest_or_without_radius_has_no_slip() -> None:
     record = record_of(belt_run(samples=21))
     ax = slip_panel(with_channels(record, pulley_speed=np.zeros((21, 2))))
     assert not ax.lines
     assert [text.get_text() for text in ax.texts] == ["no slip: driver is at rest"]
+    bare = with_scenario(record, "")
+    assert [ax.get_ylabel().split()[0] for ax in draw(bare, "speeds").axes] == ["pulley", "pulley"]
 
 
 def test_the_scale_is_that_of_a_driver_in_motion() -> None:
@@ -101,18 +103,9 @@ def test_the_scale_is_that_of_a_driver_in_motion() -> None:
     assert np.nanmax(np.asarray(ax.lines[0].get_ydata())) > 1e5
 
 
-def test_without_radii_there_is_no_slip() -> None:
-    record = record_of(belt_run(samples=5))
-    bare = with_scenario(record, "")
-    assert [ax.get_ylabel().split()[0] for ax in draw(bare, "speeds").axes] == ["pulley", "pulley"]
-
-
-def test_ends_are_chosen_by_power() -> None:
+def test_ends_are_chosen_by_power_and_their_rims_give_the_slip() -> None:
     assert ends_of(np.array([1.0, -3.0, 2.0])) == Ends(2, 1)
     assert ends_of(np.zeros(3)) == Ends(0, 2)
-
-
-def test_slip_of_one_drive() -> None:
     rims = np.array([[2.0, 1.9], [-2.0, -1.9], [2.0, -0.2], [1e-9, 1.0], [0.0, 0.0]])
     found = slip_percent(rims, Ends(0, 1), 1e-6)
     np.testing.assert_allclose(found, [5.0, 5.0, 110.0, np.nan, np.nan])

@@ -71,15 +71,13 @@ def test_torques_between_coarse_samples_are_those_of_a_run_with_fine_ones(load: 
         np.testing.assert_allclose(coarse.channels[name][late], expected, atol=off * scale)
 
 
-def test_torques_that_are_not_those_of_the_equations_are_left_as_they_are() -> None:
+def test_torques_that_are_not_those_of_the_equations_or_fine_enough_are_left_as_they_are() -> None:
     record = driven(0.005)
     other = record.channels["uniform_torque"] + 0.5
     found = refined(with_channels(record, uniform_torque=other)).channels
     expected = np.interp(found["time"], record.channels["time"], other)
     np.testing.assert_allclose(found["uniform_torque"], expected)
-
-
-def test_samples_that_are_fine_enough_are_not_refined() -> None:
+    # Nor are samples that are fine enough.
     record = driven(0.0005)
     assert refined(record) is record
     bare = without(driven(0.005), "angular_velocity")

@@ -164,9 +164,8 @@ def two_forces(x: float = 0.3, mu: tuple[float, float] = (0.2, 0.1), **changes: 
     return made(data, channels | {"friction_torque": still + 0.01, "mode": np.zeros(2, int)})
 
 
-def test_a_couple_of_forces_has_no_resultant_and_no_reaction() -> None:
-    found = two_forces()
-    forces = tomllib.loads(found.attributes["scenario"])["forces"]
+def test_a_couple_of_forces_has_no_resultant_and_one_far_away_goes_through_the_axis() -> None:
+    forces = tomllib.loads(two_forces().attributes["scenario"])["forces"]
     forces[1]["direction"] = [0.0, -1.0]
     figure = draw(two_forces(forces=forces), VIEW)
     words = key_of(figure)
@@ -175,15 +174,8 @@ def test_a_couple_of_forces_has_no_resultant_and_no_reaction() -> None:
     assert arrows(figure.axes[0]).keys() == {"left", "right"}
     assert not arrows(figure.axes[1])
     assert figure.axes[0].get_title().endswith("the shaft has no friction at this instant")
-
-
-def test_a_resultant_far_away_goes_through_the_axis_with_a_couple() -> None:
-    forces = [
-        {"name": "a", "size": 51.0, "point": [-0.3, 0.0], "direction": [0.0, 1.0]},
-        {"name": "b", "size": 50.0, "point": [0.3, 0.0], "direction": [0.0, -1.0]},
-    ]
-    figure = draw(two_forces(forces=forces), VIEW)
-    (words,) = (text for text in key_of(figure) if text.startswith("resultant"))
+    forces[0]["size"], forces[1]["point"] = 51.0, [0.3, 0.0]
+    (words,) = (t for t in key_of(draw(two_forces(forces=forces), VIEW)) if t[:9] == "resultant")
     assert words == "resultant, 1 N, with a couple of \N{MINUS SIGN}30.3 N m"
 
 
@@ -279,15 +271,12 @@ def test_title_and_caption_are_apart() -> None:
     assert title.y0 - caption.y1 > 0.15 * figure.dpi
 
 
-def test_an_end_stop_is_a_couple() -> None:
+def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
+    with pytest.raises(InputError, match="has no channel angular_acceleration"):
+        draw(without(drawn(1), "angular_acceleration"), VIEW)
     found = with_channels(two_forces(), stop_torque=np.array([0.0, -3.0]))
     assert "end stop, \N{MINUS SIGN}3 N m" in key_of(draw(found, VIEW))
     assert not [t for t in key_of(draw(found, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
-
-
-def test_what_is_missing_is_said() -> None:
-    with pytest.raises(InputError, match="has no channel angular_acceleration"):
-        draw(without(drawn(1), "angular_acceleration"), VIEW)
 
 
 @pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper", "title": False}])

@@ -148,7 +148,7 @@ def test_both_sides_of_an_impact_are_drawn() -> None:
     assert np.count_nonzero(at == impact.time) <= 1
 
 
-def test_the_ratio_of_tensions_slips_at_the_limit_of_euler_and_eytelwein() -> None:
+def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_the_slip() -> None:
     figure = drawn(view="traction")
     ax = panel(figure, "tension of the counterweight over")
     time, ratio = line(ax)
@@ -167,15 +167,13 @@ def test_the_ratio_of_tensions_slips_at_the_limit_of_euler_and_eytelwein() -> No
         (span,) = shaded.patches
         assert span.get_x() == pytest.approx(START, abs=1e-6)
         assert span.get_x() + span.get_width() == pytest.approx(END, abs=1e-6)
-
-
-def test_the_speed_of_slip_is_the_rate_of_the_slip() -> None:
-    figure = drawn(view="traction")
     time, speed = line(panel(figure, "speed of slip"))
     _, slip = line(panel(figure, "slip of the cord"))
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
     assert way[-1] == pytest.approx(slip[-1], rel=1e-4)
     assert slip[-1] > 1.0
+    assert slipping_phases(solved(LIFT)) == [pytest.approx((START, END), abs=1e-6)]
+    assert slipping_phases(solved("hard/lift_traction_limit")) == []
 
 
 def test_a_mirrored_lift_has_the_inverse_ratio() -> None:
@@ -228,11 +226,6 @@ def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
     assert "friction torque" in panels(0.0 * torque)
 
 
-def test_phases_of_slip_alternate_with_those_of_stick() -> None:
-    assert slipping_phases(solved(LIFT)) == [pytest.approx((START, END), abs=1e-6)]
-    assert slipping_phases(solved("hard/lift_traction_limit")) == []
-
-
 def test_a_cord_that_cannot_slip_has_no_traction(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no \[effects.cord_friction\], so that its cord never"):
         draw(solved(SLACK_ROPE), "traction")
@@ -241,12 +234,10 @@ def test_a_cord_that_cannot_slip_has_no_traction(tmp_path: Path) -> None:
     assert reasons == []
 
 
-def test_a_chosen_channel_is_drawn_alone_with_the_limits() -> None:
+def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:
     (ax,) = draw(solved(LIFT), shown=Extent(channels=("drive_torque",))).axes
     assert len([text for text in ax.texts if text.get_text().endswith(("hold", "lift"))]) == 2
 
-
-def test_a_torque_on_a_pulley_without_masses_has_its_limits() -> None:
     data = pulley(
         drive__force=None,
         drive__torque={"time": [0.0, 1.0], "value": [0.0, 200.0]},

@@ -344,9 +344,7 @@ def test_a_single_run_is_a_point() -> None:
     (line,) = lines_of(figure.axes[0])
     assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([2.0], [2.0])
     assert "w = a; 1 run" in title_of(figure)
-
-
-def test_equal_values_of_a_key_are_drawn_side_by_side() -> None:
+    # Equal values of a key are drawn side by side.
     table = grid_of({"x": [1.0, 1.0, 2.0]}, {"f": lambda x: x})
     table.values["f"][:] = [5.0, 6.0, 7.0]
     axis = key_axis("x", table.coordinates["x"])

@@ -37,7 +37,7 @@ def files(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
 def lines_of(file: Path, error: str, work: str) -> dict[str, list[tuple[float, float]]]:
     """Return the points of each line, read by others' readers."""
     if file.suffix == ".csv":
-        rows = list(csv.DictReader(file.read_text().splitlines()))
+        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
         plain = [{key.split(" [")[0]: value for key, value in row.items()} for row in rows]
     else:
         with h5py.File(file) as read:
@@ -144,12 +144,12 @@ def test_a_report_of_costs_is_complete_without_scripts(
 
 def rewritten(file: Path, target: Path, *cells: tuple[int, str, str]) -> Path:
     """Write a table of costs with other texts in cells: line, column and text of each."""
-    with file.open(newline="") as stream:
+    with file.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
     names = [cell.split(" [")[0] for cell in rows[0]]
     for line, column, text in cells:
         rows[line][names.index(column)] = text
-    with target.open("w", newline="") as stream:
+    with target.open("w", newline="", encoding="utf-8") as stream:
         csv.writer(stream).writerows(rows)
     return target
 

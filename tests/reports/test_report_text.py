@@ -59,7 +59,9 @@ def row(html: str, name: str) -> list[str]:
     return re.sub(r"<[^>]*>", "|", found).replace("||", "|").strip("|").split("|")
 
 
-def test_a_report_has_title_status_summary_audit_scenario_and_origin(pulley: fs.Result) -> None:
+def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnings(
+    pulley: fs.Result,
+) -> None:
     html, text = html_of(pulley), plain(html_of(pulley))
     assert "<title>Pulley on a dry shaft</title>" in html
     assert "kind pulley effects shaft_friction, viscous_damping" in text
@@ -72,6 +74,8 @@ def test_a_report_has_title_status_summary_audit_scenario_and_origin(pulley: fs.
     assert row(html, "version of frictionsim")[1] == fs.__version__
     assert html.count("<caption>") == html.count("<table>")
     assert "breakaway shaft stick sliding forward" in text
+    html = html_of(pulley, warnings="first warning\nsecond warning")
+    assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 
 
 @pytest.mark.parametrize(
@@ -89,11 +93,6 @@ def test_the_status_is_in_words_with_a_sign(
     assert words in text
     note = "The run did not come to its end: what follows is what there is up to 3 s."
     assert (note in text) == (status != "done")
-
-
-def test_warnings_stand_before_the_charts(pulley: fs.Result) -> None:
-    html = html_of(pulley, warnings="first warning\nsecond warning")
-    assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 
 
 def test_estimated_errors_have_a_column(pulley: fs.Result) -> None:
@@ -131,7 +130,9 @@ def without_samples(record: Record) -> Record:
     return record._replace(channels=channels, events=empty, quantities={}, checks={})
 
 
-def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
+def test_a_result_without_samples_or_quantities_has_the_tables_that_there_are(
+    pulley: fs.Result,
+) -> None:
     run = ReportedRun(without_samples(pulley.record))
     assert "This result has no samples: there is nothing to draw, only tables." in plain(
         run_report([run])
@@ -141,14 +142,11 @@ def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
     assert data["results"][0]["no_motion"] == (
         "cannot show this result in motion: it has no samples"
     )
+    old = pulley.record._replace(quantities={}, checks={}, statistics=None)  # of version 1
+    assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
     # The charts of others stay.
     charts = data_of([run, ReportedRun(pulley.record)])["charts"]
     assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
-
-
-def test_a_file_of_version_1_says_what_is_missing(pulley: fs.Result) -> None:
-    old = pulley.record._replace(quantities={}, checks={}, statistics=None)
-    assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
 
 
 def test_many_events_are_cut_and_counted(pulley: fs.Result) -> None:
