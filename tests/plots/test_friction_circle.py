@@ -22,14 +22,7 @@ from tests.plots.test_paper import check_texts
 from tests.support import motions
 from tests.support.records import shown, with_channels, without
 from tests.support.scenarios import shipped
-from tests.support.shaft_forces import (
-    TIMES,
-    acting,
-    couples,
-    drawn_motion,
-    drawn_shaft,
-    moment,
-)
+from tests.support.shaft_forces import TIMES, acting, couples, drawn_motion, drawn_shaft, moment
 
 VIEW = "friction_circle"
 DRAWN = range(4)

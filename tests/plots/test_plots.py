@@ -14,13 +14,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.plots import draw, save
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
-from tests.support.records import (
-    record_of,
-    shown,
-    views_of_record,
-    with_scenario,
-    words_of,
-)
+from tests.support.records import record_of, shown, views_of_record, with_scenario, words_of
 from tests.support.scenarios import SCENARIOS, pulley, shipped, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly

@@ -28,7 +28,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A grid of three keys; the runs with the largest friction fail: it has no budget for them."""
     path = tmp_path_factory.mktemp("sweeps") / "grid.h5"
     vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0], "solver.max_steps": [5, 1000]}
-    fs.sweep(PULLEY, vary, LOOSE, output=path)
+    fs.sweep(PULLEY, vary, LOOSE, output=path, workers=1)
     return path
 
 
@@ -41,6 +41,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
         LOOSE,
         sample=32,
         output=path,
+        workers=1,
     )
     return path
 
