@@ -234,12 +234,17 @@ def content(figure: Figure) -> list[Any]:
     return found
 
 
+@cache
+def content_of(name: str, view: str) -> list[Any]:
+    return content(draw(shown(name), view))
+
+
 @pytest.mark.parametrize(("name", "view"), drawn_views())
 def test_integer_channels_give_the_same_pictures(name: str, view: str) -> None:
     for kind in (np.int8, np.int32):
         result = with_integers(shown(name), kind)
         assert [n for n, c in result.channels.items() if c.dtype == kind]
-        assert content(draw(result, view)) == content(draw(shown(name), view))
+        assert content(draw(result, view)) == content_of(name, view)
 
 
 def test_jumps_of_a_count_are_gaps() -> None:
@@ -268,7 +273,7 @@ def with_engagements(count: int) -> Record:
 def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> None:
     for view in VIEWS["belt_drive"]:
         found = content(draw(with_engagements(count), view))
-        assert found == content(draw(shown("two pulleys"), view)), view
+        assert found == content_of("two pulleys", view), view
 
 
 def test_channels_over_time_name_events_of_pulleys_and_spans() -> None:
