@@ -1,78 +1,57 @@
 """Belts in motion: the points of a drawing are those of the file."""
 
-from pathlib import Path
-
-import h5py
 import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.motion import belt_drive, guided_belt
-from frictionsim.motion.parts import Band, Body, Disc, Motion
+from frictionsim.motion.parts import Band, Body, Motion
 from frictionsim.reports.encoding import packed_data
-from frictionsim.results import Record
 from frictionsim.scenario.recorded import scenario_value
+from tests.support.belt_results import belt_run
 from tests.support.motions import motion
+from tests.support.records import BELTS, shown, with_scenario, without
 
 pytestmark = pytest.mark.quick
 
 # These belts are guided strings: there are points between their bodies.
 BODIES = slice(guided_belt.PIECES - 1, None, guided_belt.PIECES)
 
-Belts = dict[str, tuple[Path, Record]]
-
 
 def band_of(found: Motion) -> Band:
     return next(part for part in found.parts if isinstance(part, Band))
 
 
-def without(record: Record, *names: str) -> Record:
-    return record._replace(channels={k: v for k, v in record.channels.items() if k not in names})
-
-
-@pytest.mark.parametrize("name", ["two", "four"])
-def test_a_belt_is_where_its_file_says(belts: Belts, name: str) -> None:
-    path, record = belts[name]
-    found = motion(record)
+@pytest.mark.parametrize("name", BELTS)
+def test_a_belt_is_where_its_run_says(name: str) -> None:
+    found = motion(shown(name))
     band = band_of(found)
-    assert band.value is not None
-    assert band.touching is not None
-    assert band.sticking is not None
     left, right, bottom, top = found.bounds
     step = max(right - left, top - bottom) / belt_drive.STEPS
-    with h5py.File(path) as file:
-        time = file["time"][()]
-        for frame in (0, len(found.time) // 2, len(found.time) - 1):
-            sample = int(np.flatnonzero(time == found.time[frame])[0])
-            assert np.abs(band.x[frame, BODIES] - file["x"][sample]).max() <= step
-            assert np.abs(band.y[frame, BODIES] - file["y"][sample]).max() <= step
-            tension = file["tension"][()]
-            assert (
-                np.abs(band.value[frame, BODIES] - tension[sample]).max() <= np.ptp(tension) / 250.0
-            )
-            on = file["pulley_index"][sample] >= 0
-            assert np.array_equal(band.touching[frame, BODIES], on)
-            assert np.array_equal(band.sticking[frame, BODIES], on & (file["sticking"][sample] > 0))
-            for i, wheel in enumerate(p for p in found.parts if isinstance(p, Body)):
-                assert wheel.angle[frame] == file["pulley_angle"][sample, i]
-                assert isinstance(wheel.shapes[0], Disc)
-        assert left < file["x"][()].min()
-        assert right > file["x"][()].max()
-        assert bottom < file["y"][()].min()
-        assert top > file["y"][()].max()
+    run = belt_run(BELTS[name])
+    of = run.channels
+    wheels = [part for part in found.parts if isinstance(part, Body)]
+    for frame in (0, len(found.time) // 2, len(found.time) - 1):
+        sample = int(np.flatnonzero(run.time == found.time[frame])[0])
+        assert np.abs(band.x[frame, BODIES] - of["x"][sample]).max() <= step
+        assert np.abs(band.y[frame, BODIES] - of["y"][sample]).max() <= step
+        off = np.abs(band.value[frame, BODIES] - of["tension"][sample])
+        assert off.max() <= np.ptp(of["tension"]) / 250.0
+        on = of["pulley_index"][sample] >= 0
+        assert np.array_equal(band.touching[frame, BODIES], on)
+        assert np.array_equal(band.sticking[frame, BODIES], on & (of["sticking"][sample] > 0))
+        for i, wheel in enumerate(wheels):
+            assert wheel.angle[frame] == of["pulley_angle"][sample, i]
+    assert left < of["x"].min() < of["x"].max() < right
+    assert bottom < of["y"].min() < of["y"].max() < top
 
 
-@pytest.mark.parametrize("name", ["two", "four"])
-def test_a_guided_string_follows_its_arcs_and_is_marked_on_them_only(
-    belts: Belts, name: str
-) -> None:
-    _, record = belts[name]
-    band = band_of(motion(record))
-    assert band.touching is not None
-    tables = scenario_value(record, "mechanism", "pulleys")
+@pytest.mark.parametrize("name", BELTS)
+def test_a_guided_string_follows_its_arcs_and_is_marked_on_them_only(name: str) -> None:
+    band = band_of(motion(shown(name)))
     places = np.stack([band.x, band.y], axis=-1)
     on = np.zeros(band.x.shape, dtype=int)
-    for table in tables:
+    for table in scenario_value(shown(name), "mechanism", "pulleys"):
         away = np.hypot(*np.moveaxis(places - np.array(table["center"]), -1, 0)) - table["radius"]
         assert away.min() > -1e-4  # nothing cuts through a pulley
         on += np.abs(away) < 1e-4
@@ -83,10 +62,8 @@ def test_a_guided_string_follows_its_arcs_and_is_marked_on_them_only(
     assert marked.mean() > 3.0 * band.touching[:, BODIES].sum(axis=1).mean()
 
 
-def test_a_fine_belt_and_a_long_run_are_thinned(
-    belts: Belts, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _, record = belts["two"]
+def test_a_fine_belt_and_a_long_run_are_thinned(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = shown("two pulleys")
     monkeypatch.setattr(belt_drive, "MAX_POINTS", 40)
     monkeypatch.setattr(belt_drive, "MAX_VALUES", 400)
     band = band_of(motion(record))
@@ -98,8 +75,8 @@ def test_a_fine_belt_and_a_long_run_are_thinned(
     assert band.x[0] == pytest.approx(first, abs=1e-4)
 
 
-def test_what_is_not_recorded_is_left_out(belts: Belts) -> None:
-    _, record = belts["two"]
+def test_what_is_not_recorded_is_left_out() -> None:
+    record = shown("two pulleys")
     names = ("tension", "pulley_index", "sticking", "pulley_angle", "pulley_speed")
     found = motion(without(record, *names))
     band = band_of(found)
@@ -112,8 +89,8 @@ def test_what_is_not_recorded_is_left_out(belts: Belts) -> None:
             motion(without(record, name))
 
 
-def test_small_pulleys_are_shown_larger_as_well(belts: Belts) -> None:
-    details = motion(belts["two"][1]).details
+def test_small_pulleys_are_shown_larger_as_well() -> None:
+    details = motion(shown("two pulleys")).details
     assert [detail.name for detail in details] == ["driver", "driven"]
     left, right, bottom, top = details[1].bounds
     assert 0.5 * (left + right) == pytest.approx(0.515)
@@ -121,18 +98,16 @@ def test_small_pulleys_are_shown_larger_as_well(belts: Belts) -> None:
     assert [right - left, top - bottom] == pytest.approx([side, side])
 
 
-def test_the_data_of_a_belt_is_small(belts: Belts) -> None:
-    _, record = belts["two"]
-    found = motion(record)
+def test_the_data_of_a_belt_is_small() -> None:
+    found = motion(shown("two pulleys"))
     assert len(packed_data(found)) < 8 * band_of(found).x.size + 40_000
 
 
-def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names(belts: Belts) -> None:
-    _, record = belts["two"]
+def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names() -> None:
+    record = shown("two pulleys")
     scenario = record.attributes["scenario"]
     text = f"{scenario}\n[effects.patch]\nfrom = 0.3\nto = 0.6\nmu_s = 0.3\nmu_k = 0.25\n"
-    band = band_of(motion(record._replace(attributes=record.attributes | {"scenario": text})))
-    assert band.patch is not None
+    band = band_of(motion(with_scenario(record, text)))
     patch = band.patch[BODIES]
     points = np.column_stack([band.x[0], band.y[0]])[BODIES][patch]
     legs = np.hypot(*np.diff(points, axis=0).T)

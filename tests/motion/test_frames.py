@@ -18,8 +18,9 @@ def with_times(times: Any, events: Any = ()) -> Record:
     return record_of("pulley", {"time": np.asarray(times, dtype=float)}, events=events)
 
 
-def test_all_samples_of_a_short_run_are_frames() -> None:
+def test_all_samples_of_a_short_run_are_frames_of_two_at_one_time_the_later() -> None:
     assert frames_of(with_times(np.arange(7.0))).tolist() == list(range(7))
+    assert frames_of(with_times([0.0, 1.0, 1.0, 2.0])).tolist() == [0, 2, 3]
 
 
 def test_samples_of_a_long_run_are_spread_and_those_at_events_kept() -> None:
@@ -28,10 +29,6 @@ def test_samples_of_a_long_run_are_spread_and_those_at_events_kept() -> None:
     assert {1234, 4321} <= set(found.tolist())
     assert len(found) == 13
     assert np.diff(times[found]).max() < 1.01
-
-
-def test_of_two_samples_at_one_time_the_later_is_the_frame() -> None:
-    assert frames_of(with_times([0.0, 1.0, 1.0, 2.0])).tolist() == [0, 2, 3]
 
 
 def test_one_sample_is_a_motion_and_none_is_refused() -> None:
@@ -44,11 +41,6 @@ def test_one_sample_is_a_motion_and_none_is_refused() -> None:
 def test_times_that_do_not_increase_are_refused(times: list[float]) -> None:
     with pytest.raises(InputError, match="its times do not increase"):
         frames_of(with_times(times))
-
-
-def test_a_missing_channel_is_named() -> None:
-    with pytest.raises(InputError, match=r"it has no channel angle \(see output.channels\)"):
-        motion_of(with_times([0.0, 1.0]))
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e200])

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import frictionsim as fs
-from frictionsim.errors import InputError
 from frictionsim.motion.marble_machine import teeth_of
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
 from frictionsim.motion.poses import behind, is_visible, line_of, moment_of, place_of
 from tests.support.motions import body, motion, point_of, record_of, scenario
+from tests.support.records import shown
 
 pytestmark = pytest.mark.quick
 
@@ -46,7 +45,7 @@ def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 @pytest.mark.parametrize("number", DRAWN)
-def test_a_pulley_turns_and_lifts(number: int) -> None:
+def test_a_pulley_turns_and_lifts_and_its_forces_are_on_one_scale(number: int) -> None:
     data, channels = drawn_pulley(number)
     found, radius = motion(record_of("pulley", channels, data)), data["mechanism"]["cord_radius"]
     angle = channels["angle"]
@@ -71,24 +70,16 @@ def test_a_pulley_turns_and_lifts(number: int) -> None:
         # Tangential: the straight parts are at right angles to the radius where they meet it.
         assert np.dot(line[1], line[0] - line[1]) == pytest.approx(0.0, abs=1e-9)
         assert np.dot(line[-2], line[-1] - line[-2]) == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize("number", DRAWN)
-def test_forces_of_a_pulley_are_on_one_scale_and_the_reaction_on_its_line(number: int) -> None:
-    data, channels = drawn_pulley(number)
-    found = motion(record_of("pulley", channels, data))
     force, weight = channels["drive_force"], data["mechanism"]["load"]
-    drive, load, reaction = (
-        arrow(found, name)
-        for name in ("drive force", "weight of the load", "reaction of the shaft")
-    )
-    scale = -load.dy[0] / weight
+    names = ("drive force", "weight of the load", "reaction of the shaft")
+    drive, hung, reaction = (arrow(found, name) for name in names)
+    scale = -hung.dy[0] / weight
     assert scale > 0.0
     along = drive.dx if data["drive"]["direction"] == "horizontal" else drive.dy
     assert -along / force == pytest.approx(np.full(len(TIMES), scale))
     # The three forces balance, and the reaction has the moment of the friction.
-    assert drive.dx + load.dx + reaction.dx == pytest.approx(np.zeros(len(TIMES)), abs=1e-9)
-    assert drive.dy + load.dy + reaction.dy == pytest.approx(np.zeros(len(TIMES)), abs=1e-9)
+    assert drive.dx + hung.dx + reaction.dx == pytest.approx(0.0 * TIMES, abs=1e-9)
+    assert drive.dy + hung.dy + reaction.dy == pytest.approx(0.0 * TIMES, abs=1e-9)
     moment = (reaction.x * reaction.dy - reaction.y * reaction.dx) / scale
     assert moment == pytest.approx(channels["friction_torque"])
 
@@ -97,38 +88,21 @@ def test_friction_circles_are_true_to_scale() -> None:
     found = motion(record_of("pulley", {"time": TIMES, "angle": TIMES}))
     for name, mu in (("static friction circle", 0.2), ("kinetic friction circle", 0.1)):
         circle = body(found, name).shapes[0]
-        assert isinstance(circle, Disc)
         assert circle.radius == pytest.approx(0.0254 * sin(atan(mu)))
     shaft = body(found, "shaft").shapes[0]
-    assert isinstance(shaft, Disc)
     assert shaft.radius == 0.0254
 
 
 def test_a_long_travel_is_cut_and_said() -> None:
     found = motion(record_of("pulley", {"time": TIMES, "angle": 50.0 * TIMES}))
     load, cut = body(found, "load"), body(found, "load, beyond the picture")
-    assert load.visible is not None
-    assert cut.visible is not None
     assert np.array_equal(load.visible, ~cut.visible)
     assert load.visible[0]
     assert not load.visible[-1]
     cord = next(part for part in found.parts if isinstance(part, Band))
-    assert cord.travel is not None
     # The marks stand still on a cord that carries the load with it, and run once it is cut.
     moved = cord.travel + load.y - load.y[0]
     assert moved == pytest.approx(0.0508 * 50.0 * TIMES)
-
-
-def test_the_state_changes_at_the_event() -> None:
-    result = fs.solve(scenario("pulley_return", solver__rtol=1e-6))
-    found = motion(result.record)
-    assert found.state is not None
-    assert len(result.record.transitions) == 2
-    for event in result.record.transitions:
-        at = moment_of(found.time, event.time)
-        before = moment_of(found.time, np.nextafter(event.time, -1.0))
-        assert int(found.state[at.frame]) == event.mode_to
-        assert int(found.state[before.frame]) == event.mode_from
 
 
 @pytest.mark.parametrize("number", DRAWN)
@@ -168,20 +142,15 @@ def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
 
 
 def test_marbles_of_a_run_are_those_of_its_channel() -> None:
-    record = fs.solve(scenario("marble_machine", solver__rtol=1e-6)).record
+    record = shown("marble_machine", solver__rtol=1e-6)
     found = motion(record)
-    shown = {r.name: r.value for r in found.readouts}
+    delivered = next(r.value for r in found.readouts if r.name == "marbles delivered")
     carried = [p for p in found.parts if isinstance(p, Body) and p.carrier is not None]
-    for time, count in zip(
-        record.channels["time"], record.channels["carried_marbles"], strict=True
-    ):
+    counts = record.channels["carried_marbles"]
+    for time, count in zip(record.channels["time"], counts, strict=True):
         moment = moment_of(found.time, time)
         assert sum(is_visible(part, moment) for part in carried) == count
-    assert shown["marbles delivered"][-1] == record.quantities["marbles_delivered"].value
-    # One more is delivered at each transfer, not a frame later.
-    transfers = [e.time for e in record.transitions if record.contacts and e.mode_from == e.mode_to]
-    for number, time in enumerate(transfers):
-        assert shown["marbles delivered"][moment_of(found.time, time).frame] == number + 1
+    assert delivered[-1] == record.quantities["marbles_delivered"].value
 
 
 def test_teeth_fit_the_ratio() -> None:
@@ -206,7 +175,6 @@ def test_the_tracer_point_is_on_its_path(number: int) -> None:
     found = motion(record_of("epicyclic", {"time": TIMES, "angle": angle}, data))
     trail = next(part for part in found.parts if isinstance(part, Trail))
     dot = body(found, "tracer point").shapes[0]
-    assert isinstance(dot, Disc)
     length = sun + planet
     for time in rng.uniform(0.0, 2.0, 20):
         phi = np.interp(time, TIMES, angle)
@@ -239,8 +207,6 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
     record = record_of("epicyclic", {"time": TIMES, "tracer_x": x, "tracer_y": y})
     names = {part.name for part in motion(record).parts}
     assert names == {"sun", "path of the tracer point", "tracer point"}
-    with pytest.raises(InputError, match="neither the channel angle nor tracer_x and tracer_y"):
-        motion(record_of("epicyclic", {"time": TIMES}))
 
 
 @pytest.mark.parametrize("kind", ["pulley", "pulley_horizontal", "marble_machine", "epicyclic"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.plots import VIEWS, draw, plot
+from frictionsim.io import hdf5_writer
+from frictionsim.plots import VIEWS, draw
 from frictionsim.plots.belt_geometry import (
     BeltLine,
     constant_runs,
@@ -17,9 +17,10 @@ from frictionsim.plots.belt_geometry import (
     middle_of_first_span,
 )
 from frictionsim.plots.belt_time_history import default_body
-from frictionsim.results import Record
+from frictionsim.plots.picture_file import png
+from tests.plots.test_plots import MAX_BYTES
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
-from tests.support.records import record_of
+from tests.support.records import record_of, shown, with_channels, without, words_of
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
 FORCES = ["normal_force", "friction_force"]
@@ -31,83 +32,62 @@ NEEDED = {
 }
 
 
-@pytest.fixture
-def picture(tmp_path: Path) -> Callable[..., str]:
-    """Draw a run; return the text of the picture."""
-
-    def draw(run: object, view: str, body: int | None = None) -> str:
-        plot(read_back(run, tmp_path), tmp_path / "a.svg", view, body)
-        return (tmp_path / "a.svg").read_text()
-
-    return draw
-
-
-def read_back(run: object, tmp_path: Path) -> Record:
-    hdf5_writer.write(run, tmp_path / "a.h5")  # type: ignore[arg-type]
-    return hdf5_reader.read(tmp_path / "a.h5")
-
-
-def without(*names: str) -> object:
-    run = belt_run(samples=5)
-    return run._replace(channels={k: v for k, v in run.channels.items() if k not in names})
-
-
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_each_view_requires_its_channels_only(view: str, picture: Callable[..., str]) -> None:
-    others = [name for name in belt_run(samples=2).channels if name not in NEEDED[view]]
-    picture(without(*others), view)
+def test_each_view_requires_its_channels_only(view: str) -> None:
+    record = record_of(belt_run(samples=5))
+    kept = ("time", *NEEDED[view])
+    others = [name for name in record.channels if name not in kept]
+    draw(without(record, *others), view)
     for name in NEEDED[view]:
         with pytest.raises(InputError, match=rf"no channel {name}; the view needs .*{name}"):
-            picture(without(name), view)
+            draw(without(record, name), view)
 
 
-def test_plot_reports_missing_channels(cli: Callable, tmp_path: Path) -> None:
-    hdf5_writer.write(without("x", "tension"), tmp_path / "a.h5")  # type: ignore[arg-type]
-    done = cli("plot", "a.h5", "--view", "drive")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "this result has no channel x, tension; the view needs x, y, tension," in done.stderr
+def test_invalid_choices_are_refused_by_the_command(told: Callable, here: Path) -> None:
+    run = belt_run(samples=3)
+    hdf5_writer.write(run, here / "a.h5")
+    for number in ("150", "-1"):
+        _, err = told("plot", "a.h5", "--view", "body", f"--body={number}", code=2)
+        assert f"there is no body {number}; the bodies of this belt are 0 to 149" in err
+    _, err = told("plot", "a.h5", "--body", "3", code=2)
+    assert "the view 'speeds' shows no single body" in err
+    kept = {name: values for name, values in run.channels.items() if name not in ("x", "tension")}
+    hdf5_writer.write(run._replace(channels=kept), here / "a.h5")
+    out, err = told("plot", "a.h5", "--view", "drive", code=2)
+    assert out == ""
+    assert "this result has no channel x, tension; the view needs x, y, tension," in err
 
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
-def test_a_belt_without_friction_is_drawn(view: str, picture: Callable[..., str]) -> None:
-    run = belt_run(samples=5, effects={})
-    names = ("friction_force", "slip_velocity", "sticking")
-    channels = {name: channel for name, channel in run.channels.items() if name not in names}
-    text = picture(run._replace(channels=channels), view)
-    assert "stick" not in text
-    assert "friction" not in text
+def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: str) -> None:
+    words = words_of(draw(shown("four pulleys"), view))
+    assert all(pulley.name in words for pulley in FOUR)
+    record = record_of(belt_run(samples=5, effects={}))
+    words = words_of(draw(without(record, "friction_force", "slip_velocity", "sticking"), view))
+    assert "stick" not in words
+    assert "friction" not in words
 
 
-def test_pulleys_are_named(picture: Callable[..., str]) -> None:
-    for view in VIEWS["belt_drive"]:
-        text = picture(belt_run(FOUR, samples=41), view)
-        for pulley in FOUR:
-            assert f">{pulley.name}" in text, (view, pulley.name)
+@pytest.mark.parametrize(
+    ("view", "bodies"), list(zip(VIEWS["belt_drive"], [400, 4000] * 2, strict=True))
+)
+def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulleys(
+    view: str, bodies: int
+) -> None:
+    figure = draw(record_of(belt_run(RING, bodies=bodies, samples=11)), view)
+    assert len(png(figure)) < MAX_BYTES
+    if view == "drive":
+        assert "forces on the first 8 of 13 pulleys" in words_of(figure)
 
 
-def test_details_are_limited_to_the_first_pulleys(picture: Callable[..., str]) -> None:
-    text = picture(belt_run(RING, bodies=400, samples=3), "drive")
-    assert "forces on the first 8 of 13 pulleys" in text
-
-
-@pytest.mark.parametrize("bodies", [400, 4000])
-def test_pictures_of_large_belts_are_small_files(bodies: int, tmp_path: Path) -> None:
-    result = read_back(belt_run(RING, bodies=bodies, samples=11), tmp_path)
-    for view in VIEWS["belt_drive"]:
-        plot(result, tmp_path / "a.png", view)
-        assert (tmp_path / "a.png").stat().st_size < 200_000, view
-
-
-def test_a_body_is_chosen_by_its_number(picture: Callable[..., str]) -> None:
-    assert "body 7 on driven" in picture(belt_run(), "body", 7)
-    assert "body 32 on driver" in picture(belt_run(), "body")
+def test_a_body_is_chosen_by_its_number() -> None:
+    assert "body 7 on driven" in words_of(draw(shown("two pulleys"), "body", 7))
+    assert "body 32 on driver" in words_of(draw(shown("two pulleys"), "body"))
 
 
 def axes_of_body(touched: np.ndarray, body: int | None = None, drop: str = "") -> list[Any]:
-    run = belt_run(bodies=6, samples=5)
-    channels = {k: v for k, v in run.channels.items() if k not in drop}
-    run = run._replace(channels=channels | {"pulley_index": touched})
-    return draw(record_of(run), "body", body).axes
+    record = without(record_of(belt_run(bodies=6, samples=5)), *drop)
+    return draw(with_channels(record, pulley_index=touched), "body", body).axes
 
 
 KINDS = np.array([[0.0, -1, -1, -1, 1, 1], [0, 0, -1, -1, 1, 1], [0, 0, -1, -1, -1, 1]])
@@ -141,29 +121,9 @@ def test_the_body_by_default_meets_a_pulley() -> None:
     assert default_body(touched) == 2
 
 
-def test_an_unknown_body_is_refused(cli: Callable, tmp_path: Path) -> None:
-    hdf5_writer.write(belt_run(samples=3), tmp_path / "a.h5")
-    for number in ("150", "-1"):
-        done = cli("plot", "a.h5", "--view", "body", f"--body={number}")
-        assert (done.returncode, done.stdout) == (2, "")
-        assert f"there is no body {number}; the bodies of this belt are 0 to 149" in done.stderr
-    done = cli("plot", "a.h5", "--body", "3")
-    assert done.returncode == 2
-    assert "the view 'speeds' shows no single body" in done.stderr
-
-
-def test_an_unknown_pulley_index_is_refused(picture: Callable[..., str]) -> None:
-    run = belt_run(samples=3)
-    touched = run.channels["pulley_index"].copy()
-    touched[:, 3] = 2.0
-    for view in ("drive", "tension", "body"):
-        with pytest.raises(InputError, match="touch pulleys that are not in its scenario"):
-            picture(run._replace(channels=run.channels | {"pulley_index": touched}), view)
-
-
-def test_positions_along_the_belt_start_at_the_first_pulley(tmp_path: Path) -> None:
+def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_positions() -> None:
     bodies = 600
-    result = read_back(belt_run(FOUR, bodies=bodies), tmp_path)
+    result = record_of(belt_run(FOUR, bodies=bodies))
     _, distances, under = lay(FOUR)
     belt = BeltLine(result, -1)
     pitch = distances[-1] / bodies
@@ -173,20 +133,14 @@ def test_positions_along_the_belt_start_at_the_first_pulley(tmp_path: Path) -> N
     expected = tension_at(belt.place[:-1], under, distances, 1.0)
     slope = 4.0 * 560.0 / distances[-1]
     assert np.max(np.abs(found - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
-
-
-def test_the_mean_tension_is_taken_at_fixed_positions(tmp_path: Path) -> None:
-    result = read_back(belt_run(FOUR, bodies=600), tmp_path)
-    belt = BeltLine(result, -1)
-    at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     # The tension at a place is steady there, though each joint has run on by 0.24 m.
+    at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     steady = belt.mean(result, range(160, 201))
     assert np.max(np.abs(steady - at_end)) < 0.02 * np.ptp(at_end)
 
 
-def test_points_are_projected_to_the_nearest_segment(tmp_path: Path) -> None:
-    result = read_back(belt_run(TWO, samples=3), tmp_path)
-    belt = BeltLine(result, -1)
+def test_points_are_projected_to_the_nearest_segment() -> None:
+    belt = BeltLine(record_of(belt_run(TWO, samples=3)), -1)
     middle = 0.5 * (belt.place[10] + belt.place[11])
     start, stop = (np.array(belt._points[i]) for i in (10, 11))
     off = 0.002 * np.array([start[1] - stop[1], stop[0] - start[0]]) / np.hypot(*(stop - start))
@@ -195,11 +149,8 @@ def test_points_are_projected_to_the_nearest_segment(tmp_path: Path) -> None:
 
 
 def test_constant_runs() -> None:
-    assert list(constant_runs(np.array([0.0, 0.0, -1.0, 2.0]))) == [
-        (0.0, 0, 2),
-        (-1.0, 2, 3),
-        (2.0, 3, 4),
-    ]
+    found = list(constant_runs(np.array([0.0, 0.0, -1.0, 2.0])))
+    assert found == [(0.0, 0, 2), (-1.0, 2, 3), (2.0, 3, 4)]
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,7 @@ from frictionsim.plots.belt_shape import belt_of, patch_of
 from frictionsim.results import Record
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay
-from tests.support.records import record_of
-from tests.support.scenarios import shipped, simulate
+from tests.support.records import record_of, string, with_channels, with_scenario
 
 IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
 
@@ -29,15 +28,6 @@ def by_hand(in_plane: bool = False, four: bool = True) -> Record:
     return record_of(belt_run(FOUR if four else TWO, bodies=60, samples=41, **effects))
 
 
-@cache
-def string() -> Record:
-    return record_of(simulate(shipped("belt_string", solver__duration=0.3)))
-
-
-def with_channels(record: Record, **channels: Any) -> Record:
-    return record._replace(channels=record.channels | channels)
-
-
 def off_radius(points: Any, pulley: int) -> Any:
     """Return how far points near a pulley of FOUR are from its circle, outwards, m."""
     p = FOUR[pulley]
@@ -46,9 +36,6 @@ def off_radius(points: Any, pulley: int) -> Any:
 
 def length_of(line: Any) -> float:
     return float(np.hypot(*np.diff(line, axis=0).T).sum())
-
-
-# --- guided strings ----------------------------------------------------------------------------
 
 
 def drawn_belt(record: Record) -> list[Any]:
@@ -93,7 +80,6 @@ def test_each_piece_has_the_tension_of_its_joint() -> None:
 def test_strips_of_a_guided_string_are_on_the_arc_and_fill_it(make: Any) -> None:
     record = make()
     path = path_of(record)
-    assert path is not None
     ax = draw(record, "drive").axes[0]
     edges = [c for c in ax.collections if isinstance(c, LineCollection) and c.get_zorder() == 5]
     for number, collection in enumerate(edges[::2]):
@@ -134,15 +120,6 @@ def test_a_belt_in_the_plane_has_the_line_of_its_joints() -> None:
     assert not isinstance(belt_line(with_channels(by_hand(), x=moved), -1), GuidedLine)
 
 
-# --- time and motion ---------------------------------------------------------------------------
-
-
-def test_the_time_is_in_the_picture() -> None:
-    figure = draw(by_hand(), "drive")
-    assert figure.axes[0].get_title(loc="left") == "at 2 s"
-    assert "2 s" not in figure.get_suptitle()
-
-
 def triangles(record: Record) -> list[float]:
     """Return where the triangles on the spans point, rad from the x axis."""
     ax = draw(record, "drive").axes[0]
@@ -171,7 +148,6 @@ def test_arrows_point_where_belt_and_pulleys_move(direction: float) -> None:
     # From where the bodies are at the last two samples; the belt goes the way of its numbers.
     x, y = (record.channels[name][-2:] for name in "xy")
     path = path_of(record)
-    assert path is not None
     for found, span in zip(triangles(record), path.spans, strict=True):
         middle = 0.5 * (np.array(span.start) + np.array(span.end))
         k = int(np.argmin(np.hypot(x[0] - middle[0], y[0] - middle[1])))
@@ -187,15 +163,12 @@ def test_a_drive_at_rest_has_no_arrows() -> None:
         assert (triangles(record), arrows(record)) == ([], [])
 
 
-# --- the patch ---------------------------------------------------------------------------------
-
-
 def with_patch(record: Record, start: float, stop: float) -> Record:
     text = record.attributes["scenario"] + (
         f"\n[effects.patch]\nfrom = {start}\nto = {stop}\nmu_s = 0.3\nmu_k = 0.25\n"
     )
     text = text.replace("[mechanism.belt]\n", "[mechanism.belt]\naxial_rigidity = 1.5e5\n")
-    return record._replace(attributes=record.attributes | {"scenario": text})
+    return with_scenario(record, text)
 
 
 @pytest.mark.parametrize("in_plane", [False, True])
@@ -205,7 +178,6 @@ def test_the_patch_lies_on_its_bodies(in_plane: bool) -> None:
     pitch = distances[-1] / 60
     first, last = int(np.ceil(0.3 / pitch - 0.5)), int(np.ceil(0.6 / pitch - 0.5)) - 1
     patch = patch_of(record, belt_of(record))
-    assert patch is not None
     assert patch.words == "patch: mu_s = 0.3, mu_k = 0.25"
     assert length_of(patch.line) == pytest.approx((last + 1 - first) * pitch, rel=0.02)
     bodies = np.column_stack([record.channels[name][-1][first : last + 1] for name in "xy"])
@@ -221,9 +193,6 @@ def test_without_a_patch_there_is_none() -> None:
     assert patch_of(by_hand(), belt_of(by_hand())) is None
     far = with_patch(by_hand(), 5.0, 6.0)
     assert patch_of(far, belt_of(far)) is None
-
-
-# --- forces in grey ----------------------------------------------------------------------------
 
 
 def test_forces_differ_in_their_ends() -> None:

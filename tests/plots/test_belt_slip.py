@@ -1,6 +1,5 @@
 """The slip in the view `speeds`: that of the summary, for unlike pulleys, reversed or at rest."""
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,18 +9,9 @@ from frictionsim.mechanisms.belt_drive.slip import Ends, ends_of, slip_percent
 from frictionsim.plots import draw
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run
-from tests.support.records import record_of
-from tests.support.scenarios import shipped, simulate
+from tests.support.records import record_of, string, with_channels, with_scenario
 
 UNLIKE = (Pulley("big", 0.0, 0.0, 0.05), Pulley("small", 0.4, 0.1, 0.02))
-
-
-@cache
-def solved() -> Record:
-    """Return a run with unlike pulleys that turn clockwise."""
-    data = shipped("belt_string", solver__duration=0.6)
-    data["mechanism"]["pulleys"][1]["radius"] = 0.02
-    return record_of(simulate(data))
 
 
 def slip_panel(record: Record) -> Any:
@@ -30,8 +20,9 @@ def slip_panel(record: Record) -> Any:
     return found[0]
 
 
-def with_speed(record: Record, speed: Any) -> Record:
-    return record._replace(channels=record.channels | {"pulley_speed": speed})
+def solved() -> Record:
+    """Return a run with unlike pulleys that turn clockwise."""
+    return string(0.6, driven_radius=0.02)
 
 
 def test_the_mean_is_that_of_the_summary() -> None:
@@ -71,10 +62,8 @@ def test_the_slip_of_drives_made_by_hand(
 ) -> None:
     """Each pulley of these is 1 % slower than the one before; of FOUR, one is on the back."""
     record = record_of(belt_run(pulleys, samples=101))
-    torque = direction * record.channels["pulley_torque"]
-    record = with_speed(record, direction * record.channels["pulley_speed"])
-    record = record._replace(channels=record.channels | {"pulley_torque": torque})
-    ax = slip_panel(record)
+    turned = {n: direction * record.channels[n] for n in ("pulley_speed", "pulley_torque")}
+    ax = slip_panel(with_channels(record, **turned))
     drawn, mean = (np.asarray(line.get_ydata()) for line in ax.lines)
     assert np.isnan(drawn[0])  # all are at rest
     np.testing.assert_allclose(drawn[1:], slip, atol=1e-9)
@@ -87,18 +76,19 @@ def test_a_pulley_on_the_back_of_the_belt_slips_as_the_others(turned: float, sli
     """It turns the other way; in the second case with a load that turns it against the belt."""
     record = record_of(belt_run(FOUR, samples=41))
     torque = np.tile([15.0, 0.0, 15.0 * turned, 0.0], (41, 1))
-    record = record._replace(channels=record.channels | {"pulley_torque": torque})
     speed = record.channels["pulley_speed"] * [1.0, 1.0, turned, 1.0]
-    ax = slip_panel(with_speed(record, speed))
+    ax = slip_panel(with_channels(record, pulley_torque=torque, pulley_speed=speed))
     assert ax.get_ylabel() == "slip of tensioner,\n%"
     assert np.asarray(ax.lines[1].get_ydata()) == pytest.approx([slip] * 2)
 
 
-def test_a_driver_at_rest_has_no_slip() -> None:
+def test_a_driver_at_rest_or_without_radius_has_no_slip() -> None:
     record = record_of(belt_run(samples=21))
-    ax = slip_panel(with_speed(record, np.zeros((21, 2))))
+    ax = slip_panel(with_channels(record, pulley_speed=np.zeros((21, 2))))
     assert not ax.lines
     assert [text.get_text() for text in ax.texts] == ["no slip: driver is at rest"]
+    bare = with_scenario(record, "")
+    assert [ax.get_ylabel().split()[0] for ax in draw(bare, "speeds").axes] == ["pulley", "pulley"]
 
 
 def test_the_scale_is_that_of_a_driver_in_motion() -> None:
@@ -107,24 +97,15 @@ def test_the_scale_is_that_of_a_driver_in_motion() -> None:
     speed = record.channels["pulley_speed"].copy()
     speed[1] = [1e-3, -5.0]
     speed[150, 1] *= 0.98
-    ax = slip_panel(with_speed(record, speed))
+    ax = slip_panel(with_channels(record, pulley_speed=speed))
     low, high = ax.get_ylim()
     assert (0.7 < low < 1.0, 2.98 < high < 3.3) == (True, True)
     assert np.nanmax(np.asarray(ax.lines[0].get_ydata())) > 1e5
 
 
-def test_without_radii_there_is_no_slip() -> None:
-    record = record_of(belt_run(samples=5))
-    bare = record._replace(attributes=record.attributes | {"scenario": ""})
-    assert [ax.get_ylabel().split()[0] for ax in draw(bare, "speeds").axes] == ["pulley", "pulley"]
-
-
-def test_ends_are_chosen_by_power() -> None:
+def test_ends_are_chosen_by_power_and_their_rims_give_the_slip() -> None:
     assert ends_of(np.array([1.0, -3.0, 2.0])) == Ends(2, 1)
     assert ends_of(np.zeros(3)) == Ends(0, 2)
-
-
-def test_slip_of_one_drive() -> None:
     rims = np.array([[2.0, 1.9], [-2.0, -1.9], [2.0, -0.2], [1e-9, 1.0], [0.0, 0.0]])
     found = slip_percent(rims, Ends(0, 1), 1e-6)
     np.testing.assert_allclose(found, [5.0, 5.0, 110.0, np.nan, np.nan])

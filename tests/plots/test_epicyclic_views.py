@@ -1,6 +1,5 @@
 """Views of the epicyclic gear: smooth torques that are those of the file, cusps and dwell."""
 
-from functools import cache
 from math import pi
 from typing import Any
 
@@ -10,31 +9,28 @@ import pytest
 from frictionsim.plots import draw
 from frictionsim.plots.finer_samples import refined
 from frictionsim.results import Record
-from tests.support.records import record_of
-from tests.support.scenarios import shipped, simulate
+from tests.support.records import shown, with_channels, without
 
 
-@cache
 def gear(sun: float = 0.12, tracer: float = 0.06, angle_deg: float = 180.0, **keys: Any) -> Record:
     """Return a run at a given speed of 20 rad/s: just over a turn from the horizontal."""
-    changes = {
-        "mechanism__sun_radius": sun,
-        "mechanism__initial_angle_deg": 0.0,
-        "drive": {"speed": 20.0},
-        "effects__tracer_point__radius": tracer,
-        "effects__tracer_point__angle_deg": angle_deg,
-        "solver__duration": 0.32,
-    }
-    return record_of(simulate(shipped("epicyclic", **(changes | keys))))
+    return shown(
+        "epicyclic",
+        mechanism__sun_radius=sun,
+        mechanism__initial_angle_deg=0.0,
+        drive__speed=20.0,
+        drive__torque=None,
+        effects__tracer_point__radius=tracer,
+        effects__tracer_point__angle_deg=angle_deg,
+        solver__duration=0.32,
+        **keys,
+    )
 
 
-@cache
 def driven(interval: float, load: str = "weight") -> Record:
-    changes = {"output__interval": interval, "effects__rolling_friction__normal_load": load}
-    return record_of(simulate(shipped("epicyclic", **changes)))
-
-
-# --- smooth torques ----------------------------------------------------------------------------
+    return shown(
+        "epicyclic", output__interval=interval, effects__rolling_friction__normal_load=load
+    )
 
 
 def line_of(record: Record, label: str) -> tuple[Any, Any]:
@@ -75,24 +71,17 @@ def test_torques_between_coarse_samples_are_those_of_a_run_with_fine_ones(load: 
         np.testing.assert_allclose(coarse.channels[name][late], expected, atol=off * scale)
 
 
-def test_torques_that_are_not_those_of_the_equations_are_left_as_they_are() -> None:
+def test_torques_that_are_not_those_of_the_equations_or_fine_enough_are_left_as_they_are() -> None:
     record = driven(0.005)
     other = record.channels["uniform_torque"] + 0.5
-    changed = record._replace(channels=record.channels | {"uniform_torque": other})
-    found = refined(changed).channels
+    found = refined(with_channels(record, uniform_torque=other)).channels
     expected = np.interp(found["time"], record.channels["time"], other)
     np.testing.assert_allclose(found["uniform_torque"], expected)
-
-
-def test_samples_that_are_fine_enough_are_not_refined() -> None:
+    # Nor are samples that are fine enough.
     record = driven(0.0005)
     assert refined(record) is record
-    bare = {n: v for n, v in driven(0.005).channels.items() if n != "angular_velocity"}
-    without = driven(0.005)._replace(channels=bare)
-    assert refined(without) is without
-
-
-# --- cusps and dwell ---------------------------------------------------------------------------
+    bare = without(driven(0.005), "angular_velocity")
+    assert refined(bare) is bare
 
 
 def marks(record: Record) -> tuple[Any, list[str]]:

@@ -20,18 +20,9 @@ from frictionsim.plots.window import Extent
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
 from tests.support import motions
-from tests.support.records import record_of
-from tests.support.scenarios import SCENARIOS, pulley, shipped, simulate
-from tests.support.shaft_forces import (
-    TIMES,
-    acting,
-    couples,
-    drawn_motion,
-    drawn_shaft,
-    mirrored,
-    mirrored_motion,
-    moment,
-)
+from tests.support.records import shown, with_channels, without
+from tests.support.scenarios import shipped
+from tests.support.shaft_forces import TIMES, acting, couples, drawn_motion, drawn_shaft, moment
 
 VIEW = "friction_circle"
 DRAWN = range(4)
@@ -67,22 +58,19 @@ def value_of(text: str) -> float:
     return float(word)
 
 
-@cache
 def crank() -> Record:
-    data = shipped("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
-    return record_of(simulate(data))
-
-
-# --- numbers --------------------------------------------------------------------------------------
+    return shown("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
 
 
 @pytest.mark.parametrize("number", DRAWN)
 @pytest.mark.parametrize("sample", [0, 13])
-def test_arrows_are_where_the_forces_act_and_balance(number: int, sample: int) -> None:
+def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
+    number: int, sample: int
+) -> None:
     data, channels = drawn_shaft(number), drawn_motion(number)
-    shown = Extent(time=float(TIMES[sample]))
-    found = arrows(draw(drawn(number), VIEW, shown=shown).axes[0])
-    wanted = acting(data, channels)
+    figure = draw(drawn(number), VIEW, shown=Extent(time=float(TIMES[sample])))
+    whole, enlarged = figure.axes
+    found, wanted = arrows(whole), acting(data, channels)
     scale = abs(found["weight of the body"][1]) / (8.0 * 9.81)
     for name, (place, force) in wanted.items():
         if name not in found:  # too short to be seen
@@ -91,20 +79,9 @@ def test_arrows_are_where_the_forces_act_and_balance(number: int, sample: int) -
         assert found[name][1] == pytest.approx(scale * force[sample]), name
         if name != "cord":
             assert found[name][0] == pytest.approx(place[sample]), name
-    total = scale * sum(force[sample] for _, force in wanted.values())
-    assert found["reaction"][1] == pytest.approx(-total)
-
-
-@pytest.mark.parametrize("number", DRAWN)
-@pytest.mark.parametrize("sample", [0, 13])
-def test_lever_arms_have_the_moments(number: int, sample: int) -> None:
-    data, channels = drawn_shaft(number), drawn_motion(number)
-    figure = draw(drawn(number), VIEW, shown=Extent(time=float(TIMES[sample])))
-    whole, enlarged = figure.axes
-    found = arrows(whole)
-    scale = abs(found["weight of the body"][1]) / (8.0 * 9.81)
-    torque = channels["friction_torque"][sample]
     foot, way = found["reaction"]
+    assert way == pytest.approx(-scale * sum(force[sample] for _, force in wanted.values()))
+    torque = channels["friction_torque"][sample]
     assert moment(foot, way) / scale == pytest.approx(torque)
     (arm,) = (line for line in enlarged.lines if line.get_label() == "lever arm")
     (x0, x1), (y0, y1) = arm.get_data()
@@ -112,27 +89,16 @@ def test_lever_arms_have_the_moments(number: int, sample: int) -> None:
     assert complex(x1, y1) == pytest.approx(foot)
     assert moment(complex(x1, y1), way / scale) == pytest.approx(torque)
     # The resultant of all forces and couples, without the inertia force.
-    forces = [(p, f) for name, (p, f) in acting(data, channels).items() if "inertia" not in name]
+    forces = [pair for name, pair in wanted.items() if "inertia" not in name]
     applied = sum(moment(p, f)[sample] for p, f in forces)
     applied += sum(size[sample] for size in couples(data, channels).values())
     (words,) = (text for text in key_of(figure) if text.startswith("resultant"))
-    size = abs(sum(f[sample] for _, f in forces))
-    assert value_of(words) == pytest.approx(size, rel=1e-3)
+    assert value_of(words) == pytest.approx(abs(sum(f[sample] for _, f in forces)), rel=1e-3)
     if "couple" in words:
         assert value_of(words.split("couple of")[1]) == pytest.approx(applied, rel=1e-3)
     else:
         foot, way = found["resultant"]
         assert moment(foot, way) / scale == pytest.approx(applied)
-
-
-def test_a_mirrored_scenario_is_drawn_mirrored() -> None:
-    found = arrows(draw(drawn(1), VIEW).axes[0])
-    other = made(mirrored(drawn_shaft(1)), mirrored_motion(drawn_motion(1)))
-    seen = arrows(draw(other, VIEW).axes[0])
-    assert found.keys() == seen.keys()
-    for name, (tail, way) in found.items():
-        assert seen[name][0] == pytest.approx(-tail.conjugate()), name
-        assert seen[name][1] == pytest.approx(-way.conjugate()), name
 
 
 def test_circles_and_shaft_are_true_to_scale_and_the_contact_is_on_the_shaft() -> None:
@@ -174,9 +140,6 @@ def test_an_instant_is_that_of_the_sample_before() -> None:
     assert draw(crank(), VIEW, shown=Extent(time=0.2)).axes[0].get_title() == "at 0.2 s: sticks"
 
 
-# --- where something is not there -----------------------------------------------------------------
-
-
 def two_forces(x: float = 0.3, mu: tuple[float, float] = (0.2, 0.1), **changes: Any) -> Record:
     """Return a result at rest of two equal forces to one side or to opposite sides."""
     forces = [
@@ -194,9 +157,8 @@ def two_forces(x: float = 0.3, mu: tuple[float, float] = (0.2, 0.1), **changes: 
     return made(data, channels | {"friction_torque": still + 0.01, "mode": np.zeros(2, int)})
 
 
-def test_a_couple_of_forces_has_no_resultant_and_no_reaction() -> None:
-    found = two_forces()
-    forces = tomllib.loads(found.attributes["scenario"])["forces"]
+def test_a_couple_of_forces_has_no_resultant_and_one_far_away_goes_through_the_axis() -> None:
+    forces = tomllib.loads(two_forces().attributes["scenario"])["forces"]
     forces[1]["direction"] = [0.0, -1.0]
     figure = draw(two_forces(forces=forces), VIEW)
     words = key_of(figure)
@@ -205,29 +167,18 @@ def test_a_couple_of_forces_has_no_resultant_and_no_reaction() -> None:
     assert arrows(figure.axes[0]).keys() == {"left", "right"}
     assert not arrows(figure.axes[1])
     assert figure.axes[0].get_title().endswith("the shaft has no friction at this instant")
-
-
-def test_a_resultant_far_away_goes_through_the_axis_with_a_couple() -> None:
-    forces = [
-        {"name": "a", "size": 51.0, "point": [-0.3, 0.0], "direction": [0.0, 1.0]},
-        {"name": "b", "size": 50.0, "point": [0.3, 0.0], "direction": [0.0, -1.0]},
-    ]
-    figure = draw(two_forces(forces=forces), VIEW)
-    (words,) = (text for text in key_of(figure) if text.startswith("resultant"))
+    forces[0]["size"], forces[1]["point"] = 51.0, [0.3, 0.0]
+    (words,) = (t for t in key_of(draw(two_forces(forces=forces), VIEW)) if t[:9] == "resultant")
     assert words == "resultant, 1 N, with a couple of \N{MINUS SIGN}30.3 N m"
 
 
 def test_without_dry_friction_there_is_the_body_alone() -> None:
-    found = two_forces(effects={})
-    channels = {k: v for k, v in found.channels.items() if k not in ("friction_torque", "mode")}
-    figure = draw(found._replace(channels=channels), VIEW)
+    figure = draw(without(two_forces(effects={}), "friction_torque", "mode"), VIEW)
     (ax,) = figure.axes
     assert ax.get_title() == "at 1 s\nno dry friction: the reaction goes through the axis"
     assert arrows(ax)["reaction"][0] == 0.0
     assert not [text for text in key_of(figure) if "circle" in text or "lever arm" in text]
-
-
-def test_without_coefficients_of_friction_the_circles_are_points() -> None:
+    # Without coefficients of friction the circles are points.
     figure = draw(two_forces(mu=(0.0, 0.0)), VIEW)
     radii = [p.get_radius() for p in figure.axes[1].patches if isinstance(p, Circle)]
     assert sorted(radii) == pytest.approx([0.02, 0.03])
@@ -289,12 +240,9 @@ def test_nothing_has_the_colour_of_a_force_that_is_none() -> None:
     assert len([one for one in ax.lines if np.size(one.get_xdata()) == 2]) >= 5
 
 
-def test_the_inertia_force_has_a_short_name_beside_it() -> None:
+def test_the_inertia_force_has_a_short_name_beside_the_body() -> None:
     figure = draw(rotor(), VIEW)
-    texts = [text.get_text() for text in figure.axes[0].texts]
-    assert "inertia force" in texts
     assert any(t.startswith("inertia force of the eccentric mass, 64.8 N") for t in key_of(figure))
-    # Beside the body, not across it.
     figure.draw_without_rendering()
     ax = figure.axes[0]
     (label,) = (text for text in ax.texts if text.get_text() == "inertia force")
@@ -312,31 +260,16 @@ def test_the_key_says_which_arrow_is_too_short_to_be_drawn() -> None:
 def test_title_and_caption_are_apart() -> None:
     figure = draw(crank(), VIEW)
     figure.draw_without_rendering()
-    assert figure._suptitle is not None
     title, caption = (text.get_window_extent() for text in (figure._suptitle, figure.axes[0].title))
     assert title.y0 - caption.y1 > 0.15 * figure.dpi
 
 
-def test_an_end_stop_is_a_couple() -> None:
-    found = two_forces()
-    torque = {"stop_torque": np.array([0.0, -3.0])}
-    found = found._replace(channels=found.channels | torque)
+def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
+    with pytest.raises(InputError, match="has no channel angular_acceleration"):
+        draw(without(drawn(1), "angular_acceleration"), VIEW)
+    found = with_channels(two_forces(), stop_torque=np.array([0.0, -3.0]))
     assert "end stop, \N{MINUS SIGN}3 N m" in key_of(draw(found, VIEW))
     assert not [t for t in key_of(draw(found, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
-
-
-def test_what_is_missing_is_said() -> None:
-    found = drawn(1)
-    channels = {k: v for k, v in found.channels.items() if k != "angular_acceleration"}
-    with pytest.raises(InputError, match="has no channel angular_acceleration"):
-        draw(found._replace(channels=channels), VIEW)
-    with pytest.raises(InputError, match="is for the view 'response'"):
-        draw(crank(), VIEW, shown=Extent(start=0.1))
-    with pytest.raises(InputError, match="is for the view 'friction_circle'"):
-        draw(crank(), "response", shown=Extent(time=0.1))
-
-
-# --- texts ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper", "title": False}])
@@ -344,21 +277,9 @@ def test_what_is_missing_is_said() -> None:
 def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
-    data = tomllib.loads((SCENARIOS / f"{name}.toml").read_text())
-    figure = draw(made(data, channels), VIEW, look=appearance(**look))
+    figure = draw(made(shipped(name), channels), VIEW, look=appearance(**look))
     figure.draw_without_rendering()
     check_texts(figure)
-
-
-def test_a_picture_in_the_place_of_axes_has_its_texts_apart() -> None:
-    figure, axes = plt.subplots(1, 2, figsize=(13.0, 6.0), layout="constrained")
-    draw(crank(), VIEW, ax=axes[1])
-    plt.close(figure)
-    figure.draw_without_rendering()
-    part = figure.subfigs[0]
-    assert len(part.axes) == 2
-    boxes = [text.get_window_extent() for ax in part.axes for text in ax.texts]
-    assert all(part.bbox.x0 - 2 <= box.x0 <= box.x1 <= part.bbox.x1 + 2 for box in boxes)
 
 
 def test_a_name_without_space_is_left_out() -> None:
@@ -370,12 +291,9 @@ def test_a_name_without_space_is_left_out() -> None:
     plt.close(ax.figure)
 
 
-# --- response -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["shaft", "pulley"])
 def test_the_static_limit_is_drawn_with_the_friction_torque(kind: str) -> None:
-    record = crank() if kind == "shaft" else record_of(simulate(pulley(solver__duration=0.1)))
+    record = crank() if kind == "shaft" else shown("pulley")
     journal = tomllib.loads(record.attributes["scenario"])["effects"]["shaft_friction"]
     radius = journal["shaft_radius"] * np.sin(np.arctan(journal["mu_s"]))
     figure = draw(record)
@@ -389,5 +307,4 @@ def test_the_static_limit_is_drawn_with_the_friction_torque(kind: str) -> None:
 
 
 def test_a_body_without_friction_has_no_static_limit() -> None:
-    record = record_of(simulate(shipped("shaft", effects=None, solver__duration=0.1)))
-    assert not draw(record).legends
+    assert not draw(shown("shaft", effects=None, solver__duration=0.1)).legends

@@ -15,6 +15,7 @@ from frictionsim.plots import draw, plot_all
 from frictionsim.plots.hanging_masses import slipping_phases
 from frictionsim.plots.window import Extent
 from frictionsim.results import SLACK, Record
+from tests.support.records import shown, with_channels
 from tests.support.scenarios import pulley, shipped
 
 LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
@@ -24,9 +25,8 @@ STATIC, KINETIC = exp(0.127 * pi), exp(0.116 * pi)
 START, END = 11.432540019, 13.631891874  # of the slip of the cord, by the independent program
 
 
-@cache
 def solved(name: str, **changes: Any) -> Record:
-    return fs.solve(shipped(name, solver__rtol=1e-8, **changes)).record
+    return shown(name, solver__rtol=1e-8, **changes)
 
 
 def panel(figure: Figure, label: str) -> Any:
@@ -46,19 +46,24 @@ def line(ax: Any, label: str = "") -> tuple[Any, Any]:
     return time[np.isfinite(values)], values[np.isfinite(values)]
 
 
+@cache
+def drawn(name: str = LIFT, view: str = "response") -> Figure:
+    return draw(solved(name), view)
+
+
 def test_the_panels_of_a_lift() -> None:
-    labels = [ax.get_ylabel().replace("\n", " ") for ax in draw(solved(LIFT)).axes]
+    labels = [ax.get_ylabel().replace("\n", " ") for ax in drawn().axes]
     assert labels == [
         *("drive torque, N m", "tension of the rope, N", "friction torque, N m"),
         *("velocity, m/s", "height above the start, m", "slip of the cord, m"),
     ]
-    labels = [ax.get_ylabel() for ax in draw(solved(SLACK_ROPE)).axes]
+    labels = [ax.get_ylabel() for ax in drawn(SLACK_ROPE).axes]
     assert labels[-1] == "slack rope, m"
     assert len(labels) == 6
 
 
 def test_the_torques_to_lift_and_to_hold_are_those_of_the_weights() -> None:
-    ax = panel(draw(solved(LIFT)), "drive torque")
+    ax = panel(drawn(), "drive torque")
     hold, lift = (R * (M1 - M2) + sign * R_S * (M1 + M2) for sign in (-1.0, 1.0))
     texts = {text.get_text() for text in ax.texts}
     assert {f"−{-G * lift:.1f} N m to lift", f"−{-G * hold:.1f} N m to hold"} <= texts  # noqa: RUF001
@@ -71,7 +76,7 @@ def test_the_torques_to_lift_and_to_hold_are_those_of_the_weights() -> None:
 
 
 def test_tensions_and_the_range_in_which_the_cord_sticks() -> None:
-    ax = panel(draw(solved(LIFT)), "tension")
+    ax = panel(drawn(), "tension")
     _, car = line(ax, "car")
     _, other = line(ax, "counterweight")
     assert car[0] == pytest.approx(M1 * G)
@@ -84,7 +89,7 @@ def test_tensions_and_the_range_in_which_the_cord_sticks() -> None:
 
 
 def test_friction_is_within_its_limit_of_the_tensions() -> None:
-    figure = draw(solved(LIFT))
+    figure = drawn()
     ax = panel(figure, "friction torque")
     time, torque = line(ax)
     upper = max(
@@ -98,20 +103,20 @@ def test_friction_is_within_its_limit_of_the_tensions() -> None:
 
 def test_speeds_are_the_rates_of_height_and_angle() -> None:
     record = solved(LIFT)
-    ax = panel(draw(record), "velocity")
+    ax = panel(drawn(), "velocity")
     time = record.channels["time"]
     middle = 0.5 * (time[1:] + time[:-1])
     for label, way in (
         ("car", record.channels["car_position"]),
         ("rim of the pulley", R * record.channels["angle"]),
     ):
-        shown = np.interp(middle, *line(ax, label))
-        assert shown == pytest.approx(np.diff(way) / np.diff(time), abs=8e-3)
+        seen = np.interp(middle, *line(ax, label))
+        assert seen == pytest.approx(np.diff(way) / np.diff(time), abs=8e-3)
 
 
 def test_a_slack_rope_is_the_way_of_the_car_beyond_that_of_the_rim() -> None:
     record = solved(SLACK_ROPE)
-    ax = panel(draw(record), "slack rope")
+    ax = panel(drawn(SLACK_ROPE), "slack rope")
     assert [one.get_label() for one in ax.lines if len(one.get_xdata()) > 100] == ["car"]
     time, gap = line(ax, "car")
     # Free flight from the start of slack to the first impact, relative to the rim.
@@ -143,8 +148,8 @@ def test_both_sides_of_an_impact_are_drawn() -> None:
     assert np.count_nonzero(at == impact.time) <= 1
 
 
-def test_the_ratio_of_tensions_slips_at_the_limit_of_euler_and_eytelwein() -> None:
-    figure = draw(solved(LIFT), "traction")
+def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_the_slip() -> None:
+    figure = drawn(view="traction")
     ax = panel(figure, "tension of the counterweight over")
     time, ratio = line(ax)
     slips = (time > START + 1e-6) & (time < END - 1e-6)
@@ -162,15 +167,13 @@ def test_the_ratio_of_tensions_slips_at_the_limit_of_euler_and_eytelwein() -> No
         (span,) = shaded.patches
         assert span.get_x() == pytest.approx(START, abs=1e-6)
         assert span.get_x() + span.get_width() == pytest.approx(END, abs=1e-6)
-
-
-def test_the_speed_of_slip_is_the_rate_of_the_slip() -> None:
-    figure = draw(solved(LIFT), "traction")
     time, speed = line(panel(figure, "speed of slip"))
     _, slip = line(panel(figure, "slip of the cord"))
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
     assert way[-1] == pytest.approx(slip[-1], rel=1e-4)
     assert slip[-1] > 1.0
+    assert slipping_phases(solved(LIFT)) == [pytest.approx((START, END), abs=1e-6)]
+    assert slipping_phases(solved("hard/lift_traction_limit")) == []
 
 
 def test_a_mirrored_lift_has_the_inverse_ratio() -> None:
@@ -182,7 +185,7 @@ def test_a_mirrored_lift_has_the_inverse_ratio() -> None:
         effects__hanging_masses__counterweight=760.0,
         drive__torque={"time": torque["time"], "value": [-value for value in torque["value"]]},
     )
-    one, two = draw(solved(LIFT), "traction"), draw(fs.solve(data).record, "traction")
+    one, two = drawn(view="traction"), draw(fs.solve(data).record, "traction")
     name = "tension of the counterweight over"
     time, ratio = line(panel(one, name))
     mirrored = np.interp(time, *line(panel(two, name)))
@@ -192,22 +195,15 @@ def test_a_mirrored_lift_has_the_inverse_ratio() -> None:
     assert slip[-1] == pytest.approx(-line(panel(one, "slip of the cord"))[1][-1], rel=1e-6)
 
 
-def test_a_window_shows_its_part() -> None:
-    figure = draw(solved(LIFT), "traction", shown=Extent(start=12.0, stop=13.0))
-    (span,) = figure.axes[0].patches
-    assert span.get_x() == pytest.approx(12.0)
-    assert span.get_width() == pytest.approx(1.0)
-
-
-def test_only_beginning_and_end_of_slip_have_their_times() -> None:
-    def times(**shown: float) -> list[str]:
-        ax = draw(solved(LIFT), "traction", shown=Extent(**shown)).axes[0]
-        return [text.get_text() for text in ax.texts]
-
-    assert times() == [f"{START:.4g} s", f"{END:.4g} s"]
+def test_a_window_shows_its_part_of_the_slip_and_times_of_its_beginning_and_end_alone() -> None:
+    start, end = f"{START:.4g} s", f"{END:.4g} s"
     # Where the window ends nothing happens.
-    assert times(start=12.0, stop=13.0) == []
-    assert times(start=12.0) == [f"{END:.4g} s"]
+    for low, high, times in ((None, None, [start, end]), (12.0, 13.0, []), (12.0, None, [end])):
+        ax = draw(solved(LIFT), "traction", shown=Extent(start=low, stop=high)).axes[0]
+        assert [text.get_text() for text in ax.texts] == times
+        (span,) = ax.patches
+        assert span.get_x() == pytest.approx(low or START)
+        assert span.get_x() + span.get_width() == pytest.approx(high or END)
 
 
 @pytest.mark.parametrize("drive", ["drive_torque", "drive_force"])
@@ -216,20 +212,14 @@ def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
     torque = found.channels["drive_torque"]
 
     def panels(values: Any) -> list[str]:
-        record = found._replace(channels=found.channels | {drive: values})
-        units = record.units | {drive: found.units["drive_torque"]}
-        figure = draw(record._replace(units=units))
+        units = found.units | {drive: found.units["drive_torque"]}
+        figure = draw(with_channels(found, **{drive: values})._replace(units=units))
         return [ax.get_ylabel().replace("\n", " ").split(",")[0] for ax in figure.axes]
 
     words = drive.replace("_", " ")
     assert words not in panels(0.0 * torque)
     assert words in panels(torque)
     assert "friction torque" in panels(0.0 * torque)
-
-
-def test_phases_of_slip_alternate_with_those_of_stick() -> None:
-    assert slipping_phases(solved(LIFT)) == [pytest.approx((START, END), abs=1e-6)]
-    assert slipping_phases(solved("hard/lift_traction_limit")) == []
 
 
 def test_a_cord_that_cannot_slip_has_no_traction(tmp_path: Path) -> None:
@@ -240,13 +230,10 @@ def test_a_cord_that_cannot_slip_has_no_traction(tmp_path: Path) -> None:
     assert reasons == []
 
 
-def test_a_chosen_channel_is_drawn_alone_with_the_limits() -> None:
-    figure = draw(solved(LIFT), shown=Extent(channels=("drive_torque",)))
-    (ax,) = figure.axes
+def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:
+    (ax,) = draw(solved(LIFT), shown=Extent(channels=("drive_torque",))).axes
     assert len([text for text in ax.texts if text.get_text().endswith(("hold", "lift"))]) == 2
 
-
-def test_a_torque_on_a_pulley_without_masses_has_its_limits() -> None:
     data = pulley(
         drive__force=None,
         drive__torque={"time": [0.0, 1.0], "value": [0.0, 200.0]},

@@ -1,6 +1,5 @@
 """Views of pulley and marble machine: labels inside their panel, and no panel that says nothing."""
 
-from functools import cache
 from itertools import product
 from typing import Any
 
@@ -12,30 +11,15 @@ from matplotlib.figure import Figure
 from frictionsim.plots import draw
 from frictionsim.plots.pulley import label_places
 from frictionsim.results import Record
-from tests.support.records import record_of
-from tests.support.scenarios import pulley, shipped, simulate
+from tests.support.records import shown, with_channels, without
 
 
-@cache
 def pulley_record() -> Record:
-    return record_of(simulate(pulley(solver__duration=1.0, solver__rtol=1e-4)))
+    return shown("pulley", solver__duration=1.0, solver__rtol=1e-4)
 
 
-@cache
 def marbles() -> Record:
-    return record_of(simulate(shipped("marble_machine", solver__duration=0.6, solver__rtol=1e-4)))
-
-
-def with_channels(record: Record, **channels: Any) -> Record:
-    return record._replace(channels=record.channels | channels)
-
-
-def without(record: Record, *names: str) -> Record:
-    kept = {name: values for name, values in record.channels.items() if name not in names}
-    return record._replace(channels=kept)
-
-
-# --- forces to hold and to lift ----------------------------------------------------------------
+    return shown("marble_machine", solver__duration=0.6, solver__rtol=1e-4)
 
 
 def force_labels(figure: Figure) -> tuple[Any, list[Any]]:
@@ -87,9 +71,6 @@ def test_places_of_labels() -> None:
     assert label_places([0.5, 0.5], 0.5) == pytest.approx([0.25, 0.75])
 
 
-# --- torques of the marble machine -------------------------------------------------------------
-
-
 def panels(record: Record) -> list[Any]:
     return draw(record, "torque").figure.axes  # type: ignore[no-any-return]
 
@@ -111,9 +92,6 @@ def test_torques_of_about_the_same_range_have_one_panel(motor: str) -> None:
 def test_torques_without_those_of_load_and_friction_have_one_panel() -> None:
     (ax,) = panels(without(marbles(), "load_torque", "friction_torque"))
     assert ax.lines[0].get_label() == "motor, times the gear ratio"
-
-
-def test_a_constant_load_has_no_panel_of_its_own() -> None:
     still = np.full_like(marbles().channels["load_torque"], 0.012)
     assert len(panels(without(with_channels(marbles(), load_torque=still), "friction_torque"))) == 1
 

@@ -8,6 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.api import tables
+from frictionsim.reports.charts import MAX_SAMPLES, charts_of
 from frictionsim.reports.event_table import MAX_EVENTS, events
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
@@ -58,7 +59,9 @@ def row(html: str, name: str) -> list[str]:
     return re.sub(r"<[^>]*>", "|", found).replace("||", "|").strip("|").split("|")
 
 
-def test_a_report_has_title_status_summary_audit_scenario_and_origin(pulley: fs.Result) -> None:
+def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnings(
+    pulley: fs.Result,
+) -> None:
     html, text = html_of(pulley), plain(html_of(pulley))
     assert "<title>Pulley on a dry shaft</title>" in html
     assert "kind pulley effects shaft_friction, viscous_damping" in text
@@ -71,6 +74,8 @@ def test_a_report_has_title_status_summary_audit_scenario_and_origin(pulley: fs.
     assert row(html, "version of frictionsim")[1] == fs.__version__
     assert html.count("<caption>") == html.count("<table>")
     assert "breakaway shaft stick sliding forward" in text
+    html = html_of(pulley, warnings="first warning\nsecond warning")
+    assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 
 
 @pytest.mark.parametrize(
@@ -88,11 +93,6 @@ def test_the_status_is_in_words_with_a_sign(
     assert words in text
     note = "The run did not come to its end: what follows is what there is up to 3 s."
     assert (note in text) == (status != "done")
-
-
-def test_warnings_stand_before_the_charts(pulley: fs.Result) -> None:
-    html = html_of(pulley, warnings="first warning\nsecond warning")
-    assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 
 
 def test_estimated_errors_have_a_column(pulley: fs.Result) -> None:
@@ -114,9 +114,6 @@ def test_several_results_are_side_by_side_with_the_difference_of_two(
     assert row(html, "mechanism.load")[1:] == ["2224.1", "2300.0"]
     assert "r1 less r0" in html
     assert "less" not in plain(html_of(pulley, heavy, pulley))
-
-
-def test_equal_scenarios_are_said_to_be_the_same(pulley: fs.Result) -> None:
     assert "The scenarios are the same." in plain(html_of(pulley, pulley))
 
 
@@ -133,7 +130,9 @@ def without_samples(record: Record) -> Record:
     return record._replace(channels=channels, events=empty, quantities={}, checks={})
 
 
-def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
+def test_a_result_without_samples_or_quantities_has_the_tables_that_there_are(
+    pulley: fs.Result,
+) -> None:
     run = ReportedRun(without_samples(pulley.record))
     assert "This result has no samples: there is nothing to draw, only tables." in plain(
         run_report([run])
@@ -143,17 +142,11 @@ def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
     assert data["results"][0]["no_motion"] == (
         "cannot show this result in motion: it has no samples"
     )
-
-
-def test_a_result_without_samples_leaves_the_charts_of_others(pulley: fs.Result) -> None:
-    runs = [ReportedRun(without_samples(pulley.record), label="a"), ReportedRun(pulley.record)]
-    charts = data_of(runs)["charts"]
-    assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
-
-
-def test_a_file_of_version_1_says_what_is_missing(pulley: fs.Result) -> None:
-    old = pulley.record._replace(quantities={}, checks={}, statistics=None)
+    old = pulley.record._replace(quantities={}, checks={}, statistics=None)  # of version 1
     assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
+    # The charts of others stay.
+    charts = data_of([run, ReportedRun(pulley.record)])["charts"]
+    assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
 
 
 def test_many_events_are_cut_and_counted(pulley: fs.Result) -> None:
@@ -170,6 +163,21 @@ def test_charts_of_a_kind_begin_with_its_panels(pulley: fs.Result) -> None:
     assert first == ["drive_force", "friction_torque", "angular_velocity", "angle"]
     energy = next(chart for chart in charts if chart["name"] == "energy")
     assert [line["label"] for line in energy["lines"]][:2] == ["input", "damping"]
+
+
+def test_a_long_channel_is_thinned_and_keeps_its_peak(pulley: fs.Result) -> None:
+    time = np.linspace(0.0, 12.0, 50_000)
+    old = pulley.record.channels
+    channels = {name: np.interp(time, old["time"], values) for name, values in old.items()}
+    channels |= {"time": time, "mode": np.ones(time.size, dtype=int)}
+    channels["angle"][33_333] = 1e3
+    events = {name: values[:0] for name, values in pulley.record.events.items()}
+    charts = charts_of([ReportedRun(pulley.record._replace(channels=channels, events=events))])
+    (line,) = next(chart for chart in charts if chart.name == "angle").lines
+    assert MAX_SAMPLES / 2 < line.time.size <= MAX_SAMPLES
+    kept = np.searchsorted(time, line.time)
+    assert 33_333 in kept
+    np.testing.assert_array_equal(line.values, channels["angle"][kept])
 
 
 def test_results_are_named_by_their_files() -> None:

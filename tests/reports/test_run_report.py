@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.reports.charts import MAX_SAMPLES
 from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, wait_until
 from tests.support.scenarios import SCENARIOS
@@ -106,59 +105,44 @@ def test_charts_hold_the_numbers_of_the_file(page: Any, files: Path) -> None:
         events = file["events/time"][:]
         for name in ("drive_force", "friction_torque", "angle"):
             ((time, values),) = page.evaluate(LINES, name)
-            # At events there may be both sides, of which the next test is.
             shown = [pair for pair in zip(time, values, strict=True) if pair[0] not in events]
             stored = zip(file["time"][:].tolist(), file[name][:].tolist(), strict=True)
             assert shown == [pair for pair in stored if pair[0] not in events]
         energies = page.evaluate(LINES, "energy")
         assert energies[0][1] == file["energy_input"][:].tolist()
-
-
-def test_both_sides_of_a_jump_are_drawn(page: Any, files: Path) -> None:
-    ((time, values),) = page.evaluate(LINES, "friction_torque")
-    with h5py.File(files / "pulley.h5") as file:
-        events = file["events"]
-        for number, at in enumerate(events["time"]):
+        ((time, values),) = page.evaluate(LINES, "friction_torque")
+        for number, at in enumerate(events):  # both sides of a jump
             place = time.index(at)
-            sides = [events[f"friction_torque_{side}"][number] for side in ("before", "after")]
-            assert values[place : place + 3] == [sides[0], None, sides[1]]
+            sides = (file[f"events/friction_torque_{side}"] for side in ("before", "after"))
+            before, after = (side[number] for side in sides)
+            assert values[place : place + 3] == [before, None, after]
 
 
-def test_zooming_one_chart_zooms_all(page: Any) -> None:
+def test_zooming_one_chart_zooms_all_and_curves_stay_where_the_axes_say(page: Any) -> None:
+    def zoomed(to: list[float]) -> None:
+        page.evaluate(SETTLED)
+        ranges, misplaced = page.evaluate(f"[{RANGES}, ({MISPLACED})()]")
+        assert ranges == [to] * 4
+        assert max(misplaced) < 0.1  # pixels; a path has two decimals
+
+    whole = page.get_by_role("button", name="Show the whole run")
+    nearer = page.get_by_role("button", name="Zoom in about the time of the clock")
+    zoomed([0, 12])
     page.evaluate("Plotly.relayout(frictionsim.charts.charts[0].plot, {'xaxis.range': [1, 2]})")
-    page.evaluate(SETTLED)
-    assert page.evaluate(RANGES) == [[1, 2]] * 4
-    page.get_by_role("button", name="Show the whole run").click()
-    page.evaluate(SETTLED)
-    assert page.evaluate(RANGES) == [[0, 12]] * 4
-    for time, range_ in ((6, [3, 9]), (0, [0, 3]), (12, [9, 12])):
-        page.get_by_role("button", name="Show the whole run").click()
+    zoomed([1, 2])
+    for time, clicks, range_ in ((6, 1, [3, 9]), (0, 2, [0, 3]), (12, 2, [9, 12])):
+        whole.click()
         page.evaluate("(time) => frictionsim.clock.set(time)", time)
-        for _ in range_[:: 1 if time in (0, 12) else 2]:
-            page.get_by_role("button", name="Zoom in about the time of the clock").click()
-        page.evaluate(SETTLED)
-        assert page.evaluate(RANGES) == [range_] * 4
+        for _ in range(clicks):
+            nearer.click()
+        zoomed(range_)
+    whole.click()
+    zoomed([0, 12])
 
 
-def test_curves_are_where_the_axes_say(page: Any) -> None:
-    assert max(page.evaluate(MISPLACED)) < 0.1  # pixels; a path has two decimals
-    for button in ("Zoom in about the time of the clock", "Show the whole run"):
-        page.evaluate("frictionsim.clock.set(3)")
-        page.get_by_role("button", name=button).click()
-        page.evaluate(SETTLED)
-        assert max(page.evaluate(MISPLACED)) < 0.1
-
-
-def test_the_buttons_of_a_chart_are_those_that_stay_in_the_page(page: Any) -> None:
-    titles = (
-        page.locator(".plot")
-        .first.locator(".modebar-btn")
-        .evaluate_all("(buttons) => buttons.map((button) => button.dataset.title)")
-    )
-    assert titles == ["Zoom", "Pan", "Zoom in", "Zoom out", "Reset axes", "Download plot as a PNG"]
-
-
-def test_the_buttons_of_a_chart_are_over_it_only_under_a_pointer(browser: Any, files: Path) -> None:
+def test_on_a_touch_screen_buttons_are_over_a_chart_only_under_a_pointer_and_events_fit(
+    browser: Any, files: Path
+) -> None:
     # Plotly hides them only where a pointer can hover, which a touch screen has not.
     touched = {"viewport": {"width": 1100, "height": 900}, "has_touch": True, "is_mobile": True}
     with opened(browser, files / "pulley.html", **touched) as page:
@@ -169,14 +153,14 @@ def test_the_buttons_of_a_chart_are_over_it_only_under_a_pointer(browser: Any, f
         wait_until(
             page, "getComputedStyle(document.querySelector('.plot .modebar')).opacity === '1'"
         )
-
-
-def test_the_events_fit_beside_the_charts(browser: Any, files: Path) -> None:
-    with opened(browser, files / "pulley.html", viewport={"width": 1100, "height": 900}) as page:
         region = page.locator("#events .scrolled")
         assert region.locator("thead th").last.text_content() == "angle, rad"
         wide, needed = region.evaluate("(div) => [div.clientWidth, div.scrollWidth]")
         assert needed <= wide
+        titles = "(buttons) => buttons.map((button) => button.dataset.title)"
+        assert page.locator(".plot").first.locator(".modebar-btn").evaluate_all(titles) == [
+            *("Zoom", "Pan", "Zoom in", "Zoom out", "Reset axes", "Download plot as a PNG")
+        ]
 
 
 def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> None:
@@ -212,18 +196,17 @@ def test_the_slider_moves_cursors_values_and_drawing(page: Any, clock: Any) -> N
     assert page.text_content(".chart[data-name=drive_force] .key output") == "3113.75 N"
 
 
-def test_a_click_on_a_chart_sets_the_clock_to_a_sample(page: Any, clock: Any, files: Path) -> None:
+def test_a_click_sets_the_clock_to_a_sample_and_an_event_is_marked(
+    page: Any, clock: Any, files: Path
+) -> None:
+    with h5py.File(files / "pulley.h5") as file:
+        times, events = file["time"][:], file["events/time"][:]
     box = page.locator(".plot .nsewdrag").first.bounding_box()
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     assert clock() == pytest.approx(6.0, abs=0.02)
-    with h5py.File(files / "pulley.h5") as file:
-        assert clock() in file["time"][:]
-
-
-def test_an_event_sets_the_clock_and_is_marked(page: Any, clock: Any, files: Path) -> None:
+    assert clock() in times
     page.locator("#events button").nth(1).click()
-    with h5py.File(files / "pulley.h5") as file:
-        assert clock() == file["events/time"][1]
+    assert clock() == events[1]
     assert page.locator("#events tr[aria-current]").count() == 1
     assert "comes to rest" in page.text_content("#events tr[aria-current]")
 
@@ -266,9 +249,7 @@ def test_the_space_plays_and_pauses_and_nothing_plays_by_itself(page: Any, clock
     page.wait_for_timeout(100)
     assert clock() == stopped
     assert page.get_by_role("button", name="Play").count() == 1
-
-
-def test_the_clock_stops_at_the_end_and_begins_again(page: Any, clock: Any) -> None:
+    # It stops at the end, and begins again.
     page.evaluate("frictionsim.clock.set(11.99); frictionsim.clock.play()")
     wait_until(page, "!frictionsim.clock.playing")
     assert clock() == 12.0
@@ -289,21 +270,22 @@ def test_lines_can_be_hidden_and_more_charts_opened(page: Any) -> None:
     assert first.get_attribute("aria-pressed") == "false"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_page_follows_the_system_and_a_button(browser: Any, files: Path, scheme: str) -> None:
-    background = "getComputedStyle(document.body).backgroundColor"
-    text = "frictionsim.charts.charts[0].plot.layout.font.color"
-    light, dark = ("rgb(255, 255, 255)", "#333333"), ("rgb(22, 24, 27)", "#d8d8d8")
-    pairs = [light, dark] if scheme == "light" else [dark, light]
-    with opened(browser, files / "pulley.html", color_scheme=scheme, viewport=WIDE) as page:
-        assert (page.evaluate(background), page.evaluate(text)) == pairs[0]
-        page.locator("#theme").click()
-        page.evaluate(SETTLED)
-        assert (page.evaluate(background), page.evaluate(text)) == pairs[1]
-
-
-def test_a_comparison_overlays_its_results(browser: Any, files: Path) -> None:
-    with opened(browser, files / "two.html", viewport=WIDE) as page:
+def test_a_comparison_overlays_its_results_and_follows_system_and_button(
+    browser: Any, files: Path
+) -> None:
+    look = (
+        "[getComputedStyle(document.body).backgroundColor,"
+        " frictionsim.charts.charts[0].plot.layout.font.color]"
+    )
+    light, dark = ["rgb(255, 255, 255)", "#333333"], ["rgb(22, 24, 27)", "#d8d8d8"]
+    with opened(browser, files / "two.html", color_scheme="dark", viewport=WIDE) as page:
+        assert page.evaluate(look) == dark
+        page.emulate_media(color_scheme="light")
+        wait_until(page, f"{look}.join() === {','.join(light)!r}")
+        for after in (dark, light):
+            page.locator("#theme").click()
+            page.evaluate(SETTLED)
+            assert page.evaluate(look) == after
         lines = page.evaluate(LINES, "drive_force")
         assert [time[-1] for time, _ in lines] == [12.0, 3.0]
         key = page.locator(".chart[data-name=drive_force] .key .name").all_inner_texts()
@@ -355,24 +337,3 @@ def test_texts_of_files_stay_text(browser: Any, tmp_path: Path) -> None:
         assert f"{HARM}0" in names
         assert page.evaluate("window.harm") is None
         assert page.locator("img").count() == 0
-
-
-def test_a_long_channel_is_thinned_and_keeps_its_peak(browser: Any, files: Path) -> None:
-    record = fs.open(files / "pulley.h5").record
-    count = 50_000
-    time = np.linspace(0.0, 12.0, count)
-    channels = {
-        name: np.interp(time, record.channels["time"], v) for name, v in record.channels.items()
-    }
-    channels["angle"][33_333] = 1e3
-    channels["mode"] = np.ones(count, dtype=int)
-    events = {name: values[:0] for name, values in record.events.items()}
-    long = fs.Result(record._replace(channels=channels | {"time": time}, events=events))
-    file = fs.report(long, files / "long.html")
-    with opened(browser, file, viewport=WIDE) as page:
-        ((times, values),) = page.evaluate(LINES, "angle")
-        assert MAX_SAMPLES / 2 < len(times) <= MAX_SAMPLES
-        assert values[times.index(time[33_333])] == 1e3
-        assert set(zip(times, values, strict=True)) <= set(
-            zip(time.tolist(), channels["angle"].tolist(), strict=True)
-        )

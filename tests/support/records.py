@@ -1,11 +1,24 @@
-"""Runs as the records that pictures are made of."""
+"""Runs as the records that pictures are made of, each read from its file once."""
 
+from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.plots import OF_EFFECT, VIEWS
 from frictionsim.results import Record
 from frictionsim.simulation.simulate import RunResult
+from tests.support.belt_results import FOUR, TWO, belt_run
+from tests.support.scenarios import shipped, simulate
+
+BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
+# All kinds with their effects that change a picture.
+DRAWN = ("pulley_return", "lift", "marble_machine", "epicyclic", "swing_door", *BELTS)
 
 
 def record_of(run: RunResult) -> Record:
@@ -14,3 +27,48 @@ def record_of(run: RunResult) -> Record:
         path = Path(folder) / "a.h5"
         hdf5_writer.write(run, path)
         return hdf5_reader.read(path)
+
+
+@cache
+def shown(name: str, **changes: Any) -> Record:
+    """Return a belt made by hand, or a run of a shipped scenario with changes as in `shipped`."""
+    return record_of(belt_run(BELTS[name]) if name in BELTS else simulate(shipped(name, **changes)))
+
+
+@cache
+def string(duration: float = 0.3, driven_radius: float = 0.027) -> Record:
+    """Return a run of the shipped guided string, by its fast method."""
+    data = shipped("belt_string", solver__duration=duration, solver__backend="moreau")
+    data["mechanism"]["pulleys"][1]["radius"] = driven_radius
+    return record_of(simulate(data))
+
+
+def views_of_record(name: str) -> list[str]:
+    """Return the views that a shipped scenario, or a belt made by hand, has."""
+    kind = "belt_drive" if name in BELTS else shipped(name)["kind"]
+    return [view for view in VIEWS[kind] if name == "lift" or (kind, view) not in OF_EFFECT]
+
+
+def drawn_views(names: Iterable[str] = DRAWN) -> list[tuple[str, str]]:
+    """Return the results of all kinds, each with each of its views."""
+    return [(name, view) for name in names for view in views_of_record(name)]
+
+
+def with_channels(record: Record, **channels: Any) -> Record:
+    """Return a record with other values of channels."""
+    return record._replace(channels=record.channels | channels)
+
+
+def without(record: Record, *names: str) -> Record:
+    """Return a record that lacks channels."""
+    return record._replace(channels={k: v for k, v in record.channels.items() if k not in names})
+
+
+def with_scenario(record: Record, text: str) -> Record:
+    """Return a record with another scenario in it."""
+    return record._replace(attributes=record.attributes | {"scenario": text})
+
+
+def words_of(figure: Figure) -> str:
+    """Return the texts of a picture, a line each."""
+    return "\n".join(text.get_text() for text in figure.findobj(Text))

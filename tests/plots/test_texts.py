@@ -1,7 +1,9 @@
-"""Texts of files in pictures are drawn as they are, never as formulas, commands or reordered."""
+"""Texts in pictures: quantities with their units; what files say as it is, never as formulas."""
 
 import logging
+import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,38 +17,30 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.plots import OF_EFFECT, VIEWS, draw, draw_overlay
+from frictionsim.plots import draw, draw_overlay
 from frictionsim.plots.animation import animate
 from frictionsim.plots.appearance import Appearance
 from frictionsim.plots.literal_text import literal
 from frictionsim.plots.overlay import Overlaid
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import png
+from frictionsim.plots.style import axis_label, unit_text, with_unit
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.plots.window import Extent
 from frictionsim.results import Record
 from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
+from tests.plots.test_fit_picture import over_a_key
 from tests.support import motions
-from tests.support.belt_results import FOUR, belt_run
-from tests.support.records import record_of
-from tests.support.scenarios import pulley, shipped, simulate
+from tests.support.records import drawn_views, shown
 from tests.support.sweeps import grid_of
 
 BAD = r"$\frac$"  # no formula: matplotlib ends with an exception where it reads one
 
 
-def record(kind: str) -> Record:
-    if kind == "belt_drive":
-        return record_of(belt_run(FOUR, samples=21))
-    if kind == "pulley":
-        return record_of(simulate(pulley(solver__duration=0.1)))
-    return record_of(simulate(shipped(kind, solver__duration=0.1)))
-
-
-def hostile(found: Record) -> Record:
+def hostile(name: str) -> Record:
     """Return a result all of whose texts are formulas that matplotlib cannot read."""
-    kept = ("kind", "scenario")
+    found, kept = shown(name), ("kind", "scenario")
     return found._replace(
         attributes={k: v if k in kept else f"{v} {BAD}" for k, v in found.attributes.items()},
         units=dict.fromkeys(found.units, BAD),
@@ -65,25 +59,24 @@ def texts_of(artist: Any) -> Iterator[Text]:
             yield from texts_of(child)
 
 
+def narrow() -> Figure:
+    return draw(hostile("pulley"), look=Appearance(width=3.3, style="paper"))
+
+
+def overlay() -> Figure:
+    two = [Overlaid(name, hostile("pulley")) for name in (BAD, "b")]
+    return draw_overlay(two, shown=Extent(channels=("angle",)))
+
+
 def pictures() -> Iterator[Any]:
-    for kind in VIEWS:
-        for view in VIEWS[kind]:
-            if (kind, view) in OF_EFFECT:
-                continue
-            name = f"{kind}-{view}"
-            yield pytest.param(lambda k=kind, v=view: draw(hostile(record(k)), v), id=name)
-    found = lambda: hostile(record("pulley"))  # noqa: E731
-    narrow = Appearance(width=3.3, style="paper")
-    yield pytest.param(lambda: draw(found(), look=narrow), id="narrow")
-    channels = Extent(channels=("angle",))
-    two = lambda: [Overlaid(BAD, found()), Overlaid("b", found())]  # noqa: E731
-    over = lambda: draw_overlay(two(), shown=channels)  # noqa: E731
-    yield pytest.param(over, id="overlay")
+    for name, view in drawn_views():
+        yield pytest.param(lambda n=name, v=view: draw(hostile(n), v), id=f"{name}-{view}")
+    yield from (narrow, overlay)
     vary = {BAD: [f"a {BAD}", f"b {BAD}"]}
     values = {BAD: lambda x: np.arange(len(x), dtype=float)}
-    yield pytest.param(lambda: draw_sweep(grid_of(vary, values)), id="sweep")
+    yield pytest.param(partial(draw_sweep, grid_of(vary, values)), id="sweep")
     costs = [row(BAD, 1e-9, 0.1), row(BAD, None, 0.01)]
-    yield pytest.param(lambda: cost_of(costs), id="cost")
+    yield pytest.param(partial(cost_of, costs), id="cost")
 
 
 @pytest.mark.parametrize("picture", list(pictures()))
@@ -92,18 +85,18 @@ def test_no_text_of_a_file_is_read_as_a_formula(picture: Callable[[], Figure]) -
     found = [text.get_text() for text in texts_of(figure)]
     assert any(r"\frac" in text for text in found)
     assert not [text for text in found if is_math_text(text)]
-    figure.savefig(BytesIO(), format="png")  # which names along axes are laid out for
+    figure.draw_without_rendering()  # which names along axes are laid out for
 
 
 def test_a_title_stands_in_a_picture_letter_by_letter() -> None:
     title = "a $x_1^2$ \\$b$ \x1b[31m \u202eback\t\udcff"
     with mpl.rc_context({"svg.fonttype": "none"}):
-        found = record("pulley")
+        found = shown("pulley")
         found = found._replace(attributes=found.attributes | {"title": title})
         buffer = BytesIO()
         draw(found).savefig(buffer, format="svg")
-    shown = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
-    assert f">{shown}</text>" in buffer.getvalue().decode()
+    written = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
+    assert f">{written}</text>" in buffer.getvalue().decode()
 
 
 def test_powers_of_ten_along_an_axis_stay_raised() -> None:
@@ -119,7 +112,7 @@ def test_powers_of_ten_along_an_axis_stay_raised() -> None:
 def test_texts_in_the_figure_of_the_caller_stay() -> None:
     figure = Figure(layout="constrained")
     own = figure.text(0.1, 0.1, "$x^2$")
-    draw(hostile(record("pulley")), figure=figure)
+    draw(hostile("pulley"), figure=figure)
     draw_again = {text.get_text() for text in texts_of(figure)}
     assert own.get_text() == "$x^2$"
     assert any(r"\$\frac\$" in text for text in draw_again)
@@ -151,3 +144,64 @@ def test_nothing_is_logged_of_letters_that_are_drawn(caplog: pytest.LogCaptureFi
         assert not caplog.records
         figure.savefig(BytesIO())
     assert "does not have a glyph" in caplog.text
+
+
+UNITS = "N m|rad/s²|rad/s|rad|m/s|m|N|s|%|J|kg m²"
+WITHOUT = {  # numbers without a unit
+    *("largest relative error", "right-hand-side evaluations", "turns from the horizontal"),
+    *("runs", "part of the variance", "mu s", "effects.friction.mu_s", "run"),
+    "tension of the counterweight over that of the car",
+}
+
+
+def sweeps() -> Iterator[Callable[[], Figure]]:
+    units = {"mu_s": "1", "inertia": "kg m^2", "force": "N"}
+    number = {"effects.friction.mu_s": np.linspace(0.1, 0.3, 6)}
+    other = number | {"load.force": np.linspace(1.0, 3.0, 6)}
+    flat = {name: lambda x: np.sin(9.0 * x) for name in units}
+    both = {name: lambda x, y: np.sin(9.0 * x) * y for name in units}
+
+    def with_units(table: Any) -> Any:
+        table.units.update(units)
+        keys = {"effects.friction.mu_s": "1", "load.force": "N"}
+        for key, coordinate in table.coordinates.items():
+            table.coordinates[key] = coordinate._replace(unit=keys[key])
+        return table
+
+    yield lambda: draw_sweep(with_units(grid_of(number, flat)))
+    yield lambda: draw_sweep(with_units(grid_of(other, both)))
+
+
+def labelled() -> Iterator[Any]:
+    for name, view in drawn_views():
+        yield pytest.param(lambda n=name, v=view: draw(shown(n), v), id=f"{name}-{view}")
+    yield from sweeps()
+    yield lambda: cost_of([row("a", 1e-9, 0.1), row("a", None, 0.01)])
+    yield lambda: over_a_key().plot()
+
+
+@pytest.mark.parametrize("picture", list(labelled()))
+def test_every_axis_says_quantity_and_unit(picture: Callable[[], Figure]) -> None:
+    axes = picture().axes
+    labels = [label for ax in axes for label in (ax.get_xlabel(), ax.get_ylabel()) if label]
+    assert labels
+    for label in labels:
+        if " ".join(label.split()) not in WITHOUT:
+            assert re.fullmatch(rf"[^,]+,[ \n]({UNITS})", label), label
+
+
+def test_a_label_is_broken_before_its_unit_only_where_it_is_too_long() -> None:
+    assert axis_label("force", "N") == "force, N"
+    assert axis_label("mu_s", "1") == axis_label("mu_s") == "mu_s"
+    assert axis_label("angular velocity", "rad/s", 18) == "angular velocity,\nrad/s"
+    assert axis_label("drive force", "N", 18) == "drive force, N"
+    assert axis_label("inertia of the gear", "kg m^2", 12) == "inertia of\nthe gear,\nkg m²"
+    assert axis_label("at the scale of the load", "N m", 18) == "at the scale of\nthe load, N m"
+    assert axis_label("a$b$", "N") == "a$b$, N"
+
+
+def test_exponents_are_raised() -> None:
+    assert unit_text("kg m^2") == "kg m²"
+    assert unit_text("s^-1") == "s⁻¹"
+    assert (unit_text("1"), unit_text("")) == ("", "")
+    assert (with_unit("3", "1"), with_unit("3", "m^3")) == ("3", "3 m³")
