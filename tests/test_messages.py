@@ -12,6 +12,7 @@ Lines in their order, as many of each as needed:
 - `FILE: OLD -> NEW` replaces a text that is there once, in a copy of a shipped scenario;
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
+  With code 2 or 4 it changes no file and prints nothing to stdout (but `check`, of other files).
 - `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
@@ -44,10 +45,18 @@ def cases(path: Path) -> list[tuple[str, list[str]]]:
     ]
 
 
+def files() -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in Path().rglob("*") if not path.is_dir()}
+
+
 def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
     """Return what a command or an expression says, each line behind its exit code or class."""
     if line.startswith("$ "):
+        before = files()
         done = in_this_process(capsys, *shlex.split(line[2:]))
+        if done.returncode in (2, 4):
+            assert files() == before
+            assert not done.stdout or done.args[0] == "check"
         return [f"{done.returncode}| {text}".rstrip() for text in done.stderr.splitlines() or [""]]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -64,6 +73,7 @@ def prepare(line: str) -> None:
     """Write or change a file of a case."""
     name, _, change = line.partition(": ")
     path = Path(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
     if change.startswith(("'", '"')):
         path.write_text(ast.literal_eval(change), encoding="utf-8")
         return

@@ -37,14 +37,6 @@ def test_check_takes_folders_and_files(told: Run) -> None:
     assert err.startswith("frictionsim: a/bad.toml:1: kind: unknown kind 'puley'")
 
 
-def test_a_folder_without_scenarios_is_told(told: Run) -> None:
-    Path("empty").mkdir()
-    assert told("check", "empty", code=2) == (
-        "",
-        "frictionsim: empty: there is no scenario (*.toml) in this folder\n",
-    )
-
-
 def test_check_as_json(told: Run) -> None:
     Path("bad.toml").write_text('kind = "pulley"\nmechanism.load = -1\n')
     out, err = told("check", PULLEY, "bad.toml", "--json", code=2)
@@ -147,18 +139,6 @@ def test_plot_keeps_an_existing_picture(options: list[str], told: Run) -> None:
     assert picture.read_bytes() == b"\x89PNG precious"
     told("plot", "a.h5", *options)
     assert picture.read_bytes().startswith(b"\x89PNG\r\n")
-
-
-@pytest.mark.parametrize(
-    ("output", "code", "message"),
-    [
-        ("a.txt", 2, "a.txt: expected a picture name that ends in .png, .pdf or .svg"),
-        ("no/a.png", 4, "no/a.png: cannot write the picture: there is no folder 'no'"),
-    ],
-)
-def test_plot_into_an_impossible_file(output: str, code: int, message: str, told: Run) -> None:
-    told("solve", PULLEY, "-q", "-o", "a.h5")
-    assert told("plot", "a.h5", "-o", output, code=code) == ("", f"frictionsim: {message}\n")
 
 
 SET = {

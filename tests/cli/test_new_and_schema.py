@@ -83,33 +83,6 @@ def test_the_list_has_all(told: Run) -> None:
     assert "Pulley on a dry shaft" in shipped
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        (["pulley", "old.toml"], 4, "old.toml: cannot write the scenario: the file exists and is"
-         " not replaced; give another name"),
-        (["pulley", "."], 4, ".: cannot write the scenario: this is a folder; give a file name"),
-        (["pulley", "no/a.toml"], 4, "no/a.toml: cannot write the scenario: there is no folder"
-         " 'no'"),
-        (["pulley", "a" * 300], 4, f"{'a' * 300}: cannot write the scenario: File name too long"),
-        (["puley"], 2, "unknown kind or shipped scenario 'puley' (did you mean 'pulley'?)"),
-        (["hoist.toml", "pulley"], 2, "new: expected the kind before the file, got 'hoist.toml';"
-         " 'frictionsim new pulley hoist.toml' writes a pulley, 'frictionsim new --list' lists"
-         " what there is"),
-        ([], 2, "new: KIND is missing; 'frictionsim new --list' lists what there is"),
-        (["pulley", "--list"], 2, "new: expected no argument beside --list, got 'pulley'"),
-        (["pulley", "a", "b"], 2, "unexpected argument 'b'; see frictionsim new --help"),
-    ],
-)  # fmt: skip
-def test_a_mistake_is_one_sentence(
-    arguments: list[str], code: int, message: str, told: Run
-) -> None:
-    Path("old.toml").write_text("precious")
-    assert told("new", *arguments, code=code) == ("", f"frictionsim: {message}\n")
-    assert [path.name for path in Path().iterdir()] == ["old.toml"]
-    assert Path("old.toml").read_text() == "precious"
-
-
 @pytest.mark.parametrize("kind", [None, *KINDS])
 def test_the_schema_is_one_of_json_and_accepts_a_new_scenario(
     kind: str | None, told: Run, capsys: pytest.CaptureFixture[str]
@@ -127,11 +100,6 @@ def test_the_schema_is_one_of_json_and_accepts_a_new_scenario(
 def test_the_printed_schema_is_the_one_beside_the_scenarios(told: Run) -> None:
     shipped = (SCENARIOS / "schemas" / "pulley.json").read_text(encoding="utf-8")
     assert told("schema", "pulley")[0] == shipped
-
-
-def test_an_unknown_kind_has_no_schema(told: Run) -> None:
-    _, err = told("schema", "puley", code=2)
-    assert err == "frictionsim: unknown kind 'puley' (did you mean 'pulley'?)\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")

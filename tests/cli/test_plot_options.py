@@ -83,37 +83,6 @@ def test_size_style_and_window_are_those_that_are_given(
     assert ">drive force" not in text
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["a.h5", "--width=-3cm"], "--width: expected 2 to 200 cm, got -3cm"),
-        (["a.h5", "--width", "84"], "--width: expected a length with its unit"),
-        (["a.h5", "--dpi", "1e6"], "--dpi: expected 10 to 10000 dots per inch, got 1e+06"),
-        (["a.h5", "--dpi", "9999"], "--dpi: a picture of 79992 x "),
-        (["a.h5", "--from", "2", "--to", "1"], "a window whose start is before its end"),
-        (["a.h5", "--to", "nan"], "--to: expected a time in s, got nan"),
-        (["a.h5", "--time", "1"], "the view 'response' shows no single instant"),
-        (["a.h5", "--body", "1", "--time", "1"], "the view 'response' shows no single"),
-        (["gear.h5", "--view", "path,all"], "expected '--view all' alone, got it beside other"),
-        (["gear.h5", "--view", "path", "--view", "path"], "would both be written to gear-path.png"),
-        (["gear.h5", "--view", "path,drive"], "unknown view 'drive' of kind 'epicyclic'"),
-        (["gear.h5", "a.h5"], "unlike kinds over each other: gear.h5 is of kind 'epicyclic', a.h5"),
-        (["a.h5", "s.h5"], "s.h5: this is a sweep; only results of runs are drawn over each other"),
-        (["a.h5", "b.h5", "--body", "1"], "'body' is for a view of the result of a run, these are"),
-        (["a.h5"] * 9, "cannot draw 9 results over each other: 8 are the most"),
-        (["s.h5", "--time", "1"], "'time' is for a view of the result of a run, this is a sweep"),
-        (["s.h5", "--from", "1"], "'window' is for a view of the result of a run, this is a sweep"),
-    ],
-)
-def test_what_cannot_be_drawn_is_said(
-    options: list[str], message: str, told: Callable[..., tuple[str, str]], folder: Path
-) -> None:
-    before = sorted(folder.iterdir())
-    out, err = told(*options, code=2)
-    assert (out, message in err, "Traceback" in err) == ("", True, False), err
-    assert sorted(folder.iterdir()) == before
-
-
 def test_all_views_show_what_applies_to_them(told: Callable[..., tuple[str, str]]) -> None:
     out, err = told("gear.h5", "--view", "all", "--time", "1", "--from", "0.5", "-o", "g.svg")
     assert (out.split(), err) == ([f"g-{v}.svg" for v in ("response", "torque", "path")], "")

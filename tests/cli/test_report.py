@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pytest
-
 import frictionsim as fs
 from tests.cli.conftest import Run
 from tests.support.scenarios import ROOT, SCENARIOS
@@ -22,25 +20,6 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     assert out == f"{here / 'other.html'}\n"
     _, err = told("report", paths[1], "-o", here / "a.html", "--no-clobber", code=4)
     assert "--no-clobber forbids to replace it" in err
-
-
-@pytest.mark.parametrize("option", ["-q", "--quiet"])
-def test_a_quiet_report_is_written_without_a_word(option: str, told: Run, here: Path) -> None:
-    fs.solve(SCENARIOS / "pulley.toml", FAST, output="a.h5")
-    assert told("report", "a.h5", option) == ("", "")
-    assert (here / "a.html").exists()
-    _, err = told("report", "a.h5", option, "--no-clobber", code=4)
-    assert "--no-clobber forbids to replace it" in err
-
-
-@pytest.mark.parametrize("name", [".", "/", ".."])
-def test_a_folder_is_refused(name: str, told: Run, here: Path) -> None:
-    _, err = told("report", name, code=2)
-    assert err == (
-        f"frictionsim: {name}: cannot read this result: this is a folder; give the name of a"
-        " result file\n"
-    )
-    assert list(here.iterdir()) == []
 
 
 def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:

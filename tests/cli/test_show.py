@@ -3,8 +3,6 @@
 import csv
 import io
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -85,15 +83,6 @@ def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
     told("compare", "b.h5", "a.h5", "--rtol", "0", "--atol", "0", "--time-atol", "0")
 
 
-@pytest.mark.parametrize(
-    "options", [["--json", "--csv"], ["--csv", "--scenario"], ["--study", "--json"]]
-)
-def test_one_form_at_a_time(options: list[str], told: Run) -> None:
-    assert told("show", FORMAT_1, *options, code=2)[1] == (
-        "frictionsim: show: give one of --json, --csv, --scenario and --study\n"
-    )
-
-
 def test_a_failed_run_tells_why_and_how_to_resume_it(told: Run) -> None:
     _, solved = told("solve", PULLEY, "-o", "a.h5", "-q", "--max-steps", "50", code=5)
     out, err = told("show", "a.h5")
@@ -140,61 +129,6 @@ def test_format_1_is_shown(told: Run) -> None:
     assert (found["quantities"], found["audit"], found["solver"]) == ({}, {}, {})
     assert "time [s]" in told("show", FORMAT_1, "--csv")[0].splitlines()[0]
     assert tomllib.loads(told("show", FORMAT_1, "--scenario")[0])["kind"] == "belt_drive"
-
-
-@pytest.mark.parametrize("option", ["", "--json", "--csv", "--scenario"])
-def test_a_broken_pipe_is_no_error(option: str, told: Run) -> None:
-    told("solve", PULLEY, "-q", "-o", "a.h5", "--set", "output.interval=1e-4")
-    program = f"{sys.executable} -m frictionsim show a.h5 {option}"
-    for reader in ("head -1", "true"):
-        done = subprocess.run(
-            ["bash", "-o", "pipefail", "-c", f"{program} | {reader}"],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.parametrize("option", ["", "--json", "--csv", "--scenario"])
-def test_a_closed_stdout_is_no_error(option: str, told: Run) -> None:
-    told("solve", PULLEY, "-q", "-o", "a.h5")
-    done = subprocess.run(
-        ["bash", "-c", f"{sys.executable} -m frictionsim show a.h5 {option} >&-"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        (["show", PULLEY], f"{PULLEY}: cannot read this result: this is a scenario;"
-         f" 'frictionsim solve {PULLEY}' makes a result of it"),
-        (["plot", PULLEY], f"{PULLEY}: cannot read this result: this is a scenario;"
-         f" 'frictionsim solve {PULLEY}' makes a result of it"),
-        (["resume", PULLEY], f"{PULLEY}: cannot read this result: this is a scenario;"
-         f" 'frictionsim solve {PULLEY}' makes a result of it"),
-        (["solve", "a.h5"], "a.h5: this is a result, expected a scenario; 'frictionsim show"
-         " --scenario a.h5' prints the scenario in it"),
-        (["check", "a.h5"], "a.h5: this is a result, expected a scenario; 'frictionsim show"
-         " --scenario a.h5' prints the scenario in it"),
-        (["show", "b.h5"], "b.h5: cannot read this result: there is no such file (did you mean"
-         " 'a.h5'?)"),
-        (["show", "down/a.h5"], "down/a.h5: cannot read this result: there is no such file (there"
-         " is no folder 'down')"),
-        (["show", "b.toml"], "b.toml: cannot read this result: there is no such file"),
-        (["show", "text.h5"], "text.h5: cannot read this result: it is not a readable HDF5 file"),
-        (["show", "."], ".: cannot read this result: this is a folder; give the name of a result"
-         " file"),
-    ],
-)  # fmt: skip
-def test_a_wrong_file_is_named(command: list[str], message: str, told: Run) -> None:
-    told("solve", PULLEY, "-q", "-o", "a.h5")
-    Path("text.h5").write_text("hello")
-    assert told(*command, code=2) == ("", f"frictionsim: {message}\n")
 
 
 def test_names_may_have_blanks_and_letters_of_any_script(told: Run) -> None:

@@ -61,10 +61,8 @@ def test_a_signal_ends_an_assembly_in_c(number: signal.Signals, tmp_path: Path) 
 def test_max_wall_ends_an_assembly(tmp_path: Path) -> None:
     arguments = ["solve", PULLEY, "-o", "a.h5", "--max-wall", "0.2"]
     with stalled("pulley.simulation", arguments, tmp_path) as process:
-        started = time.perf_counter()
         _, err = process.communicate(timeout=20)
     assert process.returncode == 5
-    assert time.perf_counter() - started < 5.0
     assert err == (
         "frictionsim: wall-time limit --max-wall 0.2 s reached before the first step; nothing was"
         " written; raise the limit\n"

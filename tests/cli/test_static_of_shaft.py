@@ -34,12 +34,3 @@ def test_static_as_json_has_the_sentences_as_notes(told: Run) -> None:
 def test_a_key_with_dots_needs_no_quotes_and_may_have_them(told: Run) -> None:
     bare = told("static", CRANK, "--set", UNKNOWN)
     assert told("static", CRANK, "--set", 'statics.unknown="forces.effort.size"') == bare
-
-
-def test_two_unknowns_are_refused_in_one_line(told: Run) -> None:
-    both = 'statics.unknown=["forces.load.size", "forces.effort.size"]'
-    assert told("static", CRANK, "--set", both, code=2) == (
-        "",
-        "frictionsim: --set: statics.unknown: eq 24 is one equation and has one unknown; found 2:"
-        " forces.load.size, forces.effort.size\n",
-    )
