@@ -116,14 +116,6 @@ def test_the_star_leaves_the_builtin_open() -> None:
     assert set(fs._MODULES) - set(fs.__all__) == {"open"}
 
 
-def test_an_unknown_name_is_refused() -> None:
-    with pytest.raises(AttributeError) as caught:
-        fs.sovle  # type: ignore[attr-defined]  # noqa: B018
-    assert str(caught.value) == "module 'frictionsim' has no attribute 'sovle'"
-    with pytest.raises(ImportError, match="cannot import name 'sovle' from 'frictionsim'"):
-        exec("from frictionsim import sovle")
-
-
 # --- the command line is a thin layer -------------------------------------------------------
 
 CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))

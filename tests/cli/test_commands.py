@@ -126,6 +126,9 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
     Path("a.h5").unlink()
     check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5)
     check("resume", "a.h5")
+    found = hdf5_reader.read(Path("a.h5"))
+    assert found.channels.keys() == {"time", "angle"}
+    assert '"energy_friction"' in found.attributes["scenario"]
     assert told("solve", "s.toml", "-o", "a.h5", "--quiet") == ("", "\n".join([*stderr, ""]))
 
 

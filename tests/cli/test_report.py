@@ -16,10 +16,17 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     out, _ = told("report", *paths)
     assert out == f"{here / 'a.html'}\n"
     assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text("utf-8")
-    out, _ = told("report", paths[1], "-o", here / "other.html")
-    assert out == f"{here / 'other.html'}\n"
-    _, err = told("report", paths[1], "-o", here / "a.html", "--no-clobber", code=4)
-    assert "--no-clobber forbids to replace it" in err
+    target = here / "other.html"
+    assert told("report", paths[1], "-o", target) == (f"{target}\n", "")
+    for quiet in ("-q", "--quiet"):
+        target.unlink()
+        assert told("report", paths[1], "-o", target, quiet) == ("", "")
+        assert target.exists()
+    # A report is replaced by another one.
+    assert fs.report([paths[0], fs.open(paths[1])], target) == target
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
+    fs.report(fs.open(paths[0]), target)
+    assert "<h1>Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
 
 
 def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:

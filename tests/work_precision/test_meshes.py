@@ -252,27 +252,6 @@ def test_a_scenario_without_contact_compares_strings() -> None:
 # --- arguments and outputs -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("scenario", "given", "sentence"),
-    [
-        (PULLEY, {"bodies": [60]}, "bodies: the kind 'pulley' has no mesh; leave this out"),
-        (BELT, {"models": "chain"}, "models: unknown model 'chain'; known: string, corrected,"),
-        (BELT, {"bodies": 1.5}, "bodies: expected whole numbers of at least 2, got 1.5"),
-        (BELT, {"bodies": [60, 1]}, "bodies: expected whole numbers of at least 2, got 1"),
-        (BELT, {"bodies": [], "models": "polygon"}, "models: without bodies there is no mesh"),
-    ],
-)
-def test_wrong_meshes_are_refused(scenario: str, given: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        fs.cost(scenario, **given)
-    assert str(caught.value).startswith(sentence)
-
-
-def test_an_unknown_argument_is_a_mistake_of_the_caller() -> None:
-    with pytest.raises(TypeError, match=r"'body' \(did you mean 'bodies'\?\)"):
-        fs.cost(BELT, body=[60])  # type: ignore[call-arg]
-
-
 def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     chosen = CHOSEN | {"max_wall": 1e-9}
     with pytest.raises(SolverError) as caught:
@@ -280,15 +259,6 @@ def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     said = str(caught.value)
     assert said.startswith("no mesh is fine enough to judge by: moreau, set-valued, corrected")
     assert said.endswith("compare fewer bodies or allow each run more wall time")
-
-
-@pytest.mark.parametrize("text", ["60,many", "1e2"])
-def test_bodies_are_whole_numbers(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["cost", BELT, "--bodies", text]) == 2
-    assert capsys.readouterr().err == (
-        "frictionsim: --bodies: expected whole numbers separated by commas, as 60,150, or none,"
-        f" got '{text}'\n"
-    )
 
 
 OPTIONS = [

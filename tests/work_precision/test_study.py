@@ -380,37 +380,6 @@ def test_an_interrupted_study_shows_its_results(
     assert len(table.read_text().splitlines()) >= 1 + rows
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (["--backends", "event"], "--backends: unknown backend 'event' (did you mean 'events'?)"),
-        (["--tolerances", "1e-3,fast"], "--tolerances: expected numbers separated by commas"),
-        (["--tolerances", "1e-20"], "--tolerances: expected numbers from 1e-12 to 0.1, got"),
-        (["--tolerances", "nan"], "--tolerances: expected numbers from 1e-12 to 0.1, got 'nan'"),
-        (["--max-wall", "0"], "--max-wall: expected a number above 0 s, got 0"),
-        (["--max-wall", "nan"], "--max-wall: expected a number above 0 s, got nan"),
-        (["--repeats", "0"], "--repeats: expected a number of at least 1, got '0'"),
-        (
-            ["--plot", "a.bmp"],
-            "a.bmp: expected a picture name that ends in .png, .pdf or .svg",
-        ),
-    ],
-)
-def test_invalid_options_are_reported(
-    options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run_command_line(["cost", PULLEY, *options]) == 2
-    assert capsys.readouterr().err.startswith(f"frictionsim: {sentence}")
-
-
-@pytest.mark.parametrize("option", ["--csv", "--plot", "-o"])
-def test_unwritable_outputs_are_reported_before_the_study(
-    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run_command_line(["cost", PULLEY, option, str(tmp_path / "nowhere" / "a.png")]) == 4
-    assert "there is no folder" in capsys.readouterr().err
-
-
 # --- the command ---------------------------------------------------------------------------
 
 
