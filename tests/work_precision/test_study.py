@@ -41,15 +41,20 @@ def ignore(what: Any) -> None:
     """Do nothing."""
 
 
-def study_of(path: str, chosen: list[Setting] | None = None, **options: Any) -> Study:
-    """Return a study of a shipped scenario, each setting timed once."""
+def ladders_of(path: str) -> list[Setting]:
     scenario = load(Path(path))
     mechanism = mechanism_module(scenario.kind).build(scenario)
-    found = settings.ladders(scenario, TOLERANCES, mechanism) if chosen is None else chosen
-    references = settings.references(scenario, mechanism, 1e-12)
-    arguments: dict[str, Any] = {"max_wall": 60.0, "repeats": 1, "on_step": ignore, "show": ignore}
-    metrics = mechanism_module(scenario.kind).METRICS
-    return study(scenario, Plan(found, references, metrics), **{**arguments, **options})
+    return settings.ladders(scenario, TOLERANCES, mechanism)
+
+
+def study_of(
+    path: str, chosen: list[Setting], repeats: int = 1, references: tuple[Setting, ...] = ()
+) -> Study:
+    """Return a study of a shipped scenario."""
+    scenario = load(Path(path))
+    module = mechanism_module(scenario.kind)
+    best = references or settings.references(scenario, module.build(scenario), 1e-12)
+    return study(scenario, Plan(chosen, best, module.METRICS), 60.0, repeats, ignore, ignore)
 
 
 def row(
@@ -201,7 +206,7 @@ def test_different_events_and_missing_quantities_are_total_errors() -> None:
 def of_return() -> dict[str, list[float | None]]:
     """The errors on the return profile, by backend, from the loosest to the tightest setting."""
     found: dict[str, list[float | None]] = {}
-    for r in study_of(RETURN).rows:
+    for r in study_of(RETURN, ladders_of(RETURN)).rows:
         found.setdefault(r.setting.line, []).append(r.error)
     return found
 
@@ -263,12 +268,6 @@ def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) 
         assert found == pytest.approx(golden[name], rel=0.01, abs=3), name
 
 
-def ladders_of(path: str) -> list[Setting]:
-    scenario = load(Path(path))
-    mechanism = mechanism_module(scenario.kind).build(scenario)
-    return settings.ladders(scenario, TOLERANCES, mechanism)
-
-
 def test_step_counts_exclude_samples() -> None:
     found = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
     bare = simulate(pulley(solver__rtol=1e-9, solver__atol=1e-12, output__interval=3.0))
@@ -304,15 +303,21 @@ def test_references_without_friction_use_two_methods() -> None:
 # --- failures ------------------------------------------------------------------------------
 
 
-def test_failed_settings_are_reported_with_the_reason() -> None:
-    few = Setting(
-        *("rk45", "few", ("solver.max_steps=20",), "regularised"),
-        ("effects.shaft_friction.law=regularised",),
-    )
-    found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
-    assert [r.status for r in found.rows] == ["failed", "done"]
-    assert found.rows[0].reason.startswith("limit of 20 steps reached at t = ")
-    assert found.rows[0].error is None
+FEW_STEPS = Setting(
+    *("rk45", "few", ("solver.max_steps=20",), "regularised"),
+    ("effects.shaft_friction.law=regularised",),
+)
+
+
+@pytest.fixture(scope="module")
+def failing() -> Study:
+    return study_of(PULLEY, [FEW_STEPS, with_tolerance("events", 1e-5)])
+
+
+def test_failed_settings_are_reported_with_the_reason(failing: Study) -> None:
+    assert [r.status for r in failing.rows] == ["failed", "done"]
+    assert failing.rows[0].reason.startswith("limit of 20 steps reached at t = ")
+    assert failing.rows[0].error is None
 
 
 def test_runs_over_the_wall_time_limit_are_reported() -> None:
@@ -328,20 +333,11 @@ def test_runs_over_the_wall_time_limit_are_reported() -> None:
     assert found.reason.startswith("wall-time limit --max-wall 0.001 s reached at t = ")
 
 
-def test_failure_of_all_references_is_an_error() -> None:
+def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
-    scenario = load(Path(PULLEY))
-    metrics = mechanism_module("pulley").METRICS
     with pytest.raises(SolverError, match=r"all reference runs failed: events, few: limit"):
-        study(scenario, Plan([], (few,), metrics), 60.0, 1, ignore, ignore)
-
-
-def test_one_failed_reference_is_reported() -> None:
-    few = Setting("events", "few", ("solver.max_steps=2",))
-    scenario = load(Path(PULLEY))
-    both = (few, with_tolerance("rkf45", 1e-10))
-    plan = Plan([], both, mechanism_module("pulley").METRICS)
-    found = study(scenario, plan, 60.0, 1, ignore, ignore)
+        study_of(PULLEY, [], references=(few,))
+    found = study_of(PULLEY, [], references=(few, with_tolerance("rkf45", 1e-10)))
     said = PublicStudy(found).summary()
     assert "reference uncertainty: unknown, the second reference failed" in said
 
@@ -377,7 +373,7 @@ def test_an_interrupted_study_shows_its_results(
     assert "error against run time (interrupted)" in captured.out
     assert captured.out.count("events   ") >= min(rows, 1)
     assert captured.err.startswith("frictionsim: study interrupted by SIGINT at t = ")
-    assert len(table.read_text().splitlines()) >= 1 + rows
+    assert len(table.read_text(encoding="utf-8").splitlines()) >= 1 + rows
 
 
 # --- the command ---------------------------------------------------------------------------
@@ -401,7 +397,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
         "rkf45, set-valued, rtol 1e-9",
     ]
     errors = [s["error"] for s in told["settings"]]
-    with (tmp_path / "a.csv").open() as file:
+    with (tmp_path / "a.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert [float(line["error [1]"]) for line in lines] == errors
     with h5py.File(tmp_path / "a.h5") as file:
@@ -429,18 +425,14 @@ def test_the_table_has_each_setting_and_the_recommendations(
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
-def test_a_study_with_failures_can_be_drawn(suffix: str, tmp_path: Path) -> None:
+def test_a_study_with_failures_can_be_drawn(suffix: str, failing: Study, tmp_path: Path) -> None:
     from frictionsim.plots.picture_file import save
 
-    few = Setting(
-        *("rk45", "few", ("solver.max_steps=20",), "regularised"),
-        ("effects.shaft_friction.law=regularised",),
-    )
-    found = study_of(PULLEY, [few, with_tolerance("events", 1e-5)])
-    save(PublicStudy(found).plot(), tmp_path / f"a{suffix}")
-    save(PublicStudy(found._replace(rows=[], reference=None)).plot(), tmp_path / f"b{suffix}")
+    save(PublicStudy(failing).plot(), tmp_path / f"a{suffix}")
+    save(PublicStudy(failing._replace(rows=[], reference=None)).plot(), tmp_path / f"b{suffix}")
     if suffix == ".svg":
-        assert ">rk45, regularised: 1 failed</text>" in (tmp_path / "a.svg").read_text()
+        drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
+        assert ">rk45, regularised: 1 failed</text>" in drawn
 
 
 # --- a kind with ladders of its own ----------------------------------------------------------
