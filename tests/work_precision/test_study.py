@@ -379,7 +379,17 @@ def test_an_interrupted_study_shows_its_results(
 # --- the command ---------------------------------------------------------------------------
 
 
-def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_path: Path) -> None:
+@pytest.fixture
+def timed_by_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have a run take a millisecond a step, so that no other load decides what is fastest."""
+    monkeypatch.setattr(
+        "frictionsim.work_precision.study._seconds", lambda run: 1e-3 * run.statistics.steps
+    )
+
+
+def test_the_command_writes_table_json_csv_hdf5_and_picture(
+    timed_by_steps: None, cli: Callable, tmp_path: Path
+) -> None:
     done = cli(
         *("cost", PULLEY, "--backends", "events,lsoda", "--tolerances", "1e-4,1e-8"),
         *("--json", "-o", "a.h5", "--csv", "a.csv", "--plot", "a.png", "--repeats", "1"),
@@ -412,7 +422,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(cli: Callable, tmp_p
 
 
 def test_the_table_has_each_setting_and_the_recommendations(
-    capsys: pytest.CaptureFixture[str],
+    timed_by_steps: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["cost", PULLEY, "--laws", "set-valued,published", "--tolerances", "1e-4"]
     assert run_command_line([*arguments, "--repeats", "1"]) == 0
