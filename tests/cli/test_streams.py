@@ -170,51 +170,6 @@ def test_a_reader_that_leaves_ends_the_csv(told: Run, monkeypatch: pytest.Monkey
         assert Left.calls == 1
 
 
-def test_an_error_of_a_file_is_not_one_of_printing(
-    told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: object) -> None:
-        raise OSError(5, "Input/output error")
-
-    monkeypatch.setattr("frictionsim.cli.commands.fs.static", broken)
-    assert told("static", PULLEY, code=4)[1] == "frictionsim: Input/output error\n"
-
-
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [
-        ("static", "out of memory; allow the process more (see 'ulimit -v')"),
-        ("solve", "out of memory; a larger output.interval, or fewer output.channels, records"),
-    ],
-)
-@pytest.mark.parametrize(
-    "error",
-    [MemoryError(), OSError(12, "Cannot allocate memory"), RuntimeError("can't start new thread")],
-    ids=repr,
-)
-def test_a_lack_of_memory_is_told_in_the_words_of_the_command(
-    command: str, said: str, error: Exception, told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise error
-
-    monkeypatch.setattr(f"frictionsim.cli.commands.fs.{command}", fail)
-    _, err = told(command, PULLEY, code=1)
-    assert err.startswith(f"frictionsim: {said}")
-
-
-def test_a_library_that_memory_does_not_suffice_for() -> None:
-    from frictionsim.cli.ending import ending_of
-
-    error = ImportError("libx.so: failed to map segment from shared object")
-    assert ending_of(error, ["solve"]) == (
-        "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
-        " 'ulimit -u')",
-        1,
-    )
-    assert ending_of(ImportError("no module named x"), ["solve"])[1] == 70
-
-
 @pytest.mark.parametrize(
     ("text", "shown"),
     [

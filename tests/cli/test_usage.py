@@ -4,11 +4,9 @@ The sentences are in `tests/messages/command_line.txt`.
 """
 
 import re
-import signal
 from types import SimpleNamespace
 
 import pytest
-import typer
 from typer.main import get_command
 
 from frictionsim import __version__, errors
@@ -96,25 +94,3 @@ def test_colours_and_width_of_the_terminal_do_not_change_a_summary(
     for name, value in (("COLUMNS", "20"), ("NO_COLOR", "1"), ("FORCE_COLOR", "1"), ("TERM", "")):
         monkeypatch.setenv(name, value)
         assert told("static", PULLEY)[0] == wide
-
-
-@pytest.mark.parametrize(
-    ("stop", "code", "said"),
-    [
-        (KeyboardInterrupt(), 128 + signal.SIGINT, ""),
-        (typer.Abort(), 128 + signal.SIGINT, ""),
-        (
-            PermissionError(13, "Permission denied", "some/file"),
-            4,
-            "frictionsim: some/file: Permission denied\n",
-        ),
-    ],
-)
-def test_an_interruption_and_an_error_of_the_system_have_their_exit_codes(
-    stop: BaseException, code: int, said: str, told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise stop
-
-    monkeypatch.setattr("frictionsim.load", fail)
-    assert told("check", PULLEY, code=code) == ("", said)
