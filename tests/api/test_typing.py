@@ -38,7 +38,11 @@ def test_a_users_program_is_well_typed(tmp_path: Path) -> None:
 
 def test_mistakes_of_a_users_program_are_found(tmp_path: Path) -> None:
     path = HERE / "wrong_example.py"
-    marked = {n for n, line in enumerate(path.read_text().splitlines(), 1) if "# wrong" in line}
+    marked = {
+        n
+        for n, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if "# wrong" in line
+    }
     found = {
         int(match[1])
         for line in mypy(path, tmp_path)
@@ -55,5 +59,5 @@ def test_the_program_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.quick
 def test_the_program_uses_every_public_name() -> None:
-    text = (HERE / "example.py").read_text()
+    text = (HERE / "example.py").read_text(encoding="utf-8")
     assert [name for name in (*fs.__all__, "open") if not re.search(rf"\bfs\.{name}\b", text)] == []

@@ -44,7 +44,7 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
 def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
     files = ("-o", "fitted.toml", "--plot", "fit.png")
     told("fit", PULLEY, *SET, *ONE, "--data", log, *files)
-    text = Path("fitted.toml").read_text()
+    text = Path("fitted.toml").read_text(encoding="utf-8")
     assert text.startswith(
         "# Fitted by 'frictionsim fit' from pulley.toml to measured angular_velocity: estimate,"
         f" standard error\n#   {MU_S} = 0.2"
@@ -60,7 +60,7 @@ def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
         "frictionsim: fitted.toml: cannot write the scenario: the file exists and is not replaced;"
         " give another name\n"
     )
-    assert Path("fitted.toml").read_text() == text
+    assert Path("fitted.toml").read_text(encoding="utf-8") == text
     _, err = told(
         "fit", PULLEY, *SET, *ONE, "--data", log, "--plot", "fit.png", "--no-clobber", code=4
     )

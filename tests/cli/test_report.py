@@ -15,7 +15,9 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
         fs.solve(SCENARIOS / "pulley.toml", FAST, output=path)
     out, _ = told("report", *paths)
     assert out == f"{here / 'a.html'}\n"
-    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text("utf-8")
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text(
+        encoding="utf-8"
+    )
     target = here / "other.html"
     assert told("report", paths[1], "-o", target) == (f"{target}\n", "")
     for quiet in ("-q", "--quiet"):
@@ -31,6 +33,6 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
 
 def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:
     told("report", ROOT / "tests" / "io" / "format_1.h5", "-o", here / "old.html")
-    html = (here / "old.html").read_text("utf-8")
+    html = (here / "old.html").read_text(encoding="utf-8")
     assert "a file of format version 1, which holds no quantities, audit and counts" in html
     assert 'data-status="done"' in html

@@ -135,7 +135,7 @@ def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None
         cwd=tmp_path, check=False,
     )  # fmt: skip
     assert closed.returncode == 0
-    number, inheritable = (tmp_path / "a").read_text().split()
+    number, inheritable = (tmp_path / "a").read_text(encoding="utf-8").split()
     assert (int(number) > 2, inheritable) == (True, "True")
 
 
@@ -197,7 +197,7 @@ def test_a_log_and_a_progress_line_go_through_the_same_filter(
     from frictionsim.cli.status_line import StatusLine
 
     name = "a\x1b[2J.toml"
-    Path(name).write_text(Path(PULLEY).read_text())
+    Path(name).write_text(Path(PULLEY).read_text(encoding="utf-8"))
     _, err = told("solve", name, "-v", "-q", "-o", "a\x9b.h5")
     assert r"scenario a\x1b[2J.toml" in err
     assert r"result written: a\u009b.h5" in err

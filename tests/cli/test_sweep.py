@@ -51,13 +51,13 @@ def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
     ].values.tolist()
     # Both are replaced by another sweep, and nothing else is.
     told(*command(2, "s.h5", "--csv", "s.csv", "-q"))
-    assert len(Path("s.csv").read_text().splitlines()) == 3
+    assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 3
 
 
 def test_several_keys_are_varied_as_fit_frees_them(told: Run, here: Path) -> None:
     names = [f"effects.shaft_friction.{name}" for name in ("mu_s", "mu_k")]
     told("sweep", PULLEY, "--vary", f"{','.join(names)}=[0.1, 0.2]", "-o", "s.h5", "--csv", "s.csv")
-    heads = next(csv.reader(io.StringIO(Path("s.csv").read_text())))
+    heads = next(csv.reader(io.StringIO(Path("s.csv").read_text(encoding="utf-8"))))
     assert heads[:2] == ["run [1]", f"{','.join(names)} [1]"]
     single = fs.solve(PULLEY, dict.fromkeys(names, 0.2))
     last = fs.open_sweep("s.h5")["breakaway_time"].values[1]
@@ -76,7 +76,7 @@ def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
     assert os.listdir() == ["s.sobol.csv"]
     for _ in range(2):  # such a table is replaced
         told(*arguments, "-o", "t.h5", "--csv", "t.csv")
-    assert len(Path("t.sobol.csv").read_text().splitlines()) == 1 + 2 * 12
+    assert len(Path("t.sobol.csv").read_text(encoding="utf-8").splitlines()) == 1 + 2 * 12
     _, err = told(*arguments, "-o", "u.h5", "--csv", "t.csv", "--no-clobber", code=4)
     assert "t.csv" in err
 

@@ -82,7 +82,7 @@ def test_csv_scenario_and_study_are_those_of_the_sweep(grid: xarray.Dataset, tol
 
     out, _ = told("show", "s.h5", "--csv")
     write_csv(read_sweep(Path("s.h5")), Path("s.csv"))
-    assert out == Path("s.csv").read_text()
+    assert out == Path("s.csv").read_text(encoding="utf-8")
     assert len(list(csv.reader(io.StringIO(out)))) == 13
     assert tomllib.loads(told("show", "s.h5", "--scenario")[0])["solver"]["rtol"] == 1e-4
     study = tomllib.loads(told("show", "s.h5", "--study")[0])
@@ -125,7 +125,7 @@ def test_a_sweep_is_drawn_beside_its_file(grid: xarray.Dataset, told: Run) -> No
     assert (out, err) == ("s.png\n", "")
     assert Path("s.png").read_bytes().startswith(b"\x89PNG")
     told("plot", "s.h5", "--view", "final_angle", "--at", f"{LOAD}=2000", "-o", "a.svg")
-    text = Path("a.svg").read_text()
+    text = Path("a.svg").read_text(encoding="utf-8")
     assert ">final angle," in text
     assert "(mechanism.load = 2000 N; 12 runs)" in text
     told("plot", "s.h5", "--no-clobber", code=4)

@@ -248,7 +248,7 @@ def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) 
     if request.config.getoption("--update-golden"):
         lines = ",\n".join(f"  {json.dumps(name)}: {list_}" for name, list_ in statistics.items())
         COUNTS.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
-    golden = json.loads(COUNTS.read_text())
+    golden = json.loads(COUNTS.read_text(encoding="utf-8"))
     assert statistics.keys() == golden.keys()
     for name, found in statistics.items():
         # Sums in another order moved a step in 140, and two rejected ones in 3151.
