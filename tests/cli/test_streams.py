@@ -191,6 +191,7 @@ def test_control_characters_are_shown_as_escapes(
     assert captured.out == f"{shown}\n"
 
 
+@pytest.mark.skipif(sys.getfilesystemencoding() != "utf-8", reason="names of files in UTF-8")
 def test_a_log_and_a_progress_line_go_through_the_same_filter(
     told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
