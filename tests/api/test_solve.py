@@ -248,6 +248,7 @@ def test_progress_shows_a_bar_on_a_terminal_only(
         fs.solve(PULLEY, progress=wanted)
         captured = capsys.readouterr()
         assert (captured.out, captured.err) == ("", "")
+    monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes any stream for a terminal then
     fs.solve(PULLEY, progress=True)
     captured = capsys.readouterr()
