@@ -1,8 +1,7 @@
 """The structure of the package: few rooms, imports in one direction, files and calls of a size."""
 
 import ast
-from collections.abc import Iterator
-from itertools import chain
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -26,25 +25,32 @@ COMMANDS = {
 LIKE_A_COMMAND = "api/solving.py: solve"  # its keywords are the options of one
 
 
-def tree_of(module: str, with_types: bool = True) -> ast.Module:
-    """Return the syntax tree of a module, also without the imports that only its types need."""
-    tree = ast.parse(NAMES[module].read_text())
-    for node in ast.walk(tree):
-        if (
-            not with_types
-            and isinstance(node, ast.If)
-            and "TYPE_CHECKING" in ast.unparse(node.test)
-        ):
-            node.body = []
-    return tree
+@cache
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
 
 
+@cache
+def nodes_of(path: Path) -> list[ast.AST]:
+    """Return the nodes of the syntax tree of a file."""
+    return list(ast.walk(ast.parse(text_of(path))))
+
+
+@cache
 def imported(module: str, with_types: bool = True) -> set[str]:
-    """Return the modules of the package that a module imports."""
+    """Return the modules of the package that a module imports, or not those for types alone."""
+    nodes = nodes_of(NAMES[module])
+    for_types = {
+        inner
+        for node in nodes
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
     found = set()
-    for node in ast.walk(tree_of(module, with_types)):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frictionsim"):
-            for alias in node.names:
+            for alias in node.names if with_types or node not in for_types else ():
                 inner = f"{node.module}.{alias.name}"
                 found.add(inner if inner in NAMES else str(node.module))
     return {name if name in NAMES else f"{name}.__init__" for name in found}
@@ -92,27 +98,26 @@ def test_import_cycles_are_detected() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_a_file_is_short(path: Path) -> None:
-    assert len(path.read_text().splitlines()) <= MAX_LINES
+def test_files_are_short() -> None:
+    long = {str(path): count for path in FILES if (count := text_of(path).count("\n")) > MAX_LINES}
+    assert long == {}
 
 
-def functions() -> Iterator[tuple[str, int]]:
-    """Yield each function of the package but the commands, with the number of its parameters."""
-    for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.FunctionDef) and path not in COMMANDS:
-                arguments = node.args
-                names = [
-                    a.arg
-                    for a in chain(arguments.posonlyargs, arguments.args, arguments.kwonlyargs)
-                    if a.arg not in ("self", "cls")
-                ]
-                yield f"{path.relative_to(PACKAGE)}: {node.name}", len(names)
+def parameters(function: ast.FunctionDef) -> int:
+    own = function.args
+    names = [a.arg for a in (*own.posonlyargs, *own.args, *own.kwonlyargs)]
+    return len([name for name in names if name not in ("self", "cls")])
 
 
 def test_functions_have_few_parameters() -> None:
-    many = [name for name, count in functions() if count > MAX_PARAMETERS]
+    many = [
+        f"{path.relative_to(PACKAGE)}: {node.name}"
+        for path in FILES
+        for node in nodes_of(path)
+        if isinstance(node, ast.FunctionDef)
+        and path not in COMMANDS
+        and parameters(node) > MAX_PARAMETERS
+    ]
     assert many == [LIKE_A_COMMAND]
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, mechanism_module
@@ -15,7 +14,7 @@ from frictionsim.scenario.signals import Constant
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
-from tests.support.scenarios import SCENARIOS, pulley, simulate
+from tests.support.scenarios import pulley, simulate
 
 pytestmark = pytest.mark.quick
 
@@ -88,28 +87,6 @@ def test_each_kind_provides_the_required_names(kind: str) -> None:
     assert callable(module.statics)
 
 
-def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert run_command_line(["check", str(SCENARIOS / "pulley.toml"), *arguments]) == 2
-    return capsys.readouterr().err
-
-
-def test_backends_of_other_kinds_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    sentence = (
-        "'moreau' does not support a pulley; use one of: events, rkf45"
-        " (--set solver.backend=events)\n"
-    )
-    captured = complaint(capsys, "--set", "solver.backend=moreau")
-    assert captured == f"frictionsim: --set: solver.backend: {sentence}"
-    pulley = str(SCENARIOS / "pulley.toml")
-    assert run_command_line(["solve", pulley, "--backend", "moreau"]) == 2
-    assert capsys.readouterr().err == f"frictionsim: --backend: solver.backend: {sentence}"
-    captured = complaint(capsys, "--set", "solver.backend=moraeu")
-    assert captured.endswith("unknown backend 'moraeu' (did you mean 'moreau'?)\n")
-    # Of the methods with fixed steps only those are named that can do a pulley.
-    captured = complaint(capsys, "--set", "solver.step=0.1")
-    assert captured.endswith("use fixed steps: rkf45 with law 'published'\n")
-
-
 def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
     whole = simulate(pulley())
     some = simulate(pulley(output__channels=["mode", "angle"]))
@@ -126,19 +103,3 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
         assert found.channels.keys() == {"time", *run.channels}
         assert len(found.events["time"]) == 1
     assert "channels = []" in found.attributes["scenario"]
-
-
-def test_warns_of_a_channel_of_an_absent_effect(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scenario = tmp_path / "s.toml"
-    text = (SCENARIOS / "pulley.toml").read_text()
-    scenario.write_text(text.partition("[effects")[0] + "[solver]\nduration = 1\n")
-    channels = 'output.channels=["angle", "mode"]'
-    arguments = ["solve", str(scenario), "-q", "-o", str(tmp_path / "a.h5"), "--set", channels]
-    assert run_command_line(arguments) == 0
-    warning = "warning: output.channels: this scenario has no channel 'mode'; it is left out"
-    assert capsys.readouterr().err == f"frictionsim: {warning}\n"
-    found = hdf5_reader.read(tmp_path / "a.h5")
-    assert found.channels.keys() == {"time", "angle"}
-    assert '"mode"' in found.attributes["scenario"]

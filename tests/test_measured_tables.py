@@ -4,6 +4,7 @@ import csv
 import re
 from math import exp
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,43 +26,35 @@ from tests.support.problems import (
 from tests.support.scenarios import SCENARIOS
 
 RESULTS = Path(__file__).parents[1] / "results"
-LISTED = re.findall(r"`(\w+\.(?:png|txt|csv|md|json))`", (RESULTS / "README.md").read_text())
+LISTED = re.findall(
+    r"`(\w+\.(?:png|txt|csv|md|json))`", (RESULTS / "README.md").read_text(encoding="utf-8")
+)
 PICTURES = sorted(name for name in LISTED if name.endswith(".png"))
 TABLES = sorted(name for name in LISTED if name.endswith((".txt", ".csv", ".md")))
-MOST_BYTES = 200_000
+MAX_BYTES = 200_000
 
 
 def test_the_readme_lists_each_file_once() -> None:
     assert len(LISTED) == len(set(LISTED))
     assert PICTURES
     assert TABLES
-
-
-@pytest.mark.parametrize("name", LISTED)
-def test_a_listed_file_exists(name: str) -> None:
-    assert (RESULTS / name).stat().st_size > 0
-
-
-@pytest.mark.parametrize("name", PICTURES)
-def test_a_picture_is_small(name: str) -> None:
-    assert (RESULTS / name).stat().st_size < MOST_BYTES
+    sizes = {name: (RESULTS / name).stat().st_size for name in LISTED}
+    assert min(sizes.values()) > 0
+    assert max(sizes[name] for name in PICTURES) < MAX_BYTES
 
 
 @pytest.mark.parametrize("name", TABLES)
 def test_a_table_names_machine_and_versions(name: str) -> None:
     text = (RESULTS / name).read_text(encoding="utf-8")
     assert re.search(r"^\W*machine: \S", text, re.MULTILINE)
-    assert re.search(
-        r"^\W*versions: Python \S+, numpy \S+, scipy \S+, numba \S", text, re.MULTILINE
-    )
+    versions = r"^\W*versions: Python \S+, numpy \S+, scipy \S+, numba \S"
+    assert re.search(versions, text, re.MULTILINE)
 
 
 def fig10_rows() -> list[tuple[float, ...]]:
     """Return time, angle, velocity, acceleration and difference of the table of fig. 10."""
-    text = (RESULTS / "README.md").read_text(encoding="utf-8")
-    table = text.split("| time, s |")[1].split("\n\n")[0]
-    rows = [row.strip("|").split("|") for row in table.splitlines()[2:]]
-    assert rows[0][0].strip() == f"{BREAKAWAY:.9f}"
+    rows = page_rows("| time, s |", "../../results/README")
+    assert rows[0][0] == f"{BREAKAWAY:.9f}"
     return [tuple(map(float, row)) for row in rows[1:]]
 
 
@@ -95,10 +88,15 @@ def test_fig_10_has_the_numbers_of_its_table(law: str, backend: str) -> None:
         assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)
 
 
-def numbers(name: str) -> list[list[str]]:
-    """Return the rows of a table of results/, below its heading."""
+def measured_rows(name: str) -> list[dict[str, str]]:
+    """Return the rows of a table of results/."""
     with (RESULTS / f"{name}.csv").open(encoding="utf-8") as file:
-        return list(csv.reader(line for line in file if not line.startswith("#")))[1:]
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def numbers(name: str) -> list[list[str]]:
+    """Return the cells of a table of results/, below its heading."""
+    return [list(row.values()) for row in measured_rows(name)]
 
 
 def page_rows(heading: str, page: str = "belt-drive") -> list[list[str]]:
@@ -106,6 +104,15 @@ def page_rows(heading: str, page: str = "belt-drive") -> list[list[str]]:
     text = (RESULTS.parent / f"docs/mechanisms/{page}.md").read_text(encoding="utf-8")
     table = text.split(heading)[1].split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
+
+
+def assert_same_figures(shown: list[list[str]], measured: list[list[Any]]) -> None:
+    """Check that cells are those of a table, rounded to the digits that are shown."""
+    assert len(shown) == len(measured)
+    for row, figures in zip(shown, measured, strict=True):
+        for cell, figure in zip(row, figures, strict=True):
+            digits = len(cell.partition(".")[2])
+            assert cell == figure or cell == f"{float(figure):.{digits}f}"
 
 
 def test_the_page_has_the_meshes_of_the_table() -> None:
@@ -116,21 +123,11 @@ def test_the_page_has_the_meshes_of_the_table() -> None:
     }
     shown = page_rows("| bodies | bending | T1, N |")
     assert len(shown) == 8
-    for bodies, bending, *cells in shown:
+    figures = []
+    for bodies, bending, *_ in shown:
         tight, slack, _, arc, creep = measured[bodies, bending]
-        figures = (tight, slack, tight - slack, arc, arc / tight, creep)
-        for cell, value in zip(cells, figures, strict=True):
-            digits = len(cell.partition(".")[2])
-            assert cell == f"{value:.{digits}f}"
-
-
-def assert_same_figures(shown: list[list[str]], measured: list[list[str]]) -> None:
-    """Check that cells are those of a table, rounded to the digits that are shown."""
-    assert len(shown) == len(measured)
-    for row, figures in zip(shown, measured, strict=True):
-        for cell, figure in zip(row, figures, strict=True):
-            digits = len(cell.partition(".")[2])
-            assert cell == figure or cell == f"{float(figure):.{digits}f}"
+        figures.append((bodies, bending, tight, slack, tight - slack, arc, arc / tight, creep))
+    assert_same_figures(shown, figures)
 
 
 def test_the_page_has_the_wrap_factors_of_the_table() -> None:
@@ -165,25 +162,20 @@ def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:
         "slip, %": "slip",
         "bodies on the arcs that stick": "share of touching bodies that stick",
     }
-    for words, name in pairs.items():
-        for cell, value in zip(shown[words], measured[name], strict=True):
-            digits = len(cell.partition(".")[2])
-            assert cell == f"{float(value):.{digits}f}"
+    assert_same_figures(
+        [shown[words] for words in pairs], [measured[name] for name in pairs.values()]
+    )
     spans = (measured["tension of the active span"], measured["tension of the passive span"])
     for cell, *both in zip(shown["active, passive span, N"], *spans, strict=True):
         assert cell == ", ".join(f"{float(value):.0f}" for value in both)
 
 
 def test_the_page_has_the_meshes_of_the_cost_table() -> None:
-    with (RESULTS / "belt_drive_cost.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     measured: dict[tuple[str, str], dict[str, str]] = {}
-    for row in rows:
+    for row in measured_rows("belt_drive_cost"):
         if row["backend"] == "moreau" and row["status"] == "done":
             measured.setdefault((row["model"], f"{float(row['bodies [1]']):.0f}"), row)
-    text = (RESULTS.parent / "docs/accuracy.md").read_text(encoding="utf-8")
-    table = text.split("| model | bodies | slip |")[1].split("\n\n")[0].splitlines()[2:]
-    shown = [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
+    shown = page_rows("| model | bodies | slip |", "../accuracy")
     assert {(row[0], row[1]) for row in shown} == set(measured)
     names = ("slip", "tension_tight", "tension_slack", "driven_speed")
     for model, bodies, *cells in shown:
@@ -194,20 +186,19 @@ def test_the_page_has_the_meshes_of_the_cost_table() -> None:
 
 
 def test_the_page_on_guided_belts_has_the_measured_errors_of_creep() -> None:
-    page = (RESULTS.parent / "docs/mechanisms/guided-belt.md").read_text(encoding="utf-8")
-    shown = page.split("<!-- table: creep of guided belts -->\n")[1].split("\n\n")[0]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown.splitlines()]
-    lines = (RESULTS / "guided_creep.csv").read_text(encoding="utf-8").splitlines()
-    heading, *rows = csv.reader(line for line in lines if not line.startswith("#"))
-    assert cells[0] == heading
-    for found, row in zip(cells[2:], rows, strict=True):
-        assert found == [row[0], *(f"{float(value):.2g}" for value in row[1:])]
+    rows = measured_rows("guided_creep")
+    heading = "<!-- table: creep of guided belts -->\n"
+    page = RESULTS.parent / "docs/mechanisms/guided-belt.md"
+    first = page.read_text(encoding="utf-8").split(heading)[1].partition("\n")[0]
+    assert [cell.strip() for cell in first.strip("|").split("|")] == list(rows[0])
+    for cells, row in zip(page_rows(heading, "guided-belt"), rows, strict=True):
+        points, *values = row.values()
+        assert cells == [points, *(f"{float(value):.2g}" for value in values)]
 
 
 @pytest.mark.parametrize("drive", [2, 5])
 def test_errors_of_creep_are_within_those_of_the_table(drive: int) -> None:
-    lines = (RESULTS / "guided_creep.csv").read_text(encoding="utf-8").splitlines()
-    row = next(iter(csv.DictReader(line for line in lines if not line.startswith("#"))))
+    row = measured_rows("guided_creep")[0]
     errors = results_creep.errors_of(drive, int(row["points"]))
     # The means of a few rounds of the belt differ by a part of their error from machine to machine.
     for key, column in (

@@ -12,7 +12,9 @@ Lines in their order, as many of each as needed:
 - `FILE: OLD -> NEW` replaces a text that is there once, in a copy of a shipped scenario;
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
+  With code 2 or 4 it changes no file and prints nothing to stdout (but `check`, of other files).
 - `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
+  With an error of input or output it changes no file.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
 --update-messages` writes what does not match anew.
@@ -44,18 +46,29 @@ def cases(path: Path) -> list[tuple[str, list[str]]]:
     ]
 
 
+def files() -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in Path().rglob("*") if not path.is_dir()}
+
+
 def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
     """Return what a command or an expression says, each line behind its exit code or class."""
+    before = files()
     if line.startswith("$ "):
         done = in_this_process(capsys, *shlex.split(line[2:]))
+        if done.returncode in (2, 4):
+            assert files() == before
+            assert not done.stdout or done.args[0] == "check"
         return [f"{done.returncode}| {text}".rstrip() for text in done.stderr.splitlines() or [""]]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
+        may_write = True
         try:
             eval(line[2:], {"fs": fs, "np": np, "Path": Path})
             found = [(type(one.message).__name__, str(one.message)) for one in caught]
         except Exception as error:
             found = [(type(error).__name__, str(error))]
+            may_write = not isinstance(error, (fs.InputError, fs.OutputError))
+    assert may_write or files() == before
     lines = [(name, text) for name, message in found for text in message.splitlines()]
     return [f"{name}| {text}".rstrip() for name, text in lines or [("nothing", "")]]
 
@@ -64,6 +77,7 @@ def prepare(line: str) -> None:
     """Write or change a file of a case."""
     name, _, change = line.partition(": ")
     path = Path(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
     if change.startswith(("'", '"')):
         path.write_text(ast.literal_eval(change), encoding="utf-8")
         return

@@ -2,9 +2,7 @@
 
 import csv
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import h5py
 import jsonschema
@@ -14,7 +12,6 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 import frictionsim as fs
-from frictionsim.errors import ArgumentError
 from frictionsim.scenario.kinds import KINDS
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -32,7 +29,7 @@ def result() -> fs.Result:
 # --- static ---------------------------------------------------------------------------------
 
 
-def test_static_gives_the_forces_of_impending_motion(cli: Callable[..., Any]) -> None:
+def test_static_gives_the_forces_of_impending_motion() -> None:
     found = fs.static(PULLEY)
     assert found["force_to_lift"].unit == "N"
     assert found["force_to_lift"].value == pytest.approx(2707.70308)
@@ -63,9 +60,7 @@ def test_compare_takes_results_and_paths(result: fs.Result, tmp_path: Path) -> N
     assert not comparison.same
     worst = comparison.rows[0]
     assert not worst.ok
-    assert worst.difference is not None
-    assert worst.allowed is not None
-    assert worst.difference > worst.allowed
+    assert (worst.difference or 0.0) > (worst.allowed or 0.0)
     assert fs.compare(other, path, rtol=1e9).rows != comparison.rows
 
 
@@ -75,27 +70,6 @@ def test_compare_leaves_out_one_name_or_several(result: fs.Result) -> None:
     several = {row.name for row in fs.compare(result, result, ignore=["energy_*", "mode"]).rows}
     assert every - one == {name for name in every if name.startswith("energy_")} != set()
     assert one - several == {"mode"}
-
-
-def test_compare_refuses_what_cannot_be_compared(result: fs.Result) -> None:
-    calls: dict[str, dict[str, Any]] = {
-        "rtol: expected a number of at least 0, got -1": {"rtol": -1.0},
-        "atol: expected a number of at least 0, got nan": {"atol": float("nan")},
-        "time_atol: expected a number of at least 0, got '1'": {"time_atol": "1"},
-        "ignore: unknown channel 'angel' (did you mean 'angle'?)": {"ignore": "angel"},
-        "ignore: expected names, got 3": {"ignore": [3]},
-        "ignore: nothing is left to compare": {"ignore": "*"},
-    }
-    for expected, given in calls.items():
-        with pytest.raises(ArgumentError) as caught:
-            fs.compare(result, result, **given)
-        assert str(caught.value) == expected
-    gear = fs.solve(SCENARIOS / "epicyclic.toml", {"output.interval": 0.1})
-    with pytest.raises(fs.InputError) as wrong:
-        fs.compare(gear, result)
-    assert str(wrong.value) == (
-        "cannot compare: the result is of kind 'epicyclic', the golden result of 'pulley'"
-    )
 
 
 # --- plot -----------------------------------------------------------------------------------
@@ -123,16 +97,6 @@ def test_plot_takes_the_place_of_axes(result: fs.Result) -> None:
         assert not set(axes.flat) & set(figure.axes)
     finally:
         plt.close(figure)
-
-
-def test_plot_refuses_a_view_that_there_is_not(result: fs.Result) -> None:
-    with pytest.raises(fs.InputError) as caught:
-        fs.plot(result, view="torque")
-    assert str(caught.value) == "unknown view 'torque' of kind 'pulley'; known: response, traction"
-    with pytest.raises(fs.InputError, match="ax: expected matplotlib Axes, got int"):
-        fs.plot(result, ax=3)  # type: ignore[arg-type]
-    with pytest.raises(fs.InputError, match="the view 'response' shows no single body"):
-        fs.plot(result, body=3)
 
 
 # --- cost -----------------------------------------------------------------------------------
@@ -171,19 +135,15 @@ def test_a_study_is_a_dataset_and_a_table(study: fs.Study) -> None:
 
 def test_a_study_is_saved_and_drawn(study: fs.Study, tmp_path: Path) -> None:
     assert study.save(tmp_path / "a.csv") == tmp_path / "a.csv"
-    with (tmp_path / "a.csv").open() as file:
+    with (tmp_path / "a.csv").open(encoding="utf-8") as file:
         rows = list(csv.reader(file))
     assert len(rows) == 1 + study.dataset.sizes["row"]
     study.save(str(tmp_path / "a.h5"))
+    before = (tmp_path / "a.csv").read_bytes()
+    study.save(tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_bytes() == before
     with h5py.File(tmp_path / "a.h5") as file:
         assert np.array_equal(file["cost/error"], study.dataset["error"], equal_nan=True)
-    with pytest.raises(fs.InputError) as caught:
-        study.save(tmp_path / "a.txt")
-    assert str(caught.value) == (
-        f"{tmp_path / 'a.txt'}: expected a name that ends in .h5, .hdf5, .nc or .csv"
-    )
-    with pytest.raises(fs.OutputError, match="there is no folder"):
-        study.save(tmp_path / "none" / "a.h5")
     figure, axes = plt.subplots(1, 2, figsize=(16, 6), layout="constrained")
     try:
         assert study.plot(ax=axes[1]) is figure
@@ -194,66 +154,23 @@ def test_a_study_is_saved_and_drawn(study: fs.Study, tmp_path: Path) -> None:
 
 def test_single_names_and_numbers_are_enough() -> None:
     told: list[str] = []
-    study = fs.cost(
-        pulley(),
-        laws="set-valued",
-        backends="events",
-        tolerances=1e-3,
-        repeats=1,
-        progress=told.append,
-    )
+    names = {"laws": "set-valued", "backends": "events"}
+    study = fs.cost(pulley(), **names, tolerances=1e-3, repeats=1, progress=told.append)
     assert told
     assert study.dataset["setting"].values.tolist() == ["rtol 1e-3"]
-
-
-COST: dict[str, tuple[dict[str, Any], str]] = {
-    "law": (
-        {"laws": ["set-value"]},
-        "laws: unknown friction law 'set-value' (did you mean 'set-valued'?)",
-    ),
-    "backend": (
-        {"backends": "moreau"},
-        "backends: unknown backend 'moreau'; known: events, rkf45, rk45, dop853, radau, bdf, lsoda",
-    ),
-    "names": ({"backends": [3]}, "backends: expected names, got 3"),
-    "tolerance": (
-        {"tolerances": [1e-3, 2.0]},
-        "tolerances: expected numbers from 1e-12 to 0.1, got '0.001,2.0'",
-    ),
-    "no tolerance": ({"tolerances": []}, "tolerances: expected numbers from 1e-12 to 0.1, got ''"),
-    "text": (
-        {"tolerances": ["fine"]},
-        "tolerances: expected numbers from 1e-12 to 0.1, got 'fine'",
-    ),
-    "repeats": ({"repeats": 0}, "repeats: expected a number of at least 1, got 0"),
-    "half": ({"repeats": 1.5}, "repeats: expected a number of at least 1, got 1.5"),
-    "time": ({"max_wall": 0.0}, "max_wall: expected a number above 0 s, got 0"),
-    "progress": (
-        {"progress": True},
-        "progress: expected a function of the name of a setting, got True",
-    ),
-    "no limit": ({"max_wall": float("inf")}, "max_wall: expected a number above 0 s, got inf"),
-}
-
-
-@pytest.mark.parametrize("name", COST)
-def test_wrong_arguments_of_a_study_are_refused(name: str) -> None:
-    given, expected = COST[name]
-    with pytest.raises(ArgumentError) as caught:
-        fs.cost(PULLEY, **given)
-    assert str(caught.value) == expected
 
 
 # --- new, schema, kinds, scenarios ----------------------------------------------------------
 
 
-def test_each_kind_has_a_scenario_to_start_from() -> None:
+def test_each_kind_has_a_scenario_to_start_from_and_a_schema() -> None:
     assert fs.kinds() == tuple(KINDS)
+    of_all = fs.schema()
     for kind in fs.kinds():
-        scenario = fs.loads(fs.new(kind))
-        assert scenario.kind == kind
-        schema = fs.schema(kind)
-        jsonschema.validate(tomllib.loads(fs.new(kind)), schema)
+        text = fs.new(kind)
+        assert fs.loads(text).kind == kind
+        for schema in (fs.schema(kind), of_all):
+            jsonschema.validate(tomllib.loads(text), schema)
 
 
 def test_shipped_scenarios_have_names() -> None:
@@ -263,25 +180,3 @@ def test_shipped_scenarios_have_names() -> None:
     text = fs.new("belt_verification")
     assert "#:schema" not in text
     assert fs.loads(text) == fs.load(found["belt_verification"])
-
-
-def test_the_schema_of_all_kinds_takes_each() -> None:
-    schema = fs.schema()
-    for name in ("pulley", "epicyclic"):
-        jsonschema.validate(tomllib.loads((SCENARIOS / f"{name}.toml").read_text()), schema)
-
-
-@pytest.mark.parametrize(("kind", "near"), [("puley", "pulley"), ("epicyclc", "epicyclic")])
-def test_unknown_kinds_are_refused_with_a_near_one(kind: str, near: str) -> None:
-    for call, what in ((fs.new, "kind or shipped scenario"), (fs.schema, "kind")):
-        with pytest.raises(fs.InputError) as caught:
-            call(kind)
-        assert str(caught.value) == f"unknown {what} '{kind}' (did you mean '{near}'?)"
-
-
-def test_kinds_of_another_type_are_refused() -> None:
-    wrong: Any = 3
-    with pytest.raises(fs.InputError, match="unknown kind or shipped scenario '3'; known: "):
-        fs.new(wrong)
-    with pytest.raises(fs.InputError, match="unknown kind '3'; known: "):
-        fs.schema(wrong)

@@ -30,8 +30,8 @@ MU_S = "effects.shaft_friction.mu_s"
 def test_a_path_a_text_and_a_dict_give_the_same_scenario() -> None:
     by_path = fs.load(PULLEY)
     assert fs.load(str(PULLEY)) == by_path
-    assert fs.load(tomllib.loads(PULLEY.read_text())) == by_path
-    assert fs.loads(PULLEY.read_text()) == by_path
+    assert fs.load(tomllib.loads(PULLEY.read_text(encoding="utf-8"))) == by_path
+    assert fs.loads(PULLEY.read_text(encoding="utf-8")) == by_path
     assert by_path.origin == Origin(str(PULLEY))
     assert fs.load(pulley()).origin == Origin()
     assert (by_path.kind, by_path.title) == ("pulley", "Pulley on a dry shaft")
@@ -57,9 +57,9 @@ def test_a_dict_may_have_arrays_tuples_and_any_mapping() -> None:
 
 def test_a_dict_is_not_changed() -> None:
     data = pulley()
-    before = copy.deepcopy(data)
     fs.load(data, {MU_S: 0.3, "output.at_events": False})
-    assert data == before
+    fs.solve(data, {MU_S: 0.3})
+    assert data == pulley()
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_an_override_of_several_lines_is_kept_in_one() -> None:
 def with_csv(folder: Path) -> None:
     folder.mkdir()
     (folder / "force.csv").write_text("0,1832.6\n0.8,3000\n")
-    text = PULLEY.read_text()
+    text = PULLEY.read_text(encoding="utf-8")
     begin, end = text.index("force ="), text.index("direction")
     (folder / "s.toml").write_text(text[:begin] + 'force = {csv = "force.csv"}\n' + text[end:])
 
@@ -174,10 +174,9 @@ def test_a_scenario_survives_its_tables_and_toml(data: dict[str, Any]) -> None:
 
 def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
     scenario = fs.load(PULLEY, {MU_S: 0.3})
-    with pytest.raises(pydantic.ValidationError, match="frozen"):
-        scenario.title = "other"
-    with pytest.raises(pydantic.ValidationError, match="frozen"):
-        scenario.solver.rtol = 1e-3
+    for model, name in ((scenario, "title"), (scenario.solver, "rtol")):
+        with pytest.raises(pydantic.ValidationError, match="frozen"):
+            setattr(model, name, 1e-3)
     same, other = fs.load(PULLEY, {MU_S: 0.3}), fs.load(PULLEY)
     assert len({scenario, same, other}) == 2
     assert scenario != other
@@ -188,187 +187,16 @@ def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
         assert found.origin == scenario.origin
 
 
-# --- what is refused ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("source", "name"),
-    [(3, "int"), (None, "NoneType"), ([], "list"), (b"a.toml", "bytes"), (1.5, "float")],
-)
-def test_a_source_of_another_type_is_refused(source: Any, name: str) -> None:
-    with pytest.raises(fs.InputError) as caught:
-        fs.load(source)
-    assert str(caught.value) == (
-        f"expected a scenario: its path, a dict of its tables or a Scenario, got {name}"
-    )
-
-
-def test_a_text_of_another_type_is_refused() -> None:
-    with pytest.raises(fs.InputError) as caught:
-        fs.loads(b"kind = 'pulley'")  # type: ignore[arg-type]
-    assert str(caught.value) == "loads: expected a scenario as TOML text, got bytes"
-
-
-@pytest.mark.parametrize("overrides", [3, "solver.rtol=1e-5", [3], ["title=a", None]])
-def test_overrides_of_another_type_are_refused(overrides: Any) -> None:
-    wrong = overrides if not isinstance(overrides, list) else overrides[-1]
-    expected = (
-        'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
-        f" {wrong!r}"
-    )
-    for call in (lambda: fs.load(PULLEY, overrides), lambda: fs.load(PULLEY).replace(overrides)):
-        with pytest.raises(fs.InputError) as caught:
-            call()
-        assert str(caught.value) == expected
-
-
-class Unit:
-    """A value that TOML has not."""
-
-
-NESTED: dict[str, Any] = {"kind": "pulley"}
-NESTED["mechanism"] = NESTED
-MISSING_LOAD = pulley(mechanism__load=None)
-
-FAULTS: Mapping[str, tuple[Any, Any, list[str]]] = {
-    "unknown override": (
-        PULLEY,
-        {"solver.rtoll": 1},
-        ["overrides: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)"],
-    ),
-    "unknown text": (
-        PULLEY,
-        ["solver.rtoll=1"],
-        ["--set: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)"],
-    ),
-    "into a value": (
-        PULLEY,
-        {"solver.rtol.x": 1},
-        ["overrides: solver.rtol.x: 'solver.rtol' is a value and has no keys"],
-    ),
-    "into a list": (
-        PULLEY,
-        {"drive.force.value.9": 1.0},
-        [
-            "overrides: drive.force.value.9: 'drive.force.value' is a list of 2; give an index"
-            " from 0"
-        ],
-    ),
-    "empty key": (
-        PULLEY,
-        {"solver..rtol": 1},
-        ["overrides: solver..rtol: expected a key with dots, as solver.rtol"],
-    ),
-    "override without a value": (
-        PULLEY,
-        {"solver.rtol": Unit()},
-        ["overrides: solver.rtol: expected a number, text, boolean, list or table, got Unit"],
-    ),
-    "override of a table": (
-        PULLEY,
-        {"solver": {"rtol": 1e-9, "max_step": Unit()}},
-        ["overrides: solver.max_step: expected a number, text, boolean, list or table, got Unit"],
-    ),
-    "None in a dict": (
-        pulley() | {"title": None},
-        None,
-        ["scenario: title: expected a number, text, boolean, list or table, got NoneType"],
-    ),
-    "object in a dict": (
-        pulley() | {"output": {"interval": Unit()}},
-        None,
-        ["scenario: output.interval: expected a number, text, boolean, list or table, got Unit"],
-    ),
-    "table within itself": (
-        NESTED,
-        None,
-        ["scenario: tables or lists are nested too deeply, or within themselves"],
-    ),
-    "two keys of a dict": (
-        pulley() | {"solver": {"rtol": -1, "foo": 3}},
-        None,
-        [
-            "scenario: solver.rtol: expected a number of at least 1e-14, got -1",
-            "scenario: solver.foo: unknown key 'foo'; known: backend, duration, rtol, atol,"
-            " max_step, step, max_steps",
-        ],
-    ),
-    "key of a dict beside an override": (
-        pulley(output="all"),
-        {"mechanism.inertia": -1.0},
-        [
-            "scenario: output: expected a table, got 'all'",
-            "overrides: mechanism.inertia: expected a number above 0 kg m^2, got -1.0",
-        ],
-    ),
-    "table that an override makes": (
-        PLAIN,
-        {"outptu.interval": 1.0},
-        ["overrides: outptu: unknown key 'outptu' (did you mean 'output'?)"],
-    ),
-    "key that a dict lacks": (
-        MISSING_LOAD,
-        None,
-        ["scenario: mechanism.load: missing; expected a number in N"],
-    ),
-    "table of a dict with an overridden key": (
-        pulley(drive__force={"time": [0.0, 1.0, 2.0], "value": [1.0, 2.0]}),
-        {"drive.force.value.0": 3.0},
-        ["scenario: drive.force.value: 2 values for 3 times; give one for each"],
-    ),
-    "empty dict": (
-        {},
-        None,
-        [
-            "scenario: kind: the scenario is empty; it starts with kind, one of 'pulley',"
-            " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'"
-        ],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", FAULTS)
-def test_faults_are_listed_with_their_places(name: str) -> None:
-    source, overrides, faults = FAULTS[name]
-    with pytest.raises(fs.ScenarioError) as caught:
-        fs.load(source, overrides)
-    assert caught.value.faults == faults
-    assert str(caught.value) == "\n".join(faults)
-    assert caught.value.exit_code == 2
-
-
-def test_faults_of_a_file_have_its_lines(tmp_path: Path) -> None:
+def test_faults_are_listed_with_the_lines_of_a_file(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
-    path.write_text(PULLEY.read_text().replace("inertia =", "inertai ="))
-    line = next(n for n, text in enumerate(path.read_text().split("\n"), 1) if "inertai" in text)
+    text = PULLEY.read_text(encoding="utf-8").replace("inertia =", "inertai =")
+    path.write_text(text, encoding="utf-8")
+    line = text[: text.index("inertai")].count("\n") + 1
     with pytest.raises(fs.ScenarioError) as caught:
         fs.load(path)
     assert any(
         fault.startswith(f"{path}:{line}: mechanism.inertai: ") for fault in caught.value.faults
     )
-
-
-def test_a_missing_file_names_a_near_one() -> None:
-    with pytest.raises(fs.ScenarioError) as caught:
-        fs.load(SCENARIOS / "puley.toml")
-    assert caught.value.faults == [
-        f"{SCENARIOS / 'puley.toml'}: cannot read this scenario: No such file or directory"
-        f" (did you mean '{PULLEY}'?)"
-    ]
-
-
-def test_replace_says_what_does_not_fit() -> None:
-    scenario = fs.load(PULLEY)
-    for overrides, fault in (
-        (
-            {"solver.rtoll": 1},
-            "overrides: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)",
-        ),
-        ({"kind": "epicyclic"}, "overrides: kind: expected 'pulley', got 'epicyclic'"),
-    ):
-        with pytest.raises(fs.ScenarioError) as caught:
-            scenario.replace(overrides)
-        assert caught.value.faults == [fault]
-    with pytest.raises(fs.ScenarioError) as caught:
-        scenario.replace(titel="a")
-    assert caught.value.faults == ["overrides: titel: unknown key 'titel' (did you mean 'title'?)"]
+    assert len(caught.value.faults) > 1
+    assert str(caught.value) == "\n".join(caught.value.faults)
+    assert caught.value.exit_code == 2

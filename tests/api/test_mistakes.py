@@ -73,27 +73,6 @@ def test_a_run_without_events_has_the_variables_of_events() -> None:
     assert set(still.events.variables) == set(moving.events.variables)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda r: fs.load(fs.new("pulley")), "got its text; loads takes text"),
-        (lambda r: fs.solve(r), "got Result; its scenario is result.scenario"),
-        (lambda r: fs.load(r.scenario), "got PulleyScenario; its method replace changes keys"),
-        (
-            lambda r: fs.plot(r, "all"),
-            "unknown view 'all' of kind 'pulley'; known: response, traction",
-        ),
-    ],
-    ids=["text", "result", "scenario", "view"],
-)
-def test_a_mistake_is_told_with_the_way_out(call, message: str) -> None:  # type: ignore[no-untyped-def]
-    result = fs.solve(PULLEY, {"solver.duration": 0.1})
-    with pytest.raises(fs.InputError) as refused:
-        call(result)
-    assert str(refused.value).endswith(message)
-    assert len(str(refused.value)) < 200
-
-
 @pytest.mark.parametrize("name", [n for n in fs.__all__ if isfunction(getattr(fs, n))])
 def test_no_function_ignores_an_unknown_keyword(name: str) -> None:
     function = getattr(fs, name)
@@ -101,27 +80,6 @@ def test_no_function_ignores_an_unknown_keyword(name: str) -> None:
     needed = [p.name for p in named if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
     with pytest.raises((TypeError, fs.InputError), match="'wrokers'"):
         function(**dict.fromkeys(needed), wrokers=1)
-
-
-def test_the_nearest_keyword_of_a_sweep_is_named() -> None:
-    with pytest.raises(TypeError, match=r"'wrokers' \(did you mean 'workers'\?\)$"):
-        fs.sweep(PULLEY, {"mechanism.load": [1.0]}, wrokers=1)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match=r"'overides' \(did you mean 'overrides'\?\)$"):
-        fs.sweep(PULLEY, {"mechanism.load": [1.0]}, overides={})  # type: ignore[call-arg]
-
-
-def test_a_table_or_picture_replaces_no_other_file(tmp_path: Path) -> None:
-    study = fs.cost(PULLEY, laws=["set-valued"], backends=["events"], tolerances=[1e-4], repeats=1)
-    mine = tmp_path / "mine.csv"
-    mine.write_text("kind = 'pulley'\n")
-    with pytest.raises(fs.OutputError, match=r"mine\.csv: cannot write the table: the existing"):
-        study.save(mine)
-    assert mine.read_text() == "kind = 'pulley'\n"
-    table = tmp_path / "table.csv"
-    study.save(table)
-    before = table.read_text()
-    study.save(table)
-    assert table.read_text() == before
 
 
 def test_a_shipped_scenario_with_a_csv_file_stands_alone(tmp_path: Path) -> None:

@@ -113,13 +113,9 @@ def assert_attributes(found: dict[Any, Any], expected: dict[Any, Any]) -> None:
 
 
 @quick
-@pytest.mark.parametrize("source", ["pulley", "pulley_return", "epicyclic", "hard/decay"])
+@pytest.mark.parametrize("source", ["pulley_return", "epicyclic", "hard/decay"])
 def test_datasets_are_those_that_xarray_reads(source: str, tmp_path: Path) -> None:
     assert_like_the_file(fs.solve(SCENARIOS / f"{source}.toml"), tmp_path / "a.h5")
-
-
-def test_datasets_of_a_belt_are_those_that_xarray_reads(belt: fs.Result, tmp_path: Path) -> None:
-    assert_like_the_file(belt, tmp_path / "a.h5")
 
 
 @quick
@@ -138,18 +134,17 @@ def test_the_data_of_a_dataset_cannot_be_changed() -> None:
 
 def assert_same(found: fs.Result, expected: fs.Result) -> None:
     """Compare all that a file holds."""
-    for name in ("status", "reason", "failure", "kind", "title", "effects", "exit_code"):
-        assert getattr(found, name) == getattr(expected, name), name
-    for name in ("quantities", "audit", "warnings"):
+    for name in (
+        *("status", "reason", "failure", "kind", "title", "effects", "exit_code"),
+        *("quantities", "audit", "warnings"),
+    ):
         assert getattr(found, name) == getattr(expected, name), name
     for name in ("dataset", "events"):
         assert getattr(found, name).identical(getattr(expected, name)), name
     types = [{k: v.dtype for k, v in r.record.events.items()} for r in (found, expected)]
     assert types[0] == types[1]
     assert found.origin.overrides == expected.origin.overrides
-    assert found.statistics is not None
-    assert expected.statistics is not None
-    assert found.statistics[:4] == expected.statistics[:4]
+    assert (found.statistics or ())[:4] == (expected.statistics or (None,))[:4]
     assert found.scenario.to_toml() == expected.scenario.to_toml()
     assert repr(found) == repr(expected)
     without = ("output", "scenario", "solver")
@@ -175,8 +170,11 @@ def test_a_saved_result_is_read_as_it_was(overrides: dict[str, Any], tmp_path: P
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
-def test_a_belt_is_read_as_it_was(belt: fs.Result, tmp_path: Path) -> None:
-    assert_same(fs.open(belt.save(tmp_path / "a.h5")), belt)
+def test_a_belt_is_read_and_copied_as_it_was(belt: fs.Result, tmp_path: Path) -> None:
+    assert_like_the_file(belt, tmp_path / "a.h5")
+    assert_same(fs.open(tmp_path / "a.h5"), belt)
+    for copied in COPIES.values():
+        assert_same(copied(belt), belt)
 
 
 @quick
@@ -267,13 +265,10 @@ def test_html_is_escaped() -> None:
 @quick
 def test_repr_says_what_a_result_is(returned: fs.Result) -> None:
     n, m = returned.dataset.sizes["time"], returned.events.sizes["event"]
-    title = returned.title
-    assert repr(returned) == (
-        f"<frictionsim.Result pulley '{title}': done, {n} samples, {m} events>"
-    )
-    assert repr(fs.solve(pulley(title=None), {"solver.max_steps": 10})).startswith(
-        "<frictionsim.Result pulley: failed, "
-    )
+    said = f"<frictionsim.Result pulley '{returned.title}': done, {n} samples, {m} events>"
+    assert repr(returned) == said
+    failed = fs.solve(pulley(title=None), {"solver.max_steps": 10})
+    assert repr(failed).startswith("<frictionsim.Result pulley: failed, ")
 
 
 # --- copies ---------------------------------------------------------------------------------
@@ -330,11 +325,6 @@ def _stop(t: float) -> None:
         raise errors.Interrupted(2, t)
 
 
-@pytest.mark.parametrize("name", COPIES)
-def test_a_belt_can_be_copied(name: str, belt: fs.Result) -> None:
-    assert_same(COPIES[name](belt), belt)
-
-
 @quick
 @pytest.mark.parametrize("name", COPIES)
 def test_comparisons_and_studies_can_be_copied(name: str) -> None:
@@ -349,33 +339,29 @@ def test_comparisons_and_studies_can_be_copied(name: str) -> None:
     assert (found.status, found.exit_code) == (study.status, study.exit_code)
 
 
-def every_error() -> list[BaseException]:
-    """Return an exception of each class of the package that users may see."""
-    found: list[BaseException] = []
-    for kind in vars(errors).values():
-        if not (inspect.isclass(kind) and issubclass(kind, errors.FrictionsimError)):
-            continue
-        if kind is errors.ScenarioError:
-            found.append(kind(["a.toml:1: title: missing", "a.toml:2: x: unknown key 'x'"]))
-        elif kind is errors.ArgumentError:
-            found.append(kind("max_wall", "expected a number"))
-        elif kind is errors.Interrupted:
-            found.append(kind(15, 0.25))
-        else:
-            found.append(kind("at t = 0.1 s: no, 'quoted'"))
-    return [*found, ValidationFailure([(("solver", "rtol"), "too small")])]
+ARGUMENTS: dict[type, tuple[Any, ...]] = {
+    errors.ScenarioError: (["a.toml:1: title: missing", "a.toml:2: x: unknown key 'x'"],),
+    errors.ArgumentError: ("max_wall", "expected a number"),
+    errors.Interrupted: (15, 0.25),
+    ValidationFailure: ([(("solver", "rtol"), "too small")],),
+}
+ERRORS = [
+    *(kind for kind in vars(errors).values() if inspect.isclass(kind)),
+    ValidationFailure,
+]
 
 
 @quick
-@pytest.mark.parametrize("name", COPIES)
-@pytest.mark.parametrize("error", every_error(), ids=lambda error: type(error).__name__)
-def test_errors_can_be_copied(error: BaseException, name: str) -> None:
+@pytest.mark.parametrize("kind", [kind for kind in ERRORS if issubclass(kind, Exception)])
+def test_errors_can_be_copied(kind: type[Exception]) -> None:
+    error = kind(*ARGUMENTS.get(kind, ("at t = 0.1 s: no, 'quoted'",)))
     error.add_note("of a worker")
-    found = COPIES[name](error)
-    assert type(found) is type(error)
-    assert str(found) == str(error)
-    assert found.__dict__ == error.__dict__
-    assert getattr(found, "exit_code", None) == getattr(error, "exit_code", None)
+    for copied in COPIES.values():
+        found = copied(error)
+        assert type(found) is kind
+        assert str(found) == str(error)
+        assert found.__dict__ == error.__dict__
+        assert getattr(found, "exit_code", None) == getattr(error, "exit_code", None)
 
 
 @quick

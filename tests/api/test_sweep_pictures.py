@@ -9,7 +9,6 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.api.sweep_dataset import table_of
-from frictionsim.errors import InputError
 from frictionsim.io.hdf5_reader import read_sweep
 from tests.support.scenarios import SCENARIOS
 
@@ -59,17 +58,3 @@ def test_a_sweep_is_drawn_in_the_place_of_axes(swept: tuple[xarray.Dataset, Path
     assert fs.plot(swept[0], ax=axes[0]) is figure
     assert axes[0] not in figure.axes
     plt.close(figure)
-
-
-def test_other_datasets_are_refused(swept: tuple[xarray.Dataset, Path]) -> None:
-    dataset, _ = swept
-    with pytest.raises(InputError, match=r"as fs\.sweep and fs\.open_sweep return .* no 'study'"):
-        fs.plot(xarray.Dataset({"a": ("x", [1.0])}))
-    with pytest.raises(InputError, match=r"no 'failure', which a reduction as mean\(\) leaves out"):
-        fs.plot(dataset.mean(keep_attrs=True))
-    with pytest.raises(InputError, match="expected a dataset of several runs"):
-        fs.plot(dataset.isel({MU_S: 0, WAY: 0}))
-    with pytest.raises(InputError, match="'final_angle' of this dataset does not have a value for"):
-        fs.plot(dataset.assign(final_angle=dataset["final_angle"].isel({WAY: 0})))
-    with pytest.raises(InputError, match="'body' is for a view of the result of a run"):
-        fs.plot(dataset, body=2)

@@ -24,6 +24,8 @@ def drawn(monkeypatch: pytest.MonkeyPatch, stream: StringIO, *found: SweepProgre
     clock = iter(range(100))
     monkeypatch.setattr(progress, "monotonic", lambda: float(next(clock)))
     monkeypatch.setattr(sys, "stderr", stream)
+    for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     with SweepBar() as bar:

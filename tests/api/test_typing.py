@@ -14,36 +14,27 @@ from tests.support.scenarios import ROOT
 HERE = Path(__file__).parent
 
 
-def mypy(path: Path, folder: Path) -> list[str]:
-    """Return the lines that mypy prints on a file, without the configuration of this project."""
-    own = folder / "mypy.ini"
-    own.write_text("[mypy]\n")
-    options = ["--strict", "--config-file", own, "--cache-dir", folder / "cache"]
+def test_a_users_program_is_well_typed_and_mistakes_in_one_are_found(tmp_path: Path) -> None:
+    """Both at once, as the package takes most of the time; without this project's configuration."""
+    wrong = HERE / "wrong_example.py"
+    lines = wrong.read_text(encoding="utf-8").splitlines()
+    marked = {n for n, line in enumerate(lines, 1) if "# wrong" in line}
+    own = tmp_path / "mypy.ini"
+    own.write_text("[mypy]\n", encoding="utf-8")
+    options = ["--strict", "--config-file", own, "--cache-dir", tmp_path / "cache"]
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", *options, "--no-error-summary", path],
+        [sys.executable, "-m", "mypy", *options, "--no-error-summary", HERE / "example.py", wrong],
         capture_output=True,
         text=True,
-        cwd=folder,
+        cwd=tmp_path,
         env={"MYPYPATH": str(ROOT), "PATH": "", "PYTHONPATH": str(ROOT)},
         timeout=300,
         check=False,
     )
     assert done.stderr == ""
-    return done.stdout.splitlines()
-
-
-def test_a_users_program_is_well_typed(tmp_path: Path) -> None:
-    assert mypy(HERE / "example.py", tmp_path) == []
-
-
-def test_mistakes_of_a_users_program_are_found(tmp_path: Path) -> None:
-    path = HERE / "wrong_example.py"
-    marked = {n for n, line in enumerate(path.read_text().splitlines(), 1) if "# wrong" in line}
-    found = {
-        int(match[1])
-        for line in mypy(path, tmp_path)
-        if (match := re.search(r"wrong_example\.py:(\d+): error", line))
-    }
+    said = [line for line in done.stdout.splitlines() if "wrong_example.py" not in line]
+    assert said == []
+    found = set(map(int, re.findall(r"wrong_example\.py:(\d+): error", done.stdout)))
     assert found == marked
 
 
@@ -55,5 +46,5 @@ def test_the_program_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.quick
 def test_the_program_uses_every_public_name() -> None:
-    text = (HERE / "example.py").read_text()
+    text = (HERE / "example.py").read_text(encoding="utf-8")
     assert [name for name in (*fs.__all__, "open") if not re.search(rf"\bfs\.{name}\b", text)] == []

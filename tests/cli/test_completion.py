@@ -10,28 +10,16 @@ import pytest
 from frictionsim.cli import completion
 from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import KINDS
-from tests.support.scenarios import ROOT
+from tests.cli.conftest import Run
 
 
-def offered(*words: str, cwd: Path) -> list[str]:
-    """Return what bash is offered for the last word."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(ROOT),
+def surroundings(*words: str) -> dict[str, str]:
+    """Return what bash says of a line of which the last word is to be completed."""
+    return {
         "_FRICTIONSIM_COMPLETE": "complete_bash",
         "COMP_WORDS": " ".join(("frictionsim", *words)),
         "COMP_CWORD": str(len(words)),
     }
-    done = subprocess.run(
-        [sys.executable, "-m", "frictionsim"],
-        cwd=cwd,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout.split()
 
 
 @pytest.mark.parametrize(
@@ -50,26 +38,32 @@ def offered(*words: str, cwd: Path) -> list[str]:
         (["sweep", "a.toml", "--method", ""], ["sobol", "lhs", "random"]),
     ],
 )  # fmt: skip
-def test_words_are_offered(words: list[str], wanted: list[str], tmp_path: Path) -> None:
-    assert offered(*words, cwd=tmp_path) == wanted
+def test_words_are_offered(
+    words: list[str], wanted: list[str], told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in surroundings(*words).items():
+        monkeypatch.setenv(name, value)
+    out, err = told()
+    assert (out.split(), err) == (wanted, "")
+
+
+def test_a_new_process_offers_words(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "frictionsim"],
+        cwd=tmp_path, env={**os.environ, **surroundings("new", "pul")},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["pulley", "pulley_horizontal", "pulley_return"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_a_shell_is_printed(shell: str, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "frictionsim", "--show-completion", shell],
-        cwd=tmp_path,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(ROOT),
-            "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
-        },
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "_FRICTIONSIM_COMPLETE" in done.stdout
+def test_the_script_of_a_shell_is_printed(
+    shell: str, told: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
+    out, err = told("--show-completion", shell)
+    assert ("_FRICTIONSIM_COMPLETE" in out, err) == (True, "")
 
 
 def test_plug_ins_that_conflict_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

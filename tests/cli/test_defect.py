@@ -1,8 +1,9 @@
-"""A bug is reported as what it is: ours, or that of a plug-in."""
+"""An error that ends a command is reported as what it is, a bug as ours or of a plug-in."""
 
 from pathlib import Path
 
 import pytest
+import typer
 
 from frictionsim.cli.commands import run_command_line
 from tests.cli.conftest import Run
@@ -12,20 +13,59 @@ from tests.support.scenarios import SCENARIOS
 PULLEY = str(SCENARIOS / "pulley.toml")
 
 
-def fail(*_: object) -> None:
-    raise ZeroDivisionError("division by zero")
+NO_MEMORY = [
+    *(MemoryError(), OSError(12, "Cannot allocate memory")),
+    RuntimeError("can't start new thread"),
+]
+RECORD_LESS = "out of memory; a larger output.interval, or fewer output.channels, records"
+ENDINGS = [
+    ("load", KeyboardInterrupt(), 130, ""),
+    ("load", typer.Abort(), 130, ""),
+    ("load", PermissionError(13, "Permission denied", "a/file"), 4, "a/file: Permission denied\n"),
+    # An error of a file is not one of printing.
+    ("static", OSError(5, "Input/output error"), 4, "Input/output error\n"),
+    *(
+        ("static", error, 1, "out of memory; allow the process more (see 'ulimit -v')")
+        for error in NO_MEMORY
+    ),
+    *(("solve", error, 1, RECORD_LESS) for error in NO_MEMORY),
+    ("api.solving.run", MemoryError(), 1, RECORD_LESS),
+    (
+        "load",
+        ImportError("libx.so: failed to map segment from shared object"),
+        1,
+        "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
+        " 'ulimit -u')\n",
+    ),
+    ("load", ImportError("no module named x"), 70, "internal error: ImportError: no module named"),
+    (
+        "mechanisms.pulley.statics",
+        ZeroDivisionError("division by zero"),
+        70,
+        "internal error: ZeroDivisionError: division by zero\n"
+        "please report it with the scenario; --debug before the command shows the traceback\n",
+    ),
+]
 
 
-def test_a_bug_of_ours(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionsim.mechanisms.pulley.statics", fail)
-    assert told("static", PULLEY, code=70)[1] == (
-        "frictionsim: internal error: ZeroDivisionError: division by zero\n"
-        "please report it with the scenario; --debug before the command shows the traceback\n"
-    )
+@pytest.mark.parametrize(("place", "error", "code", "said"), ENDINGS)
+def test_an_error_has_its_exit_code_and_is_told_in_the_words_of_the_command(
+    place: str, error: BaseException, code: int, said: str, told: Run,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(f"frictionsim.{place}", fail)
+    command = {"load": "check", "static": "static", "mechanisms.pulley.statics": "static"}
+    out, err = told(command.get(place, "solve"), PULLEY, code=code)
+    assert (out, err.startswith(f"frictionsim: {said}" if said else "")) == ("", True)
+    assert err.endswith("\n") == bool(said)
+    assert not Path("results/pulley.h5").exists()
 
 
 def test_debug_shows_the_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionsim.mechanisms.pulley.statics", fail)
+    monkeypatch.setattr("frictionsim.mechanisms.pulley.statics", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         run_command_line(["--debug", "static", PULLEY])
 

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pytest
-
 import frictionsim as fs
 from tests.cli.conftest import Run
 from tests.support.scenarios import ROOT, SCENARIOS
@@ -17,34 +15,24 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
         fs.solve(SCENARIOS / "pulley.toml", FAST, output=path)
     out, _ = told("report", *paths)
     assert out == f"{here / 'a.html'}\n"
-    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text("utf-8")
-    out, _ = told("report", paths[1], "-o", here / "other.html")
-    assert out == f"{here / 'other.html'}\n"
-    _, err = told("report", paths[1], "-o", here / "a.html", "--no-clobber", code=4)
-    assert "--no-clobber forbids to replace it" in err
-
-
-@pytest.mark.parametrize("option", ["-q", "--quiet"])
-def test_a_quiet_report_is_written_without_a_word(option: str, told: Run, here: Path) -> None:
-    fs.solve(SCENARIOS / "pulley.toml", FAST, output="a.h5")
-    assert told("report", "a.h5", option) == ("", "")
-    assert (here / "a.html").exists()
-    _, err = told("report", "a.h5", option, "--no-clobber", code=4)
-    assert "--no-clobber forbids to replace it" in err
-
-
-@pytest.mark.parametrize("name", [".", "/", ".."])
-def test_a_folder_is_refused(name: str, told: Run, here: Path) -> None:
-    _, err = told("report", name, code=2)
-    assert err == (
-        f"frictionsim: {name}: cannot read this result: this is a folder; give the name of a"
-        " result file\n"
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in (here / "a.html").read_text(
+        encoding="utf-8"
     )
-    assert list(here.iterdir()) == []
+    target = here / "other.html"
+    assert told("report", paths[1], "-o", target) == (f"{target}\n", "")
+    for quiet in ("-q", "--quiet"):
+        target.unlink()
+        assert told("report", paths[1], "-o", target, quiet) == ("", "")
+        assert target.exists()
+    # A report is replaced by another one.
+    assert fs.report([paths[0], fs.open(paths[1])], target) == target
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
+    fs.report(fs.open(paths[0]), target)
+    assert "<h1>Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
 
 
 def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:
     told("report", ROOT / "tests" / "io" / "format_1.h5", "-o", here / "old.html")
-    html = (here / "old.html").read_text("utf-8")
+    html = (here / "old.html").read_text(encoding="utf-8")
     assert "a file of format version 1, which holds no quantities, audit and counts" in html
     assert 'data-status="done"' in html

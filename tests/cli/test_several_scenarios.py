@@ -3,9 +3,7 @@
 import io
 import shutil
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -16,7 +14,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, ScenarioError
 from frictionsim.io import hdf5_reader
 from frictionsim.simulation import simulate
-from tests.cli.conftest import Run, strict_json
+from tests.cli.conftest import Run, long_run, strict_json
 from tests.support.scenarios import SCENARIOS, pulley
 
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
@@ -30,11 +28,15 @@ def give(text: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_each_has_a_file_and_a_summary(told: Run) -> None:
     out, err = told("solve", PULLEY, RETURN)
     assert err == ""
+    files = ["results/pulley.h5", "results/pulley_return.h5"]
     assert [line for line in out.splitlines() if line.startswith("result: ")] == [
-        "result: results/pulley.h5",
-        "result: results/pulley_return.h5",
+        f"result: {name}" for name in files
     ]
-    assert hdf5_reader.read(Path("results/pulley_return.h5")).attributes["status"] == "done"
+    assert hdf5_reader.read(Path(files[1])).attributes["status"] == "done"
+    found = strict_json(told("solve", RETURN, PULLEY, "--json")[0])
+    assert [item["scenario"] for item in found] == [RETURN, PULLEY]
+    assert [item["output"] for item in found] == files[::-1]
+    assert isinstance(strict_json(told("solve", PULLEY, "--json")[0]), dict)
 
 
 def test_shipped_ones_are_solved_by_name(told: Run) -> None:
@@ -47,18 +49,12 @@ def test_shipped_ones_are_solved_by_name(told: Run) -> None:
     assert told("check", "pulley")[0].startswith("pulley: ok; effects shaft_friction")
 
 
-def test_output_is_a_folder(told: Run) -> None:
+def test_output_is_a_folder_or_the_only_file(told: Run, here: Path) -> None:
     Path("down").mkdir()
-    told("solve", PULLEY, RETURN, "-q", "-o", "down")
-    assert sorted(path.name for path in Path("down").iterdir()) == ["pulley.h5", "pulley_return.h5"]
-    assert not Path("results").exists()
-
-
-def test_json_is_a_list_in_the_order_of_the_scenarios(told: Run) -> None:
-    found = strict_json(told("solve", RETURN, PULLEY, "--json")[0])
-    assert [item["scenario"] for item in found] == [RETURN, PULLEY]
-    assert [item["output"] for item in found] == ["results/pulley_return.h5", "results/pulley.h5"]
-    assert isinstance(strict_json(told("solve", PULLEY, "--json")[0]), dict)
+    assert told("solve", PULLEY, RETURN, "-q", "-o", "down") == ("", "")
+    written = ["down", "down/pulley.h5", "down/pulley_return.h5"]
+    assert told("solve", PULLEY, "-o", "down/pulley.h5", "--quiet") == ("", "")
+    assert sorted(str(path.relative_to(here)) for path in here.rglob("*")) == written
 
 
 def test_the_exit_code_is_the_highest(told: Run) -> None:
@@ -66,66 +62,6 @@ def test_the_exit_code_is_the_highest(told: Run) -> None:
     out, err = told("solve", PULLEY, "short.toml", RETURN, "--json", code=5)
     assert [item["status"] for item in strict_json(out)] == ["done", "failed", "done"]
     assert "run failed: limit of 10 steps reached" in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        (
-            [PULLEY, "none.toml"],
-            2,
-            "none.toml: cannot read this scenario: No such file or directory",
-        ),
-        (
-            [PULLEY, RETURN, "--set", "drive.direction=up"],
-            2,
-            "--set: drive.direction: expected 'vertical' or 'horizontal', got 'up'",
-        ),
-        (
-            [PULLEY, "copy/pulley.toml"],
-            2,
-            f"{PULLEY} and copy/pulley.toml would both be written to results/pulley.h5; solve them"
-            " one by one, each with its -o",
-        ),
-        (
-            [PULLEY, RETURN, "-o", "none"],
-            4,
-            "none: expected a folder for the results of several scenarios; there is no such folder,"
-            " create it first",
-        ),
-        (
-            [PULLEY, RETURN, "-o", "file"],
-            4,
-            "file: expected a folder for the results of several scenarios; this is a file",
-        ),
-        (
-            [PULLEY, RETURN, "-o", "full", "--no-clobber"],
-            4,
-            "full/pulley_return.h5: the file exists and --no-clobber forbids to replace it; give"
-            " another name",
-        ),
-        (
-            [PULLEY, RETURN, "-o", "blocked"],
-            4,
-            "blocked/pulley_return.h5: cannot write the result: this is a folder; give a file name",
-        ),
-        ([PULLEY, "-", "-"], 2, "-: given twice; the standard input can be read once only"),
-    ],
-)  # fmt: skip
-def test_nothing_is_solved_if_one_is_invalid(
-    arguments: list[str],
-    code: int,
-    message: str,
-    told: Run,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("frictionsim.api.solving.run", None)  # to call it is an error
-    for folder in ("copy", "full", "blocked/pulley_return.h5"):
-        Path(folder).mkdir(parents=True)
-    shutil.copy(PULLEY, "copy")
-    Path("full/pulley_return.h5").touch()
-    Path("file").touch()
-    assert told("solve", *arguments, code=code) == ("", f"frictionsim: {message}\n")
 
 
 def test_one_that_cannot_be_solved_does_not_stop_the_others(
@@ -187,35 +123,29 @@ def test_the_standard_input_may_be_one_of_several(
     assert out.splitlines()[1].startswith("-: ok; effects shaft_friction")
     give(Path(PULLEY).read_bytes(), monkeypatch)
     assert strict_json(told("static", "-", "--json")[0])["scenario"] == "-"
+    give(Path(PULLEY).read_bytes(), monkeypatch)
+    both = ("--vary", "mechanism.load=[1]", "--set", "mechanism.load=2.0")
+    assert "both set for all runs and varied" in told("sweep", "-", *both, code=2)[1]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            b"",
-            "<stdin>:1: kind: the scenario is empty; it starts with kind, one of 'pulley',"
-            " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'",
-        ),
-        (
-            b"#" * (16 * 2**20 + 1),
-            "-: the standard input is larger than 1 MiB; expected a scenario in TOML; use CSV"
-            " files for signals",
-        ),
-        (
-            b'kind = "\xff"',
-            "-: expected a scenario in TOML on the standard input, got invalid UTF-8 at byte 8",
-        ),
-        (b"kind = \n", "<stdin>:1: not valid TOML: Invalid value, in 'kind ='"),
-        (b'kind = "puley"', "<stdin>:1: kind: unknown kind 'puley' (did you mean 'pulley'?)"),
-    ],
-    ids=["empty", "long", "not UTF-8", "not TOML", "unknown kind"],
-)
+BAD = {
+    b"": "<stdin>:1: kind: the scenario is empty; it starts with kind, one of 'pulley',"
+    " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'",
+    b"#" * (16 * 2**20 + 1): "-: the standard input is larger than 1 MiB; expected a scenario in"
+    " TOML; use CSV files for signals",
+    b'kind = "\xff"': "-: expected a scenario in TOML on the standard input, got invalid UTF-8 at"
+    " byte 8",
+    b"kind = \n": "<stdin>:1: not valid TOML: Invalid value, in 'kind ='",
+    b'kind = "puley"': "<stdin>:1: kind: unknown kind 'puley' (did you mean 'pulley'?)",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=["empty", "long", "not UTF-8", "not TOML", "kind"])
 def test_a_bad_standard_input_is_one_sentence(
-    text: bytes, message: str, told: Run, monkeypatch: pytest.MonkeyPatch
+    text: bytes, told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     give(text, monkeypatch)
-    assert told("solve", "-", code=2) == ("", f"frictionsim: {message}\n")
+    assert told("solve", "-", code=2) == ("", f"frictionsim: {BAD[text]}\n")
 
 
 def test_a_closed_standard_input_is_told(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -229,29 +159,10 @@ def test_a_mark_of_the_byte_order_is_no_error(told: Run, monkeypatch: pytest.Mon
     assert told("check", "-")[0].startswith("-: ok")
 
 
-def test_a_result_is_not_printed(told: Run) -> None:
-    assert told("solve", PULLEY, "-o", "-", code=2)[1] == (
-        "frictionsim: -o -: a result is an HDF5 file, it is not printed; give a file name\n"
-    )
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
 def test_ctrl_c_between_and_in_runs_ends_the_command(here: Path) -> None:
     """As a process: the second of two long runs does not start."""
-    long = pulley(
-        drive__force=3000.0,
-        effects__viscous_damping=None,
-        solver={"backend": "rkf45", "duration": 1000.0, "max_step": 1e-5},
-    )
-    for name in ("a.toml", "b.toml"):
-        Path(name).write_text(tomli_w.dumps(long))
-    command = [sys.executable, "-m", "frictionsim", "solve", "a.toml", "b.toml", "-v"]
-    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True) as process:
-        assert process.stderr is not None
-        for line in process.stderr:
-            if "the run starts" in line:
-                break
-        time.sleep(0.3)  # until the first step there is nothing to keep
+    with long_run(here, "a.toml", "b.toml") as process:
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -1,19 +1,95 @@
 """Closed, full and broken streams, and what foreign text may do to a terminal."""
 
 import io
+import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import frictionsim as fs
 from frictionsim.cli import messages
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io.terminal import visible
 from tests.cli.conftest import Run, strict_json
-from tests.cli.test_environment import PULLEY, shell
+from tests.support.scenarios import SCENARIOS
 
+PULLEY = str(SCENARIOS / "pulley.toml")
 ODD = ["--set", "output.interval=9"]  # which is warned of
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+
+
+def shell(command: str, cwd: Path, **environment: str) -> "subprocess.CompletedProcess[str]":
+    """Run a line of bash in which `frictionsim` calls this package; $PULLEY is its scenario."""
+    program = f'frictionsim() {{ {shlex.quote(sys.executable)} -m frictionsim "$@"; }}'
+    return subprocess.run(
+        ["bash", "-o", "pipefail", "-c", f"{program}; {command}"],
+        cwd=cwd,
+        env={**os.environ, "PULLEY": PULLEY, "SCENARIOS": str(SCENARIOS), **environment},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("command", ["solve", "static", "check"])
+def test_a_closed_stdout_is_accepted(command: str, tmp_path: Path) -> None:
+    done = shell(f'frictionsim {command} "$PULLEY" >&-', tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_broken_pipe_is_accepted(tmp_path: Path) -> None:
+    done = shell('frictionsim solve "$PULLEY" | head -1', tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert fs.open(tmp_path / "results" / "pulley.h5").status == "done"
+    done = shell('frictionsim check "$SCENARIOS" | true', tmp_path)
+    assert done.returncode == 0
+    assert all(line.startswith("frictionsim: warning: ") for line in done.stderr.splitlines())
+
+
+@pytest.mark.parametrize("end", ["| head -1", "| true", ">&-"])
+def test_a_result_may_be_shown_to_nobody(end: str, told: Run) -> None:
+    told("solve", PULLEY, "-q", "-o", "a.h5", "--set", "output.interval=1e-3")
+    for option in ("", "--json", "--csv", "--scenario"):
+        done = shell(f"frictionsim show a.h5 {option} {end}", Path())
+        assert (done.returncode, done.stderr) == (0, ""), option
+
+
+def test_letters_missing_in_the_terminal_encoding_are_replaced(tmp_path: Path) -> None:
+    title = r"""--set $'title="\xc3\x9cberlast \xce\xb8"'"""
+    surroundings = {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "1"}
+    done = shell(f'frictionsim solve "$PULLEY" {title}', tmp_path, **surroundings)
+    assert done.returncode == 0
+    assert done.stdout.startswith("?berlast ?: done")
+
+
+@needs_full
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [("--help", 4), ('check "$PULLEY"', 4), ('solve "$PULLEY" -o a.h5', 0)],
+)
+def test_a_full_stdout_matters_to_those_who_only_print(
+    arguments: str, code: int, tmp_path: Path
+) -> None:
+    done = shell(f"frictionsim {arguments} >/dev/full", tmp_path)
+    warning = "" if code else "warning: "
+    said = f"frictionsim: {warning}cannot print the output: No space left on device"
+    assert (done.returncode, done.stderr.startswith(said)) == (code, True)
+    assert (tmp_path / "a.h5").exists() == (code == 0)
+
+
+@pytest.mark.parametrize(
+    "redirection", ["2>&-", pytest.param("2>/dev/full", marks=needs_full), "2> >(exit)"]
+)
+def test_a_lost_stderr_keeps_json_pure(redirection: str, tmp_path: Path) -> None:
+    options = " ".join(ODD)
+    done = shell(f'frictionsim solve "$PULLEY" --json {options} {redirection}', tmp_path)
+    assert done.returncode == 0
+    assert strict_json(done.stdout)["status"] == "done"
 
 
 class Failing(io.StringIO):
@@ -47,15 +123,6 @@ def test_stderr_changes_neither_run_nor_exit_code(
     assert "done" in told("show", "a.h5")[0]
 
 
-@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full", "2> >(exit)"])
-def test_a_lost_stderr_keeps_json_pure(redirection: str, tmp_path: Path) -> None:
-    if "full" in redirection and not Path("/dev/full").exists():
-        pytest.skip("needs a full device")
-    done = shell(f"frictionsim solve {PULLEY} --json {' '.join(ODD)} {redirection}", tmp_path)
-    assert done.returncode == 0
-    assert strict_json(done.stdout)["status"] == "done"
-
-
 def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None:
     """What C code prints on stderr would be written into it."""
     program = (
@@ -68,7 +135,7 @@ def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None
         cwd=tmp_path, check=False,
     )  # fmt: skip
     assert closed.returncode == 0
-    number, inheritable = (tmp_path / "a").read_text().split()
+    number, inheritable = (tmp_path / "a").read_text(encoding="utf-8").split()
     assert (int(number) > 2, inheritable) == (True, "True")
 
 
@@ -103,51 +170,6 @@ def test_a_reader_that_leaves_ends_the_csv(told: Run, monkeypatch: pytest.Monkey
         assert Left.calls == 1
 
 
-def test_an_error_of_a_file_is_not_one_of_printing(
-    told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: object) -> None:
-        raise OSError(5, "Input/output error")
-
-    monkeypatch.setattr("frictionsim.cli.commands.fs.static", broken)
-    assert told("static", PULLEY, code=4)[1] == "frictionsim: Input/output error\n"
-
-
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [
-        ("static", "out of memory; allow the process more (see 'ulimit -v')"),
-        ("solve", "out of memory; a larger output.interval, or fewer output.channels, records"),
-    ],
-)
-@pytest.mark.parametrize(
-    "error",
-    [MemoryError(), OSError(12, "Cannot allocate memory"), RuntimeError("can't start new thread")],
-    ids=repr,
-)
-def test_a_lack_of_memory_is_told_in_the_words_of_the_command(
-    command: str, said: str, error: Exception, told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise error
-
-    monkeypatch.setattr(f"frictionsim.cli.commands.fs.{command}", fail)
-    _, err = told(command, PULLEY, code=1)
-    assert err.startswith(f"frictionsim: {said}")
-
-
-def test_a_library_that_memory_does_not_suffice_for() -> None:
-    from frictionsim.cli.ending import ending_of
-
-    error = ImportError("libx.so: failed to map segment from shared object")
-    assert ending_of(error, ["solve"]) == (
-        "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
-        " 'ulimit -u')",
-        1,
-    )
-    assert ending_of(ImportError("no module named x"), ["solve"])[1] == 70
-
-
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
@@ -169,13 +191,14 @@ def test_control_characters_are_shown_as_escapes(
     assert captured.out == f"{shown}\n"
 
 
+@pytest.mark.skipif(sys.getfilesystemencoding() != "utf-8", reason="names of files in UTF-8")
 def test_a_log_and_a_progress_line_go_through_the_same_filter(
     told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from frictionsim.cli.status_line import StatusLine
 
     name = "a\x1b[2J.toml"
-    Path(name).write_text(Path(PULLEY).read_text())
+    Path(name).write_text(Path(PULLEY).read_text(encoding="utf-8"))
     _, err = told("solve", name, "-v", "-q", "-o", "a\x9b.h5")
     assert r"scenario a\x1b[2J.toml" in err
     assert r"result written: a\u009b.h5" in err
@@ -191,7 +214,5 @@ def test_a_printed_scenario_with_marks_of_direction_is_still_one(told: Run) -> N
     told("solve", PULLEY, "-q", "-o", "a.h5", "--set", 'title="a\u202eb\u0085c"')
     out, _ = told("show", "a.h5", "--scenario")
     assert r"\u202e" in out
-    Path("again.toml").write_text(out)
-    from frictionsim import load
-
-    assert load("again.toml").title == "a\u202eb\u0085c"
+    Path("again.toml").write_text(out, encoding="utf-8")
+    assert fs.load("again.toml").title == "a\u202eb\u0085c"

@@ -3,13 +3,13 @@
 import csv
 import json
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import frictionsim as fs
-from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.assembly import assemble
@@ -252,27 +252,6 @@ def test_a_scenario_without_contact_compares_strings() -> None:
 # --- arguments and outputs -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("scenario", "given", "sentence"),
-    [
-        (PULLEY, {"bodies": [60]}, "bodies: the kind 'pulley' has no mesh; leave this out"),
-        (BELT, {"models": "chain"}, "models: unknown model 'chain'; known: string, corrected,"),
-        (BELT, {"bodies": 1.5}, "bodies: expected whole numbers of at least 2, got 1.5"),
-        (BELT, {"bodies": [60, 1]}, "bodies: expected whole numbers of at least 2, got 1"),
-        (BELT, {"bodies": [], "models": "polygon"}, "models: without bodies there is no mesh"),
-    ],
-)
-def test_wrong_meshes_are_refused(scenario: str, given: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        fs.cost(scenario, **given)
-    assert str(caught.value).startswith(sentence)
-
-
-def test_an_unknown_argument_is_a_mistake_of_the_caller() -> None:
-    with pytest.raises(TypeError, match=r"'body' \(did you mean 'bodies'\?\)"):
-        fs.cost(BELT, body=[60])  # type: ignore[call-arg]
-
-
 def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     chosen = CHOSEN | {"max_wall": 1e-9}
     with pytest.raises(SolverError) as caught:
@@ -282,56 +261,42 @@ def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     assert said.endswith("compare fewer bodies or allow each run more wall time")
 
 
-@pytest.mark.parametrize("text", ["60,many", "1e2"])
-def test_bodies_are_whole_numbers(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["cost", BELT, "--bodies", text]) == 2
-    assert capsys.readouterr().err == (
-        "frictionsim: --bodies: expected whole numbers separated by commas, as 60,150, or none,"
-        f" got '{text}'\n"
-    )
+def costs(told: Callable[..., tuple[str, str]], *options: str) -> Any:
+    """Return the JSON of a study of wide pulleys."""
+    overrides = {**WIDE, "mechanism.belt.bodies": 24}.items()
+    changed = [text for key, value in overrides for text in ("--set", f"{key}={value}")]
+    chosen = ("--backends", "moreau", "--laws", "set-valued", "--repeats", "1", "--json")
+    return json.loads(told("cost", BELT, *changed, *chosen, *options)[0])
 
 
-OPTIONS = [
-    *("cost", BELT, "--backends", "moreau", "--repeats", "1", "--json", "--laws", "set-valued"),
-    *(text for key, value in WIDE.items() for text in ("--set", f"{key}={value}")),
-    *("--set", "mechanism.belt.bodies=24"),
-]
-
-
-def test_the_command_writes_models_and_bodies(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    table, picture = tmp_path / "a.csv", tmp_path / "a.svg"
-    meshes = ["--bodies", "24,36", "--models", "corrected,polygon"]
-    assert run_command_line([*OPTIONS, *meshes, "--csv", str(table), "--plot", str(picture)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [(s["model"], s["bodies"]) for s in told["settings"]] == [
+def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str]]) -> None:
+    files = ("--csv", "a.csv", "--plot", "a.svg")
+    found = costs(told, "--bodies", "24,36", "--models", "corrected,polygon", *files)
+    rows = found["settings"]
+    assert [(s["model"], s["bodies"]) for s in rows] == [
         *[("corrected", 24)] * 3,
         *[("corrected", 36), ("polygon", 24), ("polygon", 36)],
     ]
-    assert told["settings"][4]["overrides"][:2] == [
-        "mechanism.belt.bodies=24",
-        "mechanism.belt.wrap=polygon",
-    ]
-    assert [s["time_error"] is None for s in told["settings"]] == [False] * 3 + [True] * 3
-    assert told["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
-    assert told["recommendations"][3]["quantity"] == "driven_speed"
-    with table.open(encoding="utf-8") as file:
+    mesh = ["mechanism.belt.bodies=24", "mechanism.belt.wrap=polygon"]
+    assert rows[4]["overrides"][:2] == mesh
+    assert [s["time_error"] is None for s in rows] == [False] * 3 + [True] * 3
+    assert found["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
+    assert found["recommendations"][3]["quantity"] == "driven_speed"
+    with Path("a.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert [line["bodies [1]"] for line in lines[2:4]] == ["24.0", "36.0"]
-    assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in told["settings"]]
-    drawn = picture.read_text(encoding="utf-8")
+    assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in rows]
+    drawn = Path("a.svg").read_text(encoding="utf-8")
     for label in ("moreau, corrected", "moreau, polygon", "24 bodies", "36 bodies"):
         assert f">{label}</text>" in drawn
 
 
-def test_without_bodies_a_study_is_over_time_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line([*OPTIONS, "--bodies", "none"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [s["setting"][:4] for s in told["settings"]] == ["step"] * 3
-    assert all("model" not in s and s["time_error"] is None for s in told["settings"])
-    assert max(s["error"] for s in told["settings"]) < 0.05
-    assert told["references"][0] == "rkf45, set-valued, rtol 1e-9"
+def test_without_bodies_a_study_is_over_time_alone(told: Callable[..., tuple[str, str]]) -> None:
+    found = costs(told, "--bodies", "none")
+    assert [s["setting"][:4] for s in found["settings"]] == ["step"] * 3
+    assert all("model" not in s and s["time_error"] is None for s in found["settings"])
+    assert max(s["error"] for s in found["settings"]) < 0.05
+    assert found["references"][0] == "rkf45, set-valued, rtol 1e-9"
 
 
 def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
