@@ -12,7 +12,8 @@ Lines in their order, as many of each as needed:
 - `FILE: OLD -> NEW` replaces a text that is there once, in a copy of a shipped scenario;
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
-- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
+- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error, the warnings, or
+  the sentences that it returns.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
 --update-messages` writes what does not match anew.
@@ -32,7 +33,7 @@ import frictionsim as fs
 from tests.support.scenarios import SCENARIOS, in_this_process
 
 FOLDER = Path(__file__).parent / "messages"
-ANSWER = re.compile(r"(\d+|\w*Error|\w*Warning|nothing)\| ?")
+ANSWER = re.compile(r"(\d+|\w*Error|\w*Warning|nothing|says)\| ?")
 
 
 def cases(path: Path) -> list[tuple[str, list[str]]]:
@@ -52,8 +53,10 @@ def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            eval(line[2:], {"fs": fs, "np": np, "Path": Path})
+            value = eval(line[2:], {"fs": fs, "np": np, "Path": Path})
             found = [(type(one.message).__name__, str(one.message)) for one in caught]
+            if isinstance(value, str | tuple | list):
+                found += [("says", text) for text in ([value] if isinstance(value, str) else value)]
         except Exception as error:
             found = [(type(error).__name__, str(error))]
     lines = [(name, text) for name, message in found for text in message.splitlines()]

@@ -8,7 +8,6 @@ import pytest
 
 from frictionsim.results import Check
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.audit import audit
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
@@ -16,68 +15,6 @@ from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate
 from tests.support.stopped_bodies import stopped, with_friction
 
 OF_EFFECT = {"stop_torque", "energy_impact"}
-
-
-@pytest.mark.parametrize(
-    ("changes", "key", "message"),
-    [
-        (
-            {"effects__end_stops": {"restitution": 0.5}},
-            "effects.end_stops",
-            "expected lowest_angle_deg or highest_angle_deg, or both; found neither",
-        ),
-        (
-            {"effects__end_stops__lowest_angle_deg": 60.0},
-            "effects.end_stops.lowest_angle_deg",
-            "60.0 is not below highest_angle_deg = 60.0; the body turns between them",
-        ),
-        (
-            {"mechanism__initial_angle_deg": 60.1},
-            "mechanism.initial_angle_deg",
-            "60.1 is beyond the end stop effects.end_stops.highest_angle_deg = 60.0; start between"
-            " the stops, or at one of them",
-        ),
-        (
-            {"mechanism__initial_angle_deg": -51.0},
-            "mechanism.initial_angle_deg",
-            "-51.0 is beyond the end stop effects.end_stops.lowest_angle_deg = -50.0; start"
-            " between the stops, or at one of them",
-        ),
-        (
-            {"effects__end_stops__restitution": 1.0},
-            "effects.end_stops.restitution",
-            "expected a number below 1, got 1.0",
-        ),
-        (
-            {"effects__end_stops__restitution": 1.0 - 1e-10},
-            "effects.end_stops.restitution",
-            "expected a number of at most 1 - 1e-9, got 0.9999999999: rounding hides the loss of an"
-            " impact",
-        ),
-        (
-            {"effects__end_stops__capture_speed": 0.0},
-            "effects.end_stops.capture_speed",
-            "expected a number above 0 rad/s, got 0.0",
-        ),
-    ],
-)
-def test_what_stops_cannot_be_is_said(changes: dict[str, Any], key: str, message: str) -> None:
-    with pytest.raises(ValidationFailure) as caught:
-        validate(stopped(0.5, **changes), SCENARIOS)
-    assert [f"{'.'.join(map(str, at))}: {text}" for at, text in caught.value.faults] == [
-        f"{key}: {message}"
-    ]
-
-
-def test_the_published_law_has_no_stops() -> None:
-    data = with_friction(stopped(0.5, solver__backend="rkf45"), 0.1, 0.1, law="published")
-    with pytest.raises(ValidationFailure) as caught:
-        validate(data, SCENARIOS)
-    assert [text for _, text in caught.value.faults] == [
-        "law = 'published' does not rest, on an end stop either; use law = 'set-valued', or remove"
-        " effects.end_stops"
-    ]
-    validate(changed(data, effects__end_stops=None), SCENARIOS)
 
 
 def test_only_the_effect_leaves_a_trace() -> None:
