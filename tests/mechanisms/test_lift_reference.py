@@ -36,6 +36,10 @@ SEEDS = {
     "jammed": (3, 10, 13),
 }
 DRAWN = [(family, seed) for family, seeds in SEEDS.items() for seed in seeds]
+# Those that are compared every time: some of each family, and such as have every transition.
+OFTEN = sorted({*DRAWN[1::3], ("gripped", 5), ("gripped", 10), ("jammed", 3), ("jammed", 13),
+                ("light", 2), ("loose", 637), ("pushed", 5), ("thrown", 5)})  # fmt: skip
+ALL = [pytest.param(*d, marks=[] if d in OFTEN else pytest.mark.slow) for d in DRAWN]
 TIME, ANGLE = 1e-9, 1e-8  # s and rad, at rtol 1e-11
 
 
@@ -53,22 +57,22 @@ def test_the_draws_have_every_transition() -> None:
     """No contact without each of its changes, no drive signal and no law of impact left out."""
     seen = {
         (contact, before, after)
-        for drawn in DRAWN
+        for drawn in OFTEN
         for _, contact, before, after, _ in reference(*drawn).events
     }
     shaft = {("shaft", a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a != b}
     cord = {("cord", a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if 0 in (a, b) and a != b}
     ropes = {(f"{side} rope", a, 1 - a) for side in ("car", "counterweight") for a in (0, 1)}
     assert seen >= shaft | cord | ropes
-    modes = {piece.modes for drawn in DRAWN for piece in reference(*drawn).pieces}
+    modes = {piece.modes for drawn in OFTEN for piece in reference(*drawn).pieces}
     assert {(m.shaft, m.cord) for m in modes if m.taut == (True, True)} == {
         (shaft, cord) for shaft in (-1, 0, 1) for cord in (-1, 0, 1)
     }
     assert {m.taut for m in modes} == {(a, b) for a in (True, False) for b in (True, False)}
-    assert sum(len(reference(*drawn).events) for drawn in DRAWN) > 250
+    assert sum(len(reference(*drawn).events) for drawn in OFTEN) > 100
 
 
-@pytest.mark.parametrize(("family", "seed"), DRAWN[::3])
+@pytest.mark.parametrize(("family", "seed"), OFTEN[::2])
 def test_the_reference_obeys_the_laws(family: str, seed: int) -> None:
     violations = largest_violation(reference(family, seed))
     assert max(violations.values()) < 1e-22
@@ -87,7 +91,7 @@ def test_two_independent_programs_agree(family: str, seed: int) -> None:
         assert found[4] == pytest.approx(float(angle - start), abs=1e-10)
 
 
-@pytest.mark.parametrize(("family", "seed"), DRAWN)
+@pytest.mark.parametrize(("family", "seed"), ALL)
 def test_events_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: int) -> None:
     done, exact = outcome(family, seed), reference(family, seed)
     assert (done.status, done.reason) == ("done", "")
@@ -99,7 +103,7 @@ def test_events_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: in
             assert angle == pytest.approx(where, abs=ANGLE)
 
 
-@pytest.mark.parametrize(("family", "seed"), DRAWN)
+@pytest.mark.parametrize(("family", "seed"), ALL)
 def test_samples_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: int) -> None:
     done, exact = outcome(family, seed), reference(family, seed)
     r = float(exact.lift.r)
@@ -124,7 +128,7 @@ def test_samples_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: i
             assert done.channels[name][i] == pytest.approx(float(curve(u)), abs=tolerance), name
 
 
-@pytest.mark.parametrize(("family", "seed"), DRAWN[::2])
+@pytest.mark.parametrize(("family", "seed"), ALL)
 def test_energies_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: int) -> None:
     done, exact = outcome(family, seed), energies(reference(family, seed))
     size = max(map(abs, exact.values()), default=0.0)
