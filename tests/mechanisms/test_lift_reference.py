@@ -1,7 +1,7 @@
 """The pulley with hanging masses against an independent program, and what every lift must obey.
 
 `lift_reference` has the motion in closed form with 50 digits; `lift_energies` shows that it obeys
-Newton, Euler, Coulomb and Eytelwein, and `lift_integrator` finds the same motion by another way.
+Newton, Euler, Coulomb and Eytelwein. Impacts are summed from small pulls in `test_rope_impact`.
 """
 
 import tomllib
@@ -17,7 +17,6 @@ from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import RunResult
 from tests.support.drawn_lifts import FAMILIES, Scenario, numbers
 from tests.support.lift_energies import energies, largest_violation
-from tests.support.lift_integrator import Integration
 from tests.support.lift_records import CONTACTS, SLACK, changes
 from tests.support.lift_reference import Solution, solve
 from tests.support.scenarios import SCENARIOS, changed, simulate
@@ -76,19 +75,6 @@ def test_the_draws_have_every_transition() -> None:
 def test_the_reference_obeys_the_laws(family: str, seed: int) -> None:
     violations = largest_violation(reference(family, seed))
     assert max(violations.values()) < 1e-22
-
-
-@pytest.mark.parametrize(
-    ("family", "seed"),
-    [drawn for drawn in DRAWN[1::3] if drawn[0] not in ("loose", "heavy", "jammed")],
-)
-def test_two_independent_programs_agree(family: str, seed: int) -> None:
-    events, integration = reference(family, seed).events, Integration(FAMILIES[family](seed)).run()
-    assert [e[1:4] for e in integration.events] == [e[1:4] for e in events]
-    for found, (time, *_, angle) in zip(integration.events, events, strict=True):
-        assert found[0] == pytest.approx(float(time), abs=1e-11)
-        start = reference(family, seed).first_angle
-        assert found[4] == pytest.approx(float(angle - start), abs=1e-10)
 
 
 @pytest.mark.parametrize(("family", "seed"), ALL)

@@ -319,7 +319,7 @@ def test_a_load_that_passes_close_to_zero() -> None:
     for begin, end in pairwise(cuts):
         y = solve_ivp(rates, (begin, end), y, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
     found = final_angle(reversing({"mass": mass, "radius": radius}))
-    assert found == pytest.approx(y[0], abs=3e-10, rel=0.0)
+    assert found == pytest.approx(y[0], abs=5e-10, rel=0.0)
 
 
 # --- tables over speed and angle whose features are narrower than a step

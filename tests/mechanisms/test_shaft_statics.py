@@ -17,6 +17,7 @@ from frictionsim.mechanisms.shaft.statics import breakaway_values
 from frictionsim.mechanisms.shaft.unknowns import unknowns_of
 from tests.support import shaft_balance
 from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped
+from tests.support.shaft_scenes import mirrored
 
 pytestmark = pytest.mark.quick
 
@@ -135,34 +136,14 @@ def test_without_a_root_friction_exceeds_the_moment_with_every_value(
                 assert shaft_balance.excess(data, value, degrees) <= 0
 
 
-def mirrored(data: Scenario) -> Scenario:
-    """Return the scenario seen in a mirror, x -> -x, which exchanges the directions of turning."""
-    found = changed(data, statics__angle_deg=-data["statics"]["angle_deg"])
-    for force in found["forces"]:
-        # Two forces may have the same list.
-        force["direction"] = [-force["direction"][0], force["direction"][1]]
-        if "point" in force:
-            force["point"] = [-force["point"][0], force["point"][1]]
-        else:
-            force["cord_radius"] *= -1
-    for couple in found["couples"]:
-        couple["size"] *= -1
-    effects = found["effects"]
-    if "eccentric_mass" in effects:
-        azimuth = effects["eccentric_mass"]["azimuth_deg"]
-        effects["eccentric_mass"]["azimuth_deg"] = 180.0 - azimuth
-    if "torsion_spring" in effects:
-        effects["torsion_spring"]["free_angle_deg"] *= -1
-    return found
-
-
 # These turn the other way in a mirror; a size, a distance or a coefficient is the same.
 REVERSED = ("couple.size", "cord_radius", "free_angle_deg")
 
 
 @given(shaft_balance.scenarios())
 def test_a_mirror_exchanges_the_directions(data: Scenario) -> None:
-    found, seen = solved(data), solved(mirrored(data))
+    opposite = changed(mirrored(data), statics__angle_deg=-data["statics"]["angle_deg"])
+    found, seen = solved(data), solved(opposite)
     assert (found is None) == (seen is None)
     side = -1 if data["statics"]["unknown"].endswith(REVERSED) else 1
     there = [(side * value, -sign) for value, sign in found_roots(seen or {})]
