@@ -16,7 +16,6 @@ from tests.support.scenarios import Scenario, pulley, simulate
 pytestmark = pytest.mark.quick
 
 PUBLISHED = {"effects__shaft_friction__law": "published"}
-CHATTERING = pulley(**PUBLISHED, solver={"backend": "rkf45", "duration": 3.0}, drive__force=2224.1)
 # A time constant of I/b = 1 ms in steps of 10 ms.
 UNSTABLE = pulley(
     effects__viscous_damping__coefficient=1355.0,
