@@ -5,6 +5,7 @@ Each rule is evaluated here from the scenario and the recorded channels alone.
 
 import random
 import tomllib
+from functools import cache
 from itertools import pairwise
 from math import cos, pi, radians, sin
 from typing import Any
@@ -285,10 +286,15 @@ def drawn_machine(seed: int) -> tuple[Scenario, float]:
     return data, least
 
 
+@cache
+def machine_run(seed: int) -> RunResult:
+    return simulate(drawn_machine(seed)[0])
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
-    found = simulate(data)
+    found = machine_run(seed)
     assert found.status == "done"
     channels = found.channels
     motor = data["drive"].get("motor")
@@ -349,7 +355,7 @@ def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) ->
 
 
 def test_the_drawn_machines_cover_all_warnings() -> None:
-    runs = [simulate(drawn_machine(seed)[0]) for seed in range(60)]
+    runs = [machine_run(seed) for seed in range(60)]
     for words in ("not above", "ran back", "stands still"):
         assert 5 < sum(bool(warnings_with(run, words)) for run in runs) < 55, words
     assert sum(not run.warnings for run in runs) > 5
