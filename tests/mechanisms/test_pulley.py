@@ -68,7 +68,18 @@ def test_energies_of_the_ramp_are_exact() -> None:
         assert channel[-1] == pytest.approx(energy, rel=1e-10)  # the tolerance of the run
 
 
-@pytest.mark.parametrize("case", cases("pulley"), ids=lambda case: case["name"])
+def references(mark: pytest.MarkDecorator) -> list[Any]:
+    """Return the cases, that of a tiny inertia marked: its steps take ten seconds, and of rkf45 30.
+
+    They are a thousandth of its time constant.
+    """
+    return [
+        pytest.param(case, marks=[mark] if case["name"] == "inertia_1e-6_ramp" else [])
+        for case in cases("pulley")
+    ]
+
+
+@pytest.mark.parametrize("case", references(pytest.mark.slow), ids=lambda case: case["name"])
 def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": "events", "rtol": 1e-10}
@@ -85,18 +96,7 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     assert energies == pytest.approx(case["energy"], abs=1e-8 * largest)
 
 
-# Steps of a thousandth of the time constant of a tiny inertia: half a minute. `events` runs it too.
-SLOW = "inertia_1e-6_ramp"
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, marks=[pytest.mark.nightly] if case["name"] == SLOW else [])
-        for case in cases("pulley")
-    ],
-    ids=lambda case: case["name"],
-)
+@pytest.mark.parametrize("case", references(pytest.mark.nightly), ids=lambda case: case["name"])
 def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"rtol": 1e-8, "atol": 1e-11}
