@@ -221,12 +221,12 @@ def test_stick_of_many_steps_does_not_drift() -> None:
         drive__force=force,
         mechanism__initial_angle_deg=12.3,
         solver__backend="rkf45",
-        solver__duration=20.0,
+        solver__duration=2.0,
         solver__max_step=1e-4,
         output__interval=1.0,
     )
     run = simulate(data)
-    assert run.statistics.steps >= 200_000
+    assert run.statistics.steps >= 20_000
     assert run.transitions == []
     assert np.all(run.channels["angle"] == np.deg2rad(12.3))
     assert np.all(run.channels["angular_velocity"] == 0.0)
