@@ -101,7 +101,7 @@ CASES = {
 
 # `test_budget` resumes these mechanisms with both methods too.
 @pytest.mark.parametrize(
-    ("name", "backend"), zip(CASES, itertools.cycle(["events", "rkf45"]), strict=False)
+    ("name", "backend"), list(zip(CASES, itertools.cycle(["events", "rkf45"]), strict=False))
 )
 def test_resumed_runs_give_identical_bytes(name: str, backend: str, tmp_path: Path) -> None:
     data = CASES[name]
