@@ -2,7 +2,7 @@
 
 import math
 import random
-from math import exp
+from math import exp, inf
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import StepUnderflow
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
+from frictionsim.solvers import step_size as one_run
 from frictionsim.solvers.lockstep_functions import (
     changed,
     functions_agree,
@@ -21,7 +22,14 @@ from frictionsim.solvers.lockstep_functions import (
 )
 from frictionsim.solvers.lockstep_roots import bracket_roots
 from frictionsim.solvers.lockstep_signals import Unlike, joined_signal
+from frictionsim.solvers.lockstep_stepper import (
+    LockstepStepper,
+    Tolerances,
+    clipped_steps,
+    reduced_steps,
+)
 from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from tests.support.scenarios import mechanism_of, pulley, simulate
 
 pytestmark = pytest.mark.quick
@@ -181,3 +189,53 @@ def test_the_powers_in_functions_are_those_of_floats() -> None:
 def test_powers_and_sines_of_arrays_are_those_of_floats_here() -> None:
     """Else nothing goes in lockstep on this machine, and the other tests compare nothing."""
     assert functions_agree()
+
+
+@given(
+    st.lists(st.tuples(st.floats(1e-9, 10.0), st.floats(1e-9, 10.0), st.booleans()), min_size=1),
+    st.floats(1e-9, 1e9),
+)
+def test_step_sizes_are_those_of_one_run(
+    steps: list[tuple[float, float, bool]], error: float
+) -> None:
+    h, planned, rejected = (np.array(column) for column in zip(*steps, strict=True))
+    n = len(steps)
+    tolerances = Tolerances(*(np.full(n, x) for x in (1e-6, 1e-9, 2.0, 10.0)))
+    stepper = LockstepStepper(1, n, lambda t, y, dy: None, tolerances)
+    last = np.full(n, 0.3)
+    found = stepper.next_step_size(h, planned, np.full(n, error), last, rejected)
+    assert found.tolist() == [
+        one_run.next_step_size(*step[:2], error, 0.3, step[2], 2.0) for step in steps
+    ]
+    assert clipped_steps(h, planned).tolist() == [one_run.clipped_step(*s[:2]) for s in steps]
+    above = np.full(n, error + 1.0)
+    assert reduced_steps(h, above).tolist() == [
+        one_run.reduced_step(s[0], error + 1.0) for s in steps
+    ]
+
+
+@given(st.lists(st.floats(-10.0, 10.0), min_size=2, max_size=6), st.sampled_from([0.1, inf]))
+def test_steps_are_those_of_one_run(rates: list[float], max_step: float) -> None:
+    def rhs_of(rate: Any) -> Any:
+        def rhs(t: Any, y: Any, dy: Any) -> None:
+            dy[0] = y[1]
+            dy[1] = rate * y[0] - 0.3 * y[1] + t
+
+        return rhs
+
+    n = len(rates)
+    tolerances = Tolerances(*(np.full(n, x) for x in (1e-6, 1e-9, max_step, 10.0)))
+    stepper = LockstepStepper(2, n, rhs_of(np.array(rates)), tolerances)
+    t, y = np.full(n, 0.5), np.array([[1.0] * n, rates])
+    start = stepper.start(t, y)
+    assert start.finite.all()
+    end = stepper.step(t, start.h, y, start.f)
+    norm = stepper.error_norm(y, end)
+    for i, rate in enumerate(rates):
+        alone = RungeKuttaFehlberg45(2, 1e-6, 1e-9, max_step, 100)
+        alone.start(rhs_of(rate), 0.5, [1.0, rate])
+        assert (alone._h, alone.f) == (start.h[i], start.f[:, i].tolist())
+        alone.advance(1e9)
+        assert alone.rejected == 0
+        assert alone.y == end[:, i].tolist()
+        assert alone._error_norm() == norm[i]
