@@ -119,16 +119,6 @@ def test_failure_names_are_unique() -> None:
     assert sorted(names) == sorted({*FAILURES, "belt_off_pulleys"})
 
 
-def test_a_motion_without_dry_friction_can_diverge(tmp_path: Path) -> None:
-    scenario = {**UNSTABLE, "effects": {"viscous_damping": {"coefficient": 1355.0}}}
-    (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
-    target = tmp_path / "a.h5"
-    assert run_command_line(["solve", str(tmp_path / "s.toml"), "-q", "-o", str(target)]) == 1
-    attributes = hdf5_reader.read(target).attributes
-    assert attributes["failure"] == "diverged"
-    assert "the energy input only" in attributes["reason"]
-
-
 def test_a_reversal_of_subnormal_speeds_is_found(tmp_path: Path) -> None:
     """The product of two subnormal speeds is zero, so a sign test must not multiply them."""
     speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, -5e-324, 5e-324]}

@@ -79,19 +79,6 @@ def test_period_of_a_table_with_plateaus() -> None:
     assert period_of(5.0, 10.0) is None
 
 
-def test_warns_of_an_interval_too_long_for_signals_of_a_belt() -> None:
-    torque = {"sine": {"mean": -2.0, "amplitude": 1.0, "frequency_hz": 50.0}}
-    shipped = tomllib.loads((SCENARIOS / "belt_drive.toml").read_text())
-    data = changed(shipped, drive__driver__torque=torque)
-    warnings = warnings_with(
-        validate(changed(data, output__interval=0.01), SCENARIOS).warnings(), SHORTER
-    )
-    assert [number_after(w, "drive.driver.torque, ") for w in warnings] == [0.02]
-    assert not warnings_with(
-        validate(changed(data, output__interval=0.002), SCENARIOS).warnings(), SHORTER
-    )
-
-
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("seed", range(15))
 def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -> None:
