@@ -13,8 +13,8 @@ Lines in their order, as many of each as needed:
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
   With code 2 or 4 it changes no file and prints nothing to stdout (but `check`, of other files).
-- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
-  With an error of input or output it changes no file.
+- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error, the warnings, or
+  the sentences that it returns. With an error of input or output it changes no file.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
 --update-messages` writes what does not match anew.
@@ -34,7 +34,7 @@ import frictionsim as fs
 from tests.support.scenarios import SCENARIOS, in_this_process
 
 FOLDER = Path(__file__).parent / "messages"
-ANSWER = re.compile(r"(\d+|\w*Error|\w*Warning|nothing)\| ?")
+ANSWER = re.compile(r"(\d+|\w*Error|\w*Warning|nothing|says)\| ?")
 
 
 def cases(path: Path) -> list[tuple[str, list[str]]]:
@@ -63,8 +63,10 @@ def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
         warnings.simplefilter("always")
         may_write = True
         try:
-            eval(line[2:], {"fs": fs, "np": np, "Path": Path})
+            value = eval(line[2:], {"fs": fs, "np": np, "Path": Path})
             found = [(type(one.message).__name__, str(one.message)) for one in caught]
+            if isinstance(value, str | tuple | list):
+                found += [("says", text) for text in ([value] if isinstance(value, str) else value)]
         except Exception as error:
             found = [(type(error).__name__, str(error))]
             may_write = not isinstance(error, (fs.InputError, fs.OutputError))

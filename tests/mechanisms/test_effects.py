@@ -1,9 +1,13 @@
-"""Absent effects have no states, terms, channels or checks."""
+"""Effects and channels of mechanisms of one coordinate: what is absent, and what is an integer."""
+
+from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.support.scenarios import mechanism_of, pulley, simulate, with_method
+from frictionsim.mechanisms import epicyclic, marble_machine
+from frictionsim.mechanisms import pulley as pulley_module
+from tests.support.scenarios import mechanism_of, pulley, shipped, simulate, with_method
 
 pytestmark = pytest.mark.quick
 
@@ -87,3 +91,32 @@ def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
             pulley(solver__duration=duration, output__interval=interval, output__at_events=False)
         )
         assert run.time.tolist() == expected
+
+
+COUNTS = {"carried_marbles"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "integers"),
+    [
+        (pulley_module, {"mode", "cord_mode", "slack"}),
+        (marble_machine, {"mode", "carried_marbles"}),
+        (epicyclic, {"mode"}),
+    ],
+    ids=lambda value: getattr(value, "__name__", "").rpartition(".")[2],
+)
+def test_modes_and_counts_are_integers(kind: Any, integers: set[str]) -> None:
+    info = kind.CHANNELS
+    assert {name for name, channel in info.items() if channel.integer} == integers
+    assert info["mode"].flags == ((-1, "sliding_backward"), (0, "stick"), (1, "sliding_forward"))
+    assert {name for name, channel in info.items() if channel.flags} == integers - COUNTS
+
+
+def test_recorded_integers_are_whole_numbers_with_a_meaning() -> None:
+    done = simulate(shipped("marble_machine"))
+    for name, values in done.channels.items():
+        channel = done.channel_info[name]
+        if channel.integer:
+            assert np.array_equal(values, np.round(values)), name
+        if channel.flags:
+            assert set(values) <= {float(value) for value, _ in channel.flags}, name

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionsim.simulation.simulate import RunResult
 from tests.support.scenarios import Scenario, changed, mechanism_of, pulley, simulate
 
 
@@ -130,13 +131,8 @@ def test_backends_agree_on_a_rest_between_the_stages_of_a_step() -> None:
 @given(scenarios(st.floats(0.0, 6000.0)))
 def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
     motion = simulate(data)
-    mirrored = simulate(
-        data
-        | {
-            "mechanism": data["mechanism"] | {"load": data["drive"]["force"]},
-            "drive": data["drive"] | {"force": data["mechanism"]["load"]},
-        }
-    )
+    load, force = data["mechanism"]["load"], data["drive"]["force"]
+    mirrored = simulate(changed(data, mechanism__load=force, drive__force=load))
     assert close(-mirrored.channels["angle"], motion.channels["angle"])
     assert close(-mirrored.channels["angular_velocity"], motion.channels["angular_velocity"])
 
@@ -152,35 +148,30 @@ def scaled_force(force: Any, by: float) -> Any:
     return {shape: inner | {name: inner[name] * by for name in names}}
 
 
+def times_a(data: Scenario, a: float, *keys: str) -> Scenario:
+    """Return a scenario with numbers multiplied, and its damping if there is any."""
+    found = changed(data)
+    for table, _, key in (key.partition(".") for key in keys):
+        owner = found["effects"][table] if table == "shaft_friction" else found[table]
+        owner[key] *= a
+    if "viscous_damping" in found["effects"]:
+        found["effects"]["viscous_damping"]["coefficient"] *= a
+    return found
+
+
 @given(scenarios(), st.floats(0.1, 10.0))
 def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
     """(P, W, I, b) -> a (P, W, I, b) leaves the motion as it is."""
-    geometry = data["mechanism"]
-    scaled = data | {
-        "mechanism": geometry | {"inertia": geometry["inertia"] * a, "load": geometry["load"] * a},
-        "drive": data["drive"] | {"force": scaled_force(data["drive"]["force"], a)},
-        "effects": {
-            name: effect if name == "shaft_friction" else {"coefficient": effect["coefficient"] * a}
-            for name, effect in data["effects"].items()
-        },
-    }
+    scaled = times_a(data, a, "mechanism.inertia", "mechanism.load")
+    scaled["drive"]["force"] = scaled_force(data["drive"]["force"], a)
     assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
 @given(scenarios(), st.floats(0.1, 10.0))
 def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
     """(r, r_e, I, b) -> a (r, r_e, I, b) leaves the motion as it is."""
-    geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
-    effects = {"shaft_friction": friction | {"shaft_radius": friction["shaft_radius"] * a}}
-    if "viscous_damping" in data["effects"]:
-        effects["viscous_damping"] = {
-            "coefficient": data["effects"]["viscous_damping"]["coefficient"] * a
-        }
-    scaled = data | {
-        "mechanism": geometry
-        | {"cord_radius": geometry["cord_radius"] * a, "inertia": geometry["inertia"] * a},
-        "effects": effects,
-    }
+    lengths = ("mechanism.cord_radius", "shaft_friction.shaft_radius")
+    scaled = times_a(data, a, "mechanism.inertia", *lengths)
     assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
@@ -188,26 +179,30 @@ points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
 
 
 def with_points(data: Scenario, times: list[float], values: list[float], **solver: Any) -> Scenario:
-    return data | {
-        "drive": data["drive"] | {"force": {"time": times, "value": values}},
-        "solver": data["solver"] | solver,
-    }
+    return changed(
+        data,
+        drive__force={"time": times, "value": values},
+        **{f"solver__{key}": value for key, value in solver.items()},
+    )
 
 
 @given(scenarios(), points, st.sampled_from([0.25, 2.0, 8.0]))
 def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float) -> None:
     """t -> a t, I -> a^2 I, b -> a b leaves the angle as it is."""
     times = [0.3 * i for i in range(len(values))]
-    effects = dict(data["effects"])
-    if "viscous_damping" in effects:
-        effects["viscous_damping"] = {"coefficient": effects["viscous_damping"]["coefficient"] * a}
-    scaled = with_points(data, [a * t for t in times], values, duration=2.0 * a) | {
-        "mechanism": data["mechanism"] | {"inertia": data["mechanism"]["inertia"] * a * a},
-        "effects": effects,
-        "output": {"interval": 0.02 * a, "at_events": False},
-    }
+    scaled = times_a(data, a, "mechanism.inertia", "output.interval")
+    scaled["mechanism"]["inertia"] *= a
+    scaled = with_points(scaled, [a * t for t in times], values, duration=2.0 * a)
     expected = simulate(with_points(data, times, values)).channels["angle"]
     assert close(simulate(scaled).channels["angle"], expected)
+
+
+def end_of(run: RunResult) -> dict[str, float]:
+    """Return the initial state of a run that goes on from the end of another."""
+    return {
+        "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
+        "initial_angular_velocity": float(run.channels["angular_velocity"][-1]),
+    }
 
 
 @given(scenarios(), points, st.floats(0.1, 1.9))
@@ -216,11 +211,10 @@ def test_a_restarted_run_ends_the_same(data: Scenario, values: list[float], spli
     whole = simulate(with_points(data, times, values))
     first = simulate(with_points(data, times, values, duration=split))
     rest = with_points(data, [t - split for t in times], values, duration=2.0 - split)
-    rest["mechanism"] = data["mechanism"] | {
-        "initial_angle_deg": float(np.rad2deg(first.channels["angle"][-1])),
-        "initial_angular_velocity": float(first.channels["angular_velocity"][-1]),
-    }
-    assert close(simulate(rest).channels["angle"][-1], whole.channels["angle"][-1])
+    state = {f"mechanism__{key}": value for key, value in end_of(first).items()}
+    assert close(
+        simulate(changed(rest, **state)).channels["angle"][-1], whole.channels["angle"][-1]
+    )
 
 
 @given(scenarios(), st.floats(100.0, 3000.0), st.floats(0.0, 1.0), st.floats(0.1, 10.0))
@@ -229,12 +223,14 @@ def test_breakaway_depends_on_static_friction_alone(
 ) -> None:
     load = data["mechanism"]["load"]
     data = with_points(data, [0.0, 2.0], [load, load + 2.0 * rate])
-    friction = data["effects"]["shaft_friction"]
-    other = data | {
-        "mechanism": data["mechanism"] | {"inertia": inertia},
-        "effects": {"shaft_friction": friction | {"mu_k": friction["mu_s"] * share}},
-    }
-    rkf45 = data | {"solver": data["solver"] | {"backend": "rkf45"}}
+    mu_k = data["effects"]["shaft_friction"]["mu_s"] * share
+    other = changed(
+        data,
+        mechanism__inertia=inertia,
+        effects__shaft_friction__mu_k=mu_k,
+        effects__viscous_damping=None,
+    )
+    rkf45 = changed(data, solver__backend="rkf45")
     first = [
         next((e.time for e in simulate(scenario).transitions), None)
         for scenario in (data, other, rkf45)
@@ -250,17 +246,10 @@ def test_more_kinetic_friction_never_lifts_higher(
     load = data["mechanism"]["load"]
     # From balance upwards and to rest again: lifting only.
     data = with_points(data, [0.0, 0.5, 1.0, 1.5], [load, 3.0 * load, 3.0 * load, load])
-    friction = data["effects"]["shaft_friction"]
-    low, high = sorted((share_a, share_b))
+    mu_s = data["effects"]["shaft_friction"]["mu_s"]
     angles = [
-        simulate(
-            data
-            | {
-                "effects": data["effects"]
-                | {"shaft_friction": friction | {"mu_k": friction["mu_s"] * share}}
-            }
-        ).channels["angle"][-1]
-        for share in (low, high)
+        simulate(changed(data, effects__shaft_friction__mu_k=mu_s * share)).channels["angle"][-1]
+        for share in sorted((share_a, share_b))
     ]
     assert angles[1] <= angles[0] + 1e-6 * abs(angles[0])  # as close() allows
 
@@ -272,13 +261,9 @@ def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> No
     energy = run.channels["energy_kinetic"] + run.channels["energy_potential"]
     # A constant force has the potential -P r_e theta: what it puts in is what is stored.
     assert close(energy, run.channels["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
-    back = bare | {
-        "mechanism": data["mechanism"]
-        | {
-            "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
-            "initial_angular_velocity": -float(run.channels["angular_velocity"][-1]),
-        }
-    }
+    end = end_of(run)
+    end["initial_angular_velocity"] *= -1.0
+    back = bare | {"mechanism": data["mechanism"] | end}
     turned = simulate(back).channels["angle"][-1]
     assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
 
@@ -287,14 +272,12 @@ def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> No
 def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
     force, drag = 3.0 * geometry["load"], geometry["inertia"]  # a time constant of one second
-    data = data | {
-        "drive": data["drive"] | {"force": force, "direction": "vertical"},
-        "effects": {
-            "shaft_friction": friction,
-            "viscous_damping": {"coefficient": drag},
-        },
-        "solver": {"duration": 30.0},
-    }
+    data = changed(
+        data,
+        drive={"force": force, "direction": "vertical"},
+        effects={"shaft_friction": friction, "viscous_damping": {"coefficient": drag}},
+        solver={"duration": 30.0},
+    )
     run = simulate(data)
     contact = mechanism_of(run).contact
     assert contact is not None

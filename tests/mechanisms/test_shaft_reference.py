@@ -55,13 +55,19 @@ def test_a_drawn_scene_gives_the_reference(name: str) -> None:
     assert_same(seen(case["scenario"]), (case["events"], case["final"]))
 
 
+# Ten times and more what another processor leaves of DOP853 at 1e-13: 2e-14 s and 3e-13 rad, but
+# 2e-10 rad in the scene that turns by 93 rad.
+OTHER_PROCESSOR = {"equal_coefficients_14": 5e-9}
+
+
 @pytest.mark.parametrize("number", [0, 11, 12, 33, 14, 15, 16, 18])
 def test_the_stored_scenes_are_those_of_the_independent_program(number: int) -> None:
     name, data = drawn(number)
-    found = solution(data)
-    case = CASES[name]
+    found, case = solution(data), CASES[name]
     assert case["scenario"] == data
-    assert_same((found["events"], found["final"]), (case["events"], case["final"]), 1e-12, 1e-11)
+    stored = case["events"], case["final"]
+    angle = OTHER_PROCESSOR.get(name, 1e-11)
+    assert_same((found["events"], found["final"]), stored, time=1e-12, angle=angle)
 
 
 CLOSED_FORMS = {

@@ -104,13 +104,6 @@ def test_a_force_has_no_bound_where_its_arm_is_the_friction_radius() -> None:
     pole = float(np.arccos(radius / 0.1))
     assert found["load_clockwise_largest"].value is None
     assert abs(found["load_clockwise_largest_angle"].value or inf) == pytest.approx(pole, rel=1e-9)
-    gap = f"from {degrees(pole):.6g} to {180.0 - degrees(pole):.6g} deg"
-    assert f"over a turn, no forces.load.size makes the body about to move clockwise {gap}" in (
-        found.notes
-    )
-    assert any(
-        "the largest forces.load.size to move clockwise has no bound" in n for n in found.notes
-    )
 
 
 def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
@@ -180,9 +173,6 @@ def test_an_unknown_that_cannot_be_below_zero_has_no_such_extremes() -> None:
         assert found[f"mass_{direction}_largest_angle"].value == pytest.approx(radians(end))
         assert found[f"mass_{direction}_smallest"].value == 0.0
         assert found[f"mass_{direction}_smallest_angle"].value == pytest.approx(0.0, abs=1e-15)
-    turn = "over a turn, no mechanism.mass makes the body about to move"
-    assert f"{turn} counter-clockwise from 0 to 270 deg" in found.notes
-    assert f"{turn} clockwise from -90 to 0 deg" in found.notes
 
 
 def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> None:
@@ -227,11 +217,6 @@ def test_friction_that_holds_vanishes_with_the_moment(name: str, start: float) -
         assert found[f"{name}_{direction}_smallest"].value == 0.0
         angle = degrees(found[f"{name}_{direction}_smallest_angle"].value or 0.0)
         assert angle == pytest.approx(90.0 if start else -90.0, abs=1e-12)  # the nearest
-        words = direction.replace("_", "-")
-        (note,) = [note for note in found.notes if f"smallest {key} to move {words}" in note]
-        unit = " m" if name == "shaft_radius" else ""
-        assert f"to move {words} approaches 0{unit} at " in note
-        assert note.endswith("90 deg, where the moment vanishes")
     if name == "shaft_radius":
         assert found["shaft_radius_clockwise_largest"].value == pytest.approx(0.504731925319065)
         angle = found["shaft_radius_counter_clockwise_largest_angle"].value
@@ -253,32 +238,14 @@ def test_a_limit_that_is_no_root_is_found() -> None:
     found = fs.static(fs.load(data))
     assert found["stiffness_clockwise_largest"].value == pytest.approx(10.0, rel=1e-15)
     assert repr(found["stiffness_clockwise_largest_angle"].value) == "0.0"
-    assert (
-        "over a turn, the largest effects.torsion_spring.stiffness to move clockwise approaches"
-        " 10 N m/rad at 0 deg, but it is no root there"
-    ) in found.notes
 
 
 def test_the_worst_is_between_the_end_stops() -> None:
-    data = shipped("shaft")
-    data["effects"]["end_stops"] = {"lowest_angle_deg": -60.0, "highest_angle_deg": 100.0}
-    data["statics"] = {"unknown": "forces.load.size"}
-    found = fs.static(fs.load(data))
-    assert (
-        "the smallest and the largest forces.load.size are those between the end stops, from -60 to"
-        " 100 deg"
-    ) in found.notes
-    gap = "from 87.9151 to 92.0849 deg"
-    assert any(n.startswith("between the end stops, no forces.load.size") and gap in n
-               for n in found.notes)  # fmt: skip
-    assert not any("-92" in n or "over a turn" in n for n in found.notes)
-    assert any("has no bound: it falls towards 9" in n for n in found.notes)
-    data["effects"]["end_stops"]["highest_angle_deg"] = 40.0
+    data = shipped("shaft", statics={"unknown": "forces.load.size"})
+    data["effects"]["end_stops"] = {"lowest_angle_deg": -60.0, "highest_angle_deg": 40.0}
     found = fs.static(fs.load(data))
     for direction in DIRECTIONS:
         for side in SIDES:
             angle = found[f"load_{direction}_{side}_angle"].value
             assert angle is not None
             assert -60.0 - 1e-12 <= degrees(angle) <= 40.0 + 1e-12
-    data["effects"]["end_stops"] = {"lowest_angle_deg": -200.0, "highest_angle_deg": 200.0}
-    assert any("over a turn" in note for note in fs.static(fs.load(data)).notes)

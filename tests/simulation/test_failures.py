@@ -16,7 +16,6 @@ from tests.support.scenarios import Scenario, pulley, simulate
 pytestmark = pytest.mark.quick
 
 PUBLISHED = {"effects__shaft_friction__law": "published"}
-CHATTERING = pulley(**PUBLISHED, solver={"backend": "rkf45", "duration": 3.0}, drive__force=2224.1)
 # A time constant of I/b = 1 ms in steps of 10 ms.
 UNSTABLE = pulley(
     effects__viscous_damping__coefficient=1355.0,
@@ -118,16 +117,6 @@ def test_failure_names_are_unique() -> None:
         if not issubclass(kind, errors.Interrupted)
     ]
     assert sorted(names) == sorted({*FAILURES, "belt_off_pulleys"})
-
-
-def test_a_motion_without_dry_friction_can_diverge(tmp_path: Path) -> None:
-    scenario = {**UNSTABLE, "effects": {"viscous_damping": {"coefficient": 1355.0}}}
-    (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
-    target = tmp_path / "a.h5"
-    assert run_command_line(["solve", str(tmp_path / "s.toml"), "-q", "-o", str(target)]) == 1
-    attributes = hdf5_reader.read(target).attributes
-    assert attributes["failure"] == "diverged"
-    assert "the energy input only" in attributes["reason"]
 
 
 def test_a_reversal_of_subnormal_speeds_is_found(tmp_path: Path) -> None:

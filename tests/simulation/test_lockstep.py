@@ -30,88 +30,62 @@ GEAR = next(case["scenario"] for case in cases("epicyclic") if case["name"] == "
 SWING = 0.0508 * 1000.0 / (1.355 * 2.0 * pi)  # rad/s, amplitude of the speed under SINE
 LIFT = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)  # N
 HINGE = {"torque_static": 0.3, "torque_kinetic": 0.2}
-SWEEPS: dict[str, tuple[dict[str, Any], str, tuple[float, ...]]] = {
-    "load, some of which do not move": (
-        pulley(),
-        "mechanism.load",
-        (0.0, 1000.0, LOAD, 2500.0, 3e3, 5e3),
-    ),
-    "end of the ramp": (pulley(), "drive.force.value.1", (1832.7, 2000.0, 3113.75, 9000.0)),
-    "time of the ramp": (pulley(), "drive.force.time.1", (0.1, 0.8, 3.0, 5.0)),
-    "inertia": (pulley(), "mechanism.inertia", (0.1, 1.355, 50.0)),
-    "static friction from equal to kinetic": (
-        pulley(),
-        "effects.shaft_friction.mu_s",
-        (0.1, 0.2, 0.5, 2.5),
-    ),
-    "start that slides": (
+STEP = {"from": LOAD, "to": 3e3, "start": 0.2, "stop": 0.9}
+SLOW = pulley(  # to a stop, nearly to a stop, and faster again within a step
+    drive__force={"sine": {**SINE["sine"], "phase_deg": 180.0}},
+    effects={"shaft_friction": {"shaft_radius": 0.01, "mu_s": 0.0, "mu_k": 0.0}},
+    solver={"duration": 1.0, "rtol": 0.1, "atol": 1.0},
+)
+EQUAL_LIMITS = pulley(
+    effects__shaft_friction__mu_k=0.2, drive__force={**RETURN, "value": [LIFT] * 3 + [LIFT * 1.1]}
+)
+WITHOUT_FRICTION = pulley(effects__shaft_friction__mu_s=0.0, effects__shaft_friction__mu_k=0.0)
+TO_THE_LAST_BIT = tuple(LIFT * (1.0 + k * 2e-16) for k in range(-8, 24))
+FACTORS = (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)
+HINGED = changed(
+    GEAR, solver__duration=2.0, effects={"gravity": {"g": 9.81}, "hinge_friction": HINGE}
+)
+SWEEPS: list[tuple[dict[str, Any], str, tuple[float, ...]]] = [
+    (pulley(), "mechanism.load", (0.0, 1000.0, LOAD, 2500.0, 3e3, 5e3)),  # some do not move
+    (pulley(), "drive.force.value.1", (1832.7, 2000.0, 3113.75, 9000.0)),
+    (pulley(), "drive.force.time.1", (0.1, 0.8, 3.0, 5.0)),
+    (pulley(), "mechanism.inertia", (0.1, 1.355, 50.0)),
+    (pulley(), "effects.shaft_friction.mu_s", (0.1, 0.2, 0.5, 2.5)),  # from mu_k on
+    (
         pulley(drive__force=RETURN),
         "mechanism.initial_angular_velocity",
         (-20.0, -1e-9, 0.0, 1e-9, 3.0, 20.0),
     ),
-    "up and back to rest": (
+    (
         pulley(drive__force=RETURN, solver__duration=8.0),
         "mechanism.load",
         (1900.0, LOAD, 2300.0, 2500.0),
     ),
-    "many sticks and slips": (
-        pulley(drive__force=SINE),
-        "drive.force.sine.amplitude",
-        (100.0, 500.0, 1000.0, 4000.0),
-    ),
-    "horizontal, with a thick shaft": (
+    (pulley(drive__force=SINE), "drive.force.sine.amplitude", (100.0, 500.0, 1000.0, 4000.0)),
+    (
         pulley(drive__direction="horizontal", drive__force=SINE),
         "effects.shaft_friction.shaft_radius",
         (0.001, 0.0254, 0.2, 0.5),
     ),
-    "smooth step": (
-        pulley(drive__force={"smooth_step": {"from": LOAD, "to": 3e3, "start": 0.2, "stop": 0.9}}),
+    (
+        pulley(drive__force={"smooth_step": STEP}),
         "drive.force.smooth_step.stop",
         (0.3, 0.9, 2.9999, 4.0),
     ),
-    "constant force": (pulley(drive__force=2000.0), "drive.force", (1e3, LOAD, 2900.0, 4e3)),
-    "exactly at the limit": (
-        pulley(effects__shaft_friction__mu_s=0.0, effects__shaft_friction__mu_k=0.0),
-        "drive.force.value.0",
-        (1832.6, LOAD, 2300.0),
-    ),
-    "without damping": (
+    (pulley(drive__force=2000.0), "drive.force", (1e3, LOAD, 2900.0, 4e3)),
+    (WITHOUT_FRICTION, "drive.force.value.0", (1832.6, LOAD, 2300.0)),  # exactly at the limit
+    (
         pulley(effects__viscous_damping=None, drive__force=SINE),
         "mechanism.cord_radius",
         (0.03, 0.0508, 0.1),
     ),
-    "slow to a stop, nearly to a stop, and faster again within a step": (
-        pulley(
-            drive__force={"sine": {**SINE["sine"], "phase_deg": 180.0}},
-            effects={"shaft_friction": {"shaft_radius": 0.01, "mu_s": 0.0, "mu_k": 0.0}},
-            solver={"duration": 1.0, "rtol": 0.1, "atol": 1.0},
-        ),
-        "mechanism.initial_angular_velocity",
-        tuple(2.0 * SWING * factor for factor in (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)),
-    ),
-    "from the limit on, to the last bit": (
-        pulley(),
-        "drive.force.value.0",
-        tuple(LIFT * (1.0 + k * 2e-16) for k in range(-8, 24)),
-    ),
-    "from the limit on, equal to that of sliding": (
-        pulley(
-            effects__shaft_friction__mu_k=0.2,
-            drive__force={**RETURN, "value": [LIFT] * 3 + [LIFT * 1.1]},
-        ),
-        "drive.force.value.1",
-        tuple(LIFT * (1.0 + k * 2e-16) for k in range(-8, 24)),
-    ),
-    "tolerance": (pulley(drive__force=SINE), "solver.rtol", (1e-3, 1e-6, 1e-9)),
-    "duration": (pulley(drive__force=RETURN), "solver.duration", (0.1, 0.8, 3.0, 6.0)),
-    "gear": (
-        changed(
-            GEAR, solver__duration=2.0, effects={"gravity": {"g": 9.81}, "hinge_friction": HINGE}
-        ),
-        "mechanism.planet_mass",
-        (0.1, 0.5, 1.0, 3.0),
-    ),
-}
+    (SLOW, "mechanism.initial_angular_velocity", tuple(2.0 * SWING * f for f in FACTORS)),
+    (pulley(), "drive.force.value.0", TO_THE_LAST_BIT),
+    (EQUAL_LIMITS, "drive.force.value.1", TO_THE_LAST_BIT),
+    (pulley(drive__force=SINE), "solver.rtol", (1e-3, 1e-6, 1e-9)),
+    (pulley(drive__force=RETURN), "solver.duration", (0.1, 0.8, 3.0, 6.0)),
+    (HINGED, "mechanism.planet_mass", (0.1, 0.5, 1.0, 3.0)),
+]
 
 
 @pytest.fixture(autouse=True)
@@ -129,9 +103,10 @@ def sweep(data: dict[str, Any], key: str, values: tuple[float, ...]) -> list[Sce
     return [scenario.replace({key: value}) for value in values]
 
 
-@pytest.mark.parametrize("name", SWEEPS)
-def test_the_bits_are_those_of_the_run_alone(name: str) -> None:
-    data, key, values = SWEEPS[name]
+@pytest.mark.parametrize(("data", "key", "values"), SWEEPS)
+def test_the_bits_are_those_of_the_run_alone(
+    data: dict[str, Any], key: str, values: tuple[float, ...]
+) -> None:
     scenarios = sweep(data, key, values)
     found = run_lockstep(scenarios)
     assert None not in found
@@ -300,17 +275,14 @@ def test_it_says_where_it_does_not_apply(data: dict[str, Any], keys: list[str]) 
     assert not applies(validate(data, Path()), keys)
 
 
-def test_it_does_not_apply_to_installed_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their functions may be more than arithmetic, which nothing can check."""
-    scenario = validate(pulley(), Path())
-    monkeypatch.setattr(lockstep, "KINDS", {})
-    assert not applies(scenario, ["mechanism.load"])
-
-
-def test_it_does_not_apply_where_arrays_round_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("name", "value"), [("KINDS", {}), ("functions_agree", lambda: False)])
+def test_it_applies_to_arithmetic_that_is_checked(
+    name: str, value: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And not to installed kinds, whose functions may be more, or where arrays round otherwise."""
     scenario = validate(pulley(), Path())
     assert applies(scenario, ["mechanism.load"])
-    monkeypatch.setattr(lockstep, "functions_agree", lambda: False)
+    monkeypatch.setattr(lockstep, name, value)
     assert not applies(scenario, ["mechanism.load"])
 
 

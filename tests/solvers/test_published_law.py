@@ -54,22 +54,17 @@ def moment(case: Case) -> float:
 
 
 @pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
-def test_the_switch_of_eq_30_in_the_five_cases(case: Case) -> None:
+def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     reaction = case.force + LOAD
     x = R_S - abs(moment(case) / reaction)
     assert abs(sign(abs(x) - x)) == case.beyond
     assert abs(sign(case.velocity)) == case.moving
     assert sign(case.beyond + case.moving) == case.factor
     assert switch(moment(case), R_S * reaction, case.velocity) == case.factor
-
-
-@pytest.mark.parametrize("case", TABLE, ids=lambda case: case.number)
-def test_the_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
-    mechanism = build(scenario)
-    eq30 = PublishedSolver(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
+    eq30 = PublishedSolver(build(scenario), scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
     found = eq30.friction(case.force, 0.0, case.velocity, moment(case))
-    printed = moment(case) - sign(case.velocity) * R_K * (case.force + LOAD)
+    printed = moment(case) - sign(case.velocity) * R_K * reaction
     # What stands to the right of I theta'', less the moment, to the rounding of both.
     assert found + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)
     at_rest_and_beyond = case.number.startswith("2")

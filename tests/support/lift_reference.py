@@ -136,14 +136,13 @@ class Motion:
 
 @dataclass
 class Solution:
-    """The pieces and events of a run, and at how many events two choices were possible."""
+    """The pieces, events and impacts of a run."""
 
     lift: Lift
     pieces: list[Motion] = field(default_factory=list)
     events: list[tuple[Number, str, int, int, Number]] = field(default_factory=list)
     # Time, rope, speed of closing, and the energies lost in the rope and by friction.
     impacts: list[tuple[Number, str, Number, Number, Number]] = field(default_factory=list)
-    ambiguous: int = 0
     first_angle: Number = 0
 
     def at(self, t: float) -> tuple[Motion, Number]:
@@ -238,9 +237,7 @@ def violated(lift: Lift, of: Motion) -> set[str]:
     }
 
 
-def next_combination(
-    lift: Lift, t: Number, state: State, found: Solution
-) -> tuple[Combination, Motion]:
+def next_combination(lift: Lift, t: Number, state: State) -> tuple[Combination, Motion]:
     """Return the combination that holds from t on: sticking and taut wherever that is possible."""
     r = lift.r
     shaft_modes = (0, 1, -1) if state.w == 0 else (1 if state.w > 0 else -1,)
@@ -272,8 +269,6 @@ def next_combination(
     if not able:
         raise ValueError(f"no combination is consistent at t = {t}")
     able.sort(key=lambda entry: entry[:3])
-    ties = [entry for entry in able[1:] if entry[0] == able[0][0]]
-    found.ambiguous += bool(ties)
     return able[0][3], able[0][4]
 
 
@@ -346,7 +341,7 @@ def solve(data: dict[str, Any], pieces: int = 20_000) -> Solution:
     # The gaps are x1 - r theta and x2 + r theta: the angle counts from the start in here.
     state = State(mpf(0), w, mpf(0), r * w, mpf(0), -r * w)
     found, t = Solution(lift, first_angle=start), mpf(0)
-    modes, step = next_combination(lift, t, state, found)
+    modes, step = next_combination(lift, t, state)
     # Whatever is at rest at the start is recorded as if it had stuck before.
     record(found, t, Combination(int(mp.sign(w))), modes, state.angle + start)
     for _ in range(pieces):
@@ -361,7 +356,7 @@ def solve(data: dict[str, Any], pieces: int = 20_000) -> Solution:
             step = motion(lift, t, state, modes)
             continue
         before, state = modes, after_event(lift, name, state, modes, t, found)
-        modes, step = next_combination(lift, t, state, found)
+        modes, step = next_combination(lift, t, state)
         record(found, t, before, modes, state.angle + start)
     raise AssertionError("too many events")
 

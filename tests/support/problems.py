@@ -10,7 +10,11 @@ from math import exp
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pytest
+
 from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.results import Transition
+from frictionsim.simulation.simulate import RunResult
 
 CORD_RADIUS, INERTIA, LOAD, DRAG = 0.0508, 1.355, 2224.1, 1.355
 SHAFT_RADIUS, MU_S, MU_K = 0.0254, 0.2, 0.1
@@ -80,3 +84,17 @@ class SlipOnRamp(NamedTuple):
 def cases(kind: str) -> list[dict[str, Any]]:
     """Return the independently computed scenarios of a kind in tests/data."""
     return json.loads((Path(__file__).parents[1] / "data" / f"{kind}_cases.json").read_text())
+
+
+def assert_agrees(
+    run: RunResult, events: list[Transition], case: dict[str, Any], time: float = 1e-8
+) -> None:
+    """Compare events and final state of a run with those of a case; its audit must be passed."""
+    assert len(events) == case["event_count"]
+    for found, (at, mode_from, mode_to, angle) in zip(events, case["events"], strict=False):
+        assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
+        assert found.time == pytest.approx(at, abs=time)
+        assert found.position == pytest.approx(angle, abs=1e-8)
+    final = [run.channels[name][-1] for name in ("angle", "angular_velocity")]
+    assert final == pytest.approx(case["final"], abs=1e-8)
+    assert {name: check for name, check in run.checks.items() if not check.ok} == {}

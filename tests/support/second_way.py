@@ -1,19 +1,16 @@
-"""Independent evaluation of result files: each quantity of a summary, computed a second way.
+"""Independent evaluation of results: each quantity of a summary, computed a second way.
 
-It uses only the recorded channels and the scenario of a file, and shares no quantity,
+It uses only the recorded channels, the events and the scenario, and shares no quantity,
 function or constant with the package. Balances are solved by bisection where the package has
 closed forms; work and dissipation are integrals over the samples where the package integrates
 them with the motion. Each value has an uncertainty, which follows from the samples.
 """
 
-import tomllib
 from collections.abc import Callable
 from math import inf, pi, radians, sin
-from pathlib import Path
 from sys import float_info
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +38,7 @@ class Seen(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A result file: the scenario with its defaults, the channels and the events."""
+    """A result: the scenario with its defaults, the channels and the events."""
 
     scenario: Table
     time: Array
@@ -55,24 +52,6 @@ class Event(NamedTuple):
     mode_from: int
     mode_to: int
     angle: float
-
-
-def read(path: Path) -> Record:
-    """Read a result file."""
-    with h5py.File(path) as file:
-        channels = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
-        if "events" not in file:
-            text = file.attrs["scenario"]
-            return Record(tomllib.loads(text), channels.pop("time"), channels, [])
-        group = file["events"]
-        names = str(group["contact"].attrs["flag_meanings"]).split()
-        columns = [group[name][()] for name in ("time", "contact", "mode_from", "mode_to")]
-        angle = group["angle"][()] if "angle" in group else np.full(len(columns[0]), np.nan)
-        events = [
-            Event(float(t), names[int(c)], int(a), int(b), float(q))
-            for t, c, a, b, q in zip(*columns, angle, strict=True)
-        ]
-        return Record(tomllib.loads(file.attrs["scenario"]), channels.pop("time"), channels, events)
 
 
 # --- quantities ---------------------------------------------------------------------------

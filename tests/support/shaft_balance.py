@@ -5,7 +5,6 @@ package. The unknown is a value in the data, and eq 24 follows from the balances
 """
 
 import copy
-from itertools import pairwise
 from typing import Any
 
 import mpmath
@@ -33,29 +32,14 @@ def turned(vector: Any, angle: Any) -> Vector:
     return c * x - s * y, s * x + c * y
 
 
-def size_of(table: Any, time: float, degrees: Any) -> Any:
-    """Return the size of a load at rest: a number, or of points over time, speed or angle."""
-    if not isinstance(table, dict):
-        return written(table)
-    (key,) = table.keys() - {"value"}
-    x = {"time": written(time), "speed": mpf(0), "angle_deg": degrees}[key]
-    points = list(zip(map(written, table[key]), map(written, table["value"]), strict=True))
-    if x <= points[0][0]:
-        return points[0][1]
-    for (x0, y0), (x1, y1) in pairwise(points):
-        if x < x1:
-            return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
-    return points[-1][1]
-
-
 def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
     """Return the moment, N m, and the components of the resultant, N."""
-    effects, time = data.get("effects", {}), data.get("statics", {}).get("time", 0.0)
+    effects = data.get("effects", {})
     degrees = written(degrees)
     angle = degrees * mp.pi / 180
     moment = across = up = mpf(0)
     for force in data.get("forces", ()):
-        size = size_of(force["size"], time, degrees)
+        size = written(force["size"])
         x, y = map(written, force["direction"])
         length = mpmath.sqrt(x * x + y * y)
         direction = turned((x / length, y / length), angle if force.get("direction_turns") else 0)
@@ -66,7 +50,7 @@ def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
         point = turned(force["point"], angle if force.get("point_turns", True) else 0)
         moment += size * (point[0] * direction[1] - point[1] * direction[0])
     for couple in data.get("couples", ()):
-        moment += size_of(couple["size"], time, degrees)
+        moment += written(couple["size"])
     if "gravity" in effects:
         g = written(effects["gravity"]["g"])
         up -= g * written(data["mechanism"].get("mass", 0.0))

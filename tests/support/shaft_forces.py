@@ -3,10 +3,13 @@
 A place or force (x, y) is the number x + iy; what turns with the body is multiplied by exp(iq).
 """
 
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
+
+from tests.support.scenarios import changed
+from tests.support.shaft_scenes import mirrored as mirrored
+from tests.support.shaft_scenes import turned
 
 TIMES = np.linspace(0.0, 2.0, 21)
 Table = dict[str, Any]
@@ -137,38 +140,6 @@ def moment(place: Any, force: Any) -> Any:
     return (np.conj(place) * force).imag
 
 
-def mirrored(scenario: Table) -> Table:
-    """Return a scenario seen in a mirror that exchanges left and right."""
-    found = deepcopy(scenario)
-    for force in found["forces"]:
-        for key in ("point", "direction"):
-            if key in force:
-                force[key] = [-force[key][0], force[key][1]]
-        if "cord_radius" in force:
-            force["cord_radius"] = -force["cord_radius"]
-        force["size"] = _mirrored_size(force["size"], 1.0)
-    for couple in found["couples"]:
-        couple["size"] = _mirrored_size(couple["size"], -1.0)
-    effects = found["effects"]
-    if "eccentric_mass" in effects:
-        mass = effects["eccentric_mass"]
-        mass["azimuth_deg"] = 180.0 - mass["azimuth_deg"]
-    if "torsion_spring" in effects:
-        spring = effects["torsion_spring"]
-        spring["free_angle_deg"] = -spring["free_angle_deg"]
-    return found
-
-
-def _mirrored_size(size: Any, sign: float) -> Any:
-    if isinstance(size, float):
-        return sign * size
-    values = [sign * value for value in size["value"]]
-    if "time" in size:
-        return {"time": size["time"], "value": values}
-    key = "speed" if "speed" in size else "angle_deg"
-    return {key: [-x for x in reversed(size[key])], "value": values[::-1]}
-
-
 def mirrored_motion(channels: Table) -> Table:
     """Return the channels of a motion in that mirror."""
     return {name: values if name == "time" else -values for name, values in channels.items()}
@@ -176,13 +147,4 @@ def mirrored_motion(channels: Table) -> Table:
 
 def rotated(scenario: Table, degrees: float) -> Table:
     """Return a scenario without weight that is turned about the axis."""
-    found, turn = deepcopy(scenario), np.exp(1j * np.radians(degrees))
-    found["effects"].pop("gravity", None)
-    for force in found["forces"]:
-        for key in ("point", "direction"):
-            if key in force:
-                place = complex(*force[key]) * turn
-                force[key] = [float(place.real), float(place.imag)]
-    if "eccentric_mass" in found["effects"]:
-        found["effects"]["eccentric_mass"]["azimuth_deg"] += degrees
-    return found
+    return turned(changed(scenario, effects__gravity=None), degrees)

@@ -183,7 +183,6 @@ class Solution:
         self.t, self.events = 0.0, []
         self.size = 1.0 + abs(self.w)
         self.force = 1e-300  # the largest reaction so far
-        self.closest = inf  # of a decision about sticking to the opposite one, relative
         knots = {k for size in body.sizes if size.over == "time" for k in size.knots}
         self.stops = sorted({k for k in knots if 0.0 < k < self.end} | {self.end})
         self.fastest = max((size.fastest for size in body.sizes), default=0.0)
@@ -201,9 +200,6 @@ class Solution:
     def from_rest(self) -> int:
         tie = TIE * self.body.scale(self.q, self.t) + 1e-300
         margins = {s: self.body.margin(self.t, self.q, s) for s in (1, -1)}
-        nearest = abs(max(margins.values())) / tie * TIE
-        if nearest > 10.0 * TIE:
-            self.closest = min(self.closest, nearest)
         return next((s for s in (1, -1) if margins[s] > tie), 0)
 
     def rest(self) -> int:
@@ -233,8 +229,6 @@ class Solution:
                 )  # fmt: skip
                 if -found.fun > top:
                     top, at = -found.fun, found.x
-            if i > 0 and abs(top) > 10.0 * tie and g[i] >= g[i - 1]:
-                self.closest = min(self.closest, abs(top) / tie * TIE)
             if top > tie:
                 low, high = (t[i - 1] if i else a), float(at)
                 if body.margin(float(low), q, s) > 0.0:
@@ -341,8 +335,4 @@ class Solution:
 def solution(scenario: Table) -> Table:
     """Return events and final state of a scenario."""
     found = Solution(scenario)
-    return {
-        "events": [list(event) for event in found.events],
-        "final": [found.q, found.w],
-        "closest": found.closest,
-    }
+    return {"events": [list(event) for event in found.events], "final": [found.q, found.w]}

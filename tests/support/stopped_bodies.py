@@ -16,12 +16,6 @@ def coefficient(torque: float) -> float:
     return x / sqrt(1.0 - x * x)
 
 
-def friction(static: float, kinetic: float) -> Scenario:
-    """Return the effect of dry friction with these torques, N m, of the pinned load."""
-    mu_s, mu_k = coefficient(static), coefficient(kinetic)
-    return {"shaft_radius": SHAFT_RADIUS, "mu_s": mu_s, "mu_k": mu_k}
-
-
 def stopped(size: Any, **changes: Any) -> Scenario:
     """Return a body of 0.5 kg m^2 between stops at -50 and 60 deg under a couple, N m.
 
@@ -46,7 +40,8 @@ def stopped(size: Any, **changes: Any) -> Scenario:
 
 def with_friction(data: Scenario, static: float, kinetic: float, **keys: Any) -> Scenario:
     """Return the same scenario with dry friction of constant torques, N m."""
-    table = friction(static, kinetic) | keys
+    table = {"mu_s": coefficient(static), "mu_k": coefficient(kinetic)} | keys
+    table |= {"shaft_radius": SHAFT_RADIUS}
     return changed(data, forces=[PINNED], effects__shaft_friction=table)
 
 

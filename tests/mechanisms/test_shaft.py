@@ -1,0 +1,378 @@
+"""Bodies on a shaft: what locks them, long rests, loads near zero and narrow tables."""
+
+import random
+from itertools import pairwise
+from math import atan, cos, exp, hypot, log, log1p, pi, radians, sin, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from frictionsim.mechanisms.shaft.equation import ROUNDING, _largest_excess_of, terms_of
+from frictionsim.mechanisms.shaft.loads import middle_and_range
+from frictionsim.mechanisms.shaft.statics import statics
+from frictionsim.results import failures
+from frictionsim.scenario import signals
+from frictionsim.scenario.model_validation import ValidationFailure
+from frictionsim.scenario.signals import PiecewiseLinear, Sine, SmoothStep
+from frictionsim.scenario.validation import validate
+from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
+from tests.support.shaft_scenes import scene, sine
+
+# --- what locks a body
+
+LOCKS = (
+    "effects.shaft_friction.shaft_radius: 0.02 m with mu_s = 0.75 gives a friction radius of"
+    " 0.012 m, not below the arm of the only force, {arm} m: the body locks, whatever the"
+    " force; make the shaft thinner or the arm longer"
+)
+
+
+def force(**keys: Any) -> dict[str, Any]:
+    table = {"size": 10.0, "direction": [0.0, -1.0], "point": [0.1, 0.0], **keys}
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def rough(**keys: Any) -> Scenario:
+    """Return a body under a force on a shaft whose friction radius is 0.6 of its radius."""
+    return changed(scene([force(**keys)], []), effects__shaft_friction__mu_s=0.75)
+
+
+def fault(data: Scenario) -> str:
+    """Return the fault of a scenario, which must be the only one."""
+    with pytest.raises(ValidationFailure) as found:
+        validate(data, None)
+    (line,) = found.value.lines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("keys", "arm"),
+    [
+        ({"point": [0.0, 0.012], "direction": [-1.0, 0.0]}, 0.012),
+        ({"point": None, "cord_radius": -0.01}, 0.01),
+        ({"point": [0.5, 0.01], "direction": [-1.0, 0.0], "direction_turns": True}, 0.01),
+    ],
+)
+def test_a_force_within_the_friction_circle_locks_the_body(
+    keys: dict[str, Any], arm: float
+) -> None:
+    data = rough(**keys)
+    assert fault(data) == LOCKS.format(arm=arm)
+    # With the least less friction it moves, though it still acts within the shaft.
+    mu = arm / (0.02**2 - arm**2) ** 0.5
+    data["effects"]["shaft_friction"]["mu_s"] = mu * (1.0 - 1e-9)
+    found = validate(data, None)
+    assert abs(statics(found)["breakaway_direction"].value) == 1.0
+    assert found.warnings()[0] == (
+        f"shaft_radius = 0.02 m is not below the largest arm of the forces, {arm} m; the friction"
+        f" radius is {arm} m"
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"effects__torsion_spring": {"stiffness": 1.0}},
+        {"mechanism__initial_angular_velocity": 2.0},
+        {"couples": [{"name": "motor", "size": 1.0}]},
+        {"forces": [{"name": "bearing", **force(point=[0.0, 0.0])}]},
+        {"forces": [{"name": n, **force(point=[x, 0.0], direction=[0.0, x])}
+                    for n, x in (("one", 0.01), ("two", -0.01))]},
+        {"statics": {"unknown": "effects.shaft_friction.shaft_radius"}},
+        {"statics": {"unknown": "effects.shaft_friction.mu_s"}},
+        {"statics": {"unknown": "forces.f0.distance"}},
+    ],
+)  # fmt: skip
+def test_a_thick_shaft_is_right_if_the_body_may_move(change: dict[str, Any]) -> None:
+    """Or is meant to rest: a force through the axis has no arm at all."""
+    assert validate(changed(rough(point=[0.01, 0.0]), **change), None)
+
+
+def test_a_size_that_is_unknown_locks_and_a_radius_does_not() -> None:
+    data = rough(point=None, cord_radius=-0.01)
+    assert validate(data | {"statics": {"unknown": "forces.f0.cord_radius"}}, None)
+    data["statics"] = {"unknown": "forces.f0.size"}
+    assert fault(data).endswith("make the shaft thinner or the arm longer")
+
+
+# --- sums and sizes
+
+
+@pytest.mark.parametrize("size", [1e-306, 1e-310, 1e-320, 5e-324])
+@pytest.mark.parametrize("friction", [True, False])
+def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool) -> None:
+    """A number below the smallest normal one has few digits, and its products fewer."""
+    for one in (size, {"time": [0.0, 1.0], "value": [0.0, size]}):
+        data = changed(scene([force(size=one)], []), solver__rtol=1e-6)
+        if not friction:
+            del data["effects"]["shaft_friction"]
+        result = simulate(data)
+        assert result.status == "done"
+        assert abs(result.channels["angle"][-1]) < 1e-300
+
+
+def test_two_thousand_loads_are_summed() -> None:
+    """The sum is a loop: a sum of functions of two would be nested too deep to be called."""
+    data = scene([force(size=sine(0.1, 0.01, 1.0))] * 1000, [sine(0.1, 0.01, 1.0)] * 1000)
+    for table in ("forces", "couples"):
+        data[table] = [{**part, "name": f"{table}{i}"} for i, part in enumerate(data[table])]
+    few = scene([force(size=sine(100.0, 10.0, 1.0))], [sine(100.0, 10.0, 1.0)])
+    short = {"solver": {"duration": 1e-3, "rtol": 1e-6}, "output": {"interval": 5e-4}}
+    many, one = simulate(data | short), simulate(few | short)
+    assert many.channels["angle"][-1] != 0.0
+    assert many.channels["angle"] == pytest.approx(one.channels["angle"], rel=1e-9)
+
+
+# --- rest
+
+
+def loaded(couple: Any, forces: list[Scenario], **solver: Any) -> Scenario:
+    """Return a body on a dry shaft; a pinned load of 100 N gives a static limit of 1.2 N m."""
+    pinned = {"name": "load", "size": 100.0, "direction": [0.0, -1.0], "point": [0.0, 0.0]}
+    return {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.05},
+        "forces": [pinned, *forces],
+        "couples": [{"name": "drive", "size": couple}],
+        "effects": {"shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5}},
+        "solver": {"duration": 1.0, **solver},
+        "output": {"interval": 0.5},
+    }
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+def test_a_rest_costs_no_more_with_many_periods(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hundred thousand periods, each up to 99 % of the limit, of which none can move it."""
+    monkeypatch.setattr("frictionsim.simulation.run_warnings.MAX_EXTREMA", 10)
+    calls = 0
+    plain = Sine.__call__
+
+    def counted(self: Sine, t: float) -> float:
+        nonlocal calls
+        calls += 1
+        return plain(self, t)
+
+    monkeypatch.setattr(signals.Sine, "__call__", counted)
+    wave = {"sine": {"amplitude": 1.19, "frequency_hz": 1000.0, "phase_deg": 50.0}}
+    data = loaded(wave, [], duration=100.0, backend=backend)
+    data["output"]["interval"] = 50.0
+    found = simulate(data)
+    assert found.status == "done"
+    assert found.transitions == []
+    assert calls < 1000
+
+
+def drawn_size(rng: random.Random, size: float) -> Any:
+    kind = rng.choice(["number", "sine", "table"])
+    if kind == "number":
+        return rng.uniform(-size, size)
+    if kind == "sine":
+        wave = {"amplitude": rng.uniform(0.0, size), "frequency_hz": rng.uniform(0.3, 20.0)}
+        return {"sine": wave | {"mean": rng.uniform(-size, size), "phase_deg": rng.uniform(0, 360)}}
+    return {"time": [0.0, 0.5, 1.0], "value": [rng.uniform(-size, size) for _ in range(3)]}
+
+
+def test_no_excess_is_above_its_bound() -> None:
+    """Against 200 values between the ends of each smooth part."""
+    rng = random.Random(7)
+    close = 0
+    for _ in range(60):
+        forces = [
+            {
+                "name": f"force_{k}",
+                "size": drawn_size(rng, 60.0),
+                "direction": [rng.uniform(-1.0, 1.0), 1.0],
+                "point": [rng.uniform(-0.02, 0.02), 0.0],
+            }
+            for k in range(rng.randint(0, 2))
+        ]
+        terms = terms_of(validate(loaded(drawn_size(rng, 1.0), forces), SCENARIOS))
+        bound, r_s, angle = _largest_excess_of(terms, 0.012), 0.012, rng.uniform(-3.0, 3.0)
+        for begin, end in ((0.0, 0.5), (0.5, 1.0)):
+            for s in (1, -1):
+                largest = max(
+                    s * terms.applied_torque(t, angle, 0.0)
+                    - r_s * hypot(terms.across(t, angle, 0.0), terms.up(t, angle, 0.0))
+                    for t in np.linspace(begin, end, 200, endpoint=False).tolist()
+                )
+                found = bound(s, angle, begin, end)
+                assert found >= largest - ROUNDING * 10.0
+                close += found < largest + 0.1
+    assert close > 60  # of 240: the bound is of use
+
+
+@pytest.mark.parametrize(
+    ("signal", "interval", "low", "high"),
+    [
+        (Sine(2.0, 3.0, 50.0, 1.0), (0.0, 9.0), -1.0, 5.0),
+        (PiecewiseLinear([0.0, 1.0, 2.0], [1.0, 4.0, 0.0]), (1.0, 2.0), 0.0, 4.0),
+        (SmoothStep(1.0, 3.0, 2.0, 4.0), (0.0, 2.0), 1.0, 1.0),
+        (SmoothStep(1.0, 3.0, 2.0, 4.0), (2.0, 4.0), -0.5, 4.5),  # 1 to 3, and its curvature
+    ],
+)
+def test_the_range_of_a_signal(
+    signal: Any, interval: tuple[float, float], low: float, high: float
+) -> None:
+    middle, bound = middle_and_range(signal)(*interval)
+    assert (middle - bound, middle + bound) == pytest.approx((low, high), abs=1e-12)
+
+
+# --- a load that passes zero, or close to it, on a shaft with an eccentric mass
+
+AMPLITUDE, FREQUENCY, PHASE, INERTIA, SPEED = 100.0, 7.0, radians(50.0), 0.05, 20.0
+
+
+R_K = 0.02 * sin(atan(0.5))
+
+
+def reversing(eccentric: dict[str, float] | None) -> dict[str, Any]:
+    """Return a body that coasts while the force through its axis changes its sign."""
+    wave = {"amplitude": AMPLITUDE, "frequency_hz": FREQUENCY, "phase_deg": 50.0}
+    effects: dict[str, Any] = {
+        "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5},
+    }
+    if eccentric is not None:
+        effects["eccentric_mass"] = eccentric
+    return {
+        "kind": "shaft",
+        "mechanism": {"inertia": INERTIA, "initial_angular_velocity": SPEED},
+        "forces": [
+            {"name": "load", "size": {"sine": wave}, "direction": [0.0, -1.0], "point": [0.0, 0.0]}
+        ],
+        "effects": effects,
+        "solver": {"duration": 1.0, "rtol": 1e-11},
+        "output": {"interval": 0.1},
+    }
+
+
+def final_angle(data: dict[str, Any]) -> float:
+    return float(simulate(data).channels["angle"][-1])
+
+
+@pytest.mark.parametrize("eccentric", [{"mass": 1.0, "radius": 0.0}, {"mass": 0.0, "radius": 1.0}])
+def test_an_eccentric_mass_without_first_moment_changes_nothing(
+    eccentric: dict[str, float],
+) -> None:
+    assert final_angle(reversing(eccentric)) == final_angle(reversing(None))
+
+
+def test_a_rotor_that_nothing_but_its_eccentric_mass_loads_coasts_down() -> None:
+    """Without gravity, I w' = -r_k R with R^2 = (m e w')^2 + (m e w^2)^2: w' = -beta w^2."""
+    mass, radius, start, duration = 3.0, 0.1, 30.0, 20.0
+    p, inertia = mass * radius, 0.5 + mass * radius**2
+    friction = {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5}
+    data = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.5, "initial_angular_velocity": start},
+        "effects": {
+            "eccentric_mass": {"mass": mass, "radius": radius},
+            "shaft_friction": friction,
+        },
+        "solver": {"duration": duration, "rtol": 1e-11},
+        "output": {"interval": 0.01},
+    }
+    run = simulate(data)
+    beta = R_K * p / (inertia**2 - (R_K * p) ** 2) ** 0.5
+    final = {name: float(run.channels[name][-1]) for name in ("angle", "angular_velocity")}
+    assert final["angular_velocity"] == pytest.approx(start / (1 + beta * start * duration), 1e-10)
+    assert final["angle"] == pytest.approx(log1p(beta * start * duration) / beta, rel=1e-10)
+    # Its static limit has no load: the check of the law goes by the kinetic one.
+    assert failures(run.checks) == ""
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_a_body_that_only_damping_brakes_needs_no_force(damping: float) -> None:
+    data = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.5, "initial_angular_velocity": 8.0},
+        "effects": {"viscous_damping": {"coefficient": damping}},
+        "solver": {"duration": 2.0, "rtol": 1e-11},
+    }
+    final = float(simulate(data).channels["angular_velocity"][-1])
+    assert final == pytest.approx(8.0 * exp(-damping / 0.5 * 2.0), rel=1e-10)
+
+
+def test_a_load_that_passes_close_to_zero() -> None:
+    """Against steps of order 8 that end close to the reversals of the force."""
+    mass = radius = 1e-3
+    p = mass * radius
+    inertia = INERTIA + p * radius
+
+    def rates(t: float, y: Any) -> list[float]:
+        q, v = y
+        force = -AMPLITUDE * sin(2.0 * pi * FREQUENCY * t + PHASE)
+        along, normal = force * cos(q), force * sin(q) + p * v * v
+        a = 0.0
+        for _ in range(60):  # inertia a = -R_K |(along - p a, normal)|
+            size = hypot(along - p * a, normal)
+            a -= (inertia * a + R_K * size) / (inertia - R_K * p * (along - p * a) / size)
+        return [v, a]
+
+    crossings = [(k * pi - PHASE) / (2.0 * pi * FREQUENCY) for k in range(1, 16)]
+    near = [t + s * 10.0**-k for t in crossings for k in (4, 5, 6, 7, 8) for s in (1.0, -1.0)]
+    cuts = sorted({0.0, 1.0, *(t for t in (*crossings, *near) if 0.0 < t < 1.0)})
+    y = np.array([0.0, SPEED])
+    for begin, end in pairwise(cuts):
+        y = solve_ivp(rates, (begin, end), y, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    found = final_angle(reversing({"mass": mass, "radius": radius}))
+    assert found == pytest.approx(y[0], abs=5e-10, rel=0.0)
+
+
+# --- tables over speed and angle whose features are narrower than a step
+
+NOTCH, DRIVE, DEPTH = 5.0, 10.0, 9.0
+
+
+def body(size: Any, backend: str, rtol: float, **effects: Any) -> Scenario:
+    return {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0, "mass": 10.0},
+        "couples": [{"name": "drive", "size": DRIVE}, {"name": "notch", "size": size}],
+        "effects": {"gravity": {}, **effects},
+        "solver": {"backend": backend, "duration": 1.0, "rtol": rtol},
+    }
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-11])
+@pytest.mark.parametrize("mu_k", [None, 0.2])
+@pytest.mark.parametrize("width", [0.4, 0.1, 1e-2, 1e-3, 1e-4, 1e-6])
+def test_a_narrow_notch_over_the_speed_is_not_passed_over(
+    width: float, mu_k: float | None, rtol: float, backend: str
+) -> None:
+    """A - 9 N m at 5 rad/s, A far from it: the passage of both flanks takes 2 d ln(A/(A - 9))/9."""
+    size = {"speed": [NOTCH - width, NOTCH, NOTCH + width], "value": [0.0, -DEPTH, 0.0]}
+    torque, effects = DRIVE, {}
+    if mu_k is not None:
+        effects["shaft_friction"] = {"shaft_radius": 0.02, "mu_s": 0.25, "mu_k": mu_k}
+        torque -= 0.02 * mu_k / hypot(1.0, mu_k) * 98.1
+    run = simulate(body(size, backend, rtol, **effects))
+    assert failures(run.checks) == ""
+    passed = (NOTCH - width) / torque + 2.0 * width * log(torque / (torque - DEPTH)) / DEPTH
+    found = run.quantities["final_angular_velocity"].value
+    # Each flank has an error of some tolerances of a speed of 5 rad/s.
+    exact = NOTCH + width + torque * (1.0 - passed)
+    assert found == pytest.approx(exact, abs=1e3 * rtol * NOTCH + 1e-13)
+
+
+@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-11])
+@pytest.mark.parametrize("width", [40.0, 1.0, 0.1, 1e-3])
+def test_a_narrow_detent_over_the_angle_is_not_passed_over(
+    width: float, rtol: float, backend: str
+) -> None:
+    """It takes the energy of its triangle, and the way of the drive is that of the angle."""
+    depth = min(500.0, 0.8 * DRIVE * (90.0 - width) / width)  # the body passes it
+    size = {"angle_deg": [90.0 - width, 90.0, 90.0 + width], "value": [0.0, -depth, 0.0]}
+    data = body(size, backend, rtol)
+    data["solver"]["duration"] = 1.5 * sqrt(2.0 * pi / DRIVE)
+    run = simulate(data)
+    assert failures(run.checks) == ""
+    angle, speed = (float(run.channels[name][-1]) for name in ("angle", "angular_velocity"))
+    assert angle > radians(90.0 + width)
+    energy = DRIVE * angle - depth * radians(width)
+    assert 0.5 * speed**2 == pytest.approx(energy, rel=1e3 * rtol + 1e-13)
