@@ -12,7 +12,8 @@ Lines in their order, as many of each as needed:
 - `FILE: OLD -> NEW` replaces a text that is there once, in a copy of a shipped scenario;
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
-- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error or the warnings.
+- `> EXPRESSION` is Python, with `fs`, `np` and `Path`, and what the case has named before, as in
+  `> (fit := lambda key: ...)`; what follows is the error or the warnings.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
 --update-messages` writes what does not match anew.
@@ -24,6 +25,7 @@ import shlex
 import shutil
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,7 +46,7 @@ def cases(path: Path) -> list[tuple[str, list[str]]]:
     ]
 
 
-def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
+def said(line: str, names: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> list[str]:
     """Return what a command or an expression says, each line behind its exit code or class."""
     if line.startswith("$ "):
         done = in_this_process(capsys, *shlex.split(line[2:]))
@@ -52,7 +54,7 @@ def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            eval(line[2:], {"fs": fs, "np": np, "Path": Path})
+            eval(line[2:], names)
             found = [(type(one.message).__name__, str(one.message)) for one in caught]
         except Exception as error:
             found = [(type(error).__name__, str(error))]
@@ -94,13 +96,14 @@ def test_message(
 ) -> None:  # fmt: skip
     for scenario in SCENARIOS.glob("*.toml"):
         shutil.copy(scenario, here)
-    found = []
+    found: list[str] = []
+    names: dict[str, Any] = {"fs": fs, "np": np, "Path": Path}
     for line in lines:
         if ANSWER.match(line):
             continue
         found.append(line)
         if line.startswith(("$ ", "> ")):
-            found += said(line, capsys)
+            found += said(line, names, capsys)
         else:
             prepare(line)
     if request.config.getoption("--update-messages") and not as_expected(found, lines):

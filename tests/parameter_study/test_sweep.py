@@ -67,18 +67,6 @@ def test_several_keys_have_one_value_in_lockstep_and_along_the_runs() -> None:
     assert same[both].values.tolist() == [0.1]
 
 
-def test_a_key_of_a_sweep_is_given_once() -> None:
-    for vary, message in (
-        ({f"{MU_S},{MU_K}": [0.1], MU_K: [0.1]}, f"vary: {MU_K} is given twice"),
-        ({f"{MU_S},{MU_S}": [0.1]}, f"vary: {MU_S} is given twice"),
-        ({f"{MU_S},": [0.1]}, "vary: expected a key, or several with commas"),
-    ):
-        with pytest.raises(fs.InputError, match=message):
-            fs.sweep(PULLEY, vary)
-    with pytest.raises(fs.InputError, match=f"{MU_K} is both set for all runs and varied"):
-        fs.sweep(PULLEY, {f"{MU_S},{MU_K}": [0.1]}, {MU_K: 0.1})
-
-
 def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.3, 3)", "drive.direction": ["vertical", "horizontal"]}
     found = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
@@ -168,7 +156,8 @@ def test_an_error_in_the_program_is_a_row(monkeypatch: pytest.MonkeyPatch) -> No
         raise ZeroDivisionError("division\nby zero")
 
     monkeypatch.setattr("frictionsim.parameter_study.single_run.run", broken)
-    found = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]})
+    # A worker may be a new interpreter, in which nothing is broken.
+    found = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]}, workers=1)
     assert found["failure"].values.tolist() == ["internal_error"] * 2
     assert found["reason"].values[0] == "internal error: ZeroDivisionError: division by zero"
 
@@ -233,25 +222,6 @@ def test_lockstep_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> No
     for more in ({"output.channels": ["angle"]}, {"solver.backend": "rkf45"}):
         fs.sweep(PULLEY, {LOAD: "lin(2000.0, 2100.0, 60)"}, {**LOOSE, **more}, workers=1)
     assert seen == [59, 0]
-
-
-@pytest.mark.parametrize(
-    ("vary", "overrides", "options", "message"),
-    [
-        ({MU_S: [0.2, 0.3]}, {MU_S: 0.2}, {}, f"{MU_S} is both set for all runs and varied"),
-        ({MU_S: [0.2, 0.3]}, [f"{MU_S} = 0.2"], {}, f"{MU_S} is both set for all runs and varied"),
-        ({MU_S: [0.2, 0.3, 0.2]}, None, {}, f"vary {MU_S}: 0.2 is given twice"),
-        ({LOAD: [2000, 2000.0]}, None, {}, f"vary {LOAD}: 2000.0 is given twice"),
-        ({MU_S: [0.2, 0.3]}, None, {"seed": 3}, "seed: only a sample has this"),
-        ({MU_S: [0.2, 0.3]}, None, {"method": "lhs"}, "method: only a sample has this"),
-    ],
-)
-def test_what_contradicts_itself_is_refused(
-    vary: dict[str, list[float]], overrides: object, options: dict[str, object], message: str
-) -> None:
-    with pytest.raises(fs.InputError) as caught:
-        fs.sweep(PULLEY, vary, overrides, **options)  # type: ignore[arg-type]
-    assert str(caught.value).startswith(message)
 
 
 def test_keys_that_are_walked_together_may_repeat_values() -> None:

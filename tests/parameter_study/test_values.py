@@ -87,39 +87,6 @@ def test_no_quantile_is_infinite() -> None:
         assert np.isfinite(found.quantiles(np.array([0.0, 1.0]))).all()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("3.0", "expected a TOML list, as [0.1, 0.2], lin(a, b, n)"),
-        ("[]", "the list is empty; give at least one value"),
-        ("[a]", "words in quotes, as [\"a\"]; got '[a]'"),
-        ("[1] \nx = 2", "expected a TOML list"),
-        ("lin(1, 2)", "expected lin(a, b, n), got lin(1, 2)"),
-        ("lin(1, 2, 0)", "expected a whole number of values above 0"),
-        ("lin(1, 2, 2.5)", "expected a whole number of values above 0"),
-        ("lin(1, 2, 1e12)", "more values than the limit of 10000000"),
-        ("lin(1, 2, 1)", "one value cannot be both the first and the last"),
-        ("lin(1, inf, 3)", "expected finite numbers in lin(1, inf, 3), got 'inf'"),
-        ("lin(1, x, 3)", "expected finite numbers in lin(1, x, 3), got 'x'"),
-        ("log(0, 1, 3)", "expected a and b above 0"),
-        ("log(-1, 1, 3)", "expected a and b above 0"),
-        ("log(-2, -1, 3)", "expected a and b above 0"),
-        ("normal(0, -1)", "normal(0, -1): expected s above 0"),
-        ("lognormal(0, 0)", "expected s above 0"),
-        ("uniform(2, 1)", "expected a below b"),
-        ("triangular(0, 5, 4)", "expected a <= c <= b, a < b"),
-        ("gamma(1, 2)", "unknown range or distribution 'gamma'; known: lin, log, uniform"),
-        ("unifrom(1, 2)", "(did you mean 'uniform'?)"),
-    ],
-)
-def test_what_is_refused(text: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        values_of(KEY, text)
-    assert str(caught.value).startswith(f"vary {KEY}: ")
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("given", [3.0, None, {"a": 1}, object(), [object()]])
 def test_python_objects_that_are_no_values_are_refused(given: object) -> None:
     with pytest.raises(InputError, match="vary"):

@@ -155,24 +155,3 @@ def test_one_worker_or_one_run_needs_no_process() -> None:
     assert isinstance(local_execution(1, 100), InProcess)
     assert isinstance(local_execution(8, 1), InProcess)
     assert isinstance(local_execution(8, 2), ProcessPool)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"workers": 0}, "workers: expected a whole number above 0, got 0"),
-        ({"workers": 1.5}, "workers: expected a whole number above 0, got 1.5"),
-        ({"workers": True}, "workers: expected a whole number above 0, got True"),
-        (
-            {"workers": 2, "dask": "local:2"},
-            "workers and dask exclude each other: with dask the cluster has the workers",
-        ),
-        ({"keep_series": True}, "keep_series: the results of the runs are kept beside an output"),
-        ({"dask": "here"}, "dask: expected the address of a scheduler, as tcp://host:8786"),
-        ({"dask": "local:0"}, "dask: expected local:N with N workers, as local:4, got 'local:0'"),
-    ],
-)
-def test_bad_options_are_refused(options: Any, message: str) -> None:
-    with pytest.raises(fs.InputError) as refused:
-        fs.sweep(PULLEY, VARY, LOOSE, **options)
-    assert message in str(refused.value)
