@@ -177,11 +177,6 @@ def test_it_fits_the_schema_of_its_kind(kind: str) -> None:
     jsonschema.Draft202012Validator(schema(kind)).validate(tomllib.loads(TEXTS[kind]))
 
 
-def test_an_unknown_kind_is_refused() -> None:
-    with pytest.raises(InputError, match=r"unknown kind 'pully' \(did you mean 'pulley'\?\)"):
-        new_scenario("pully")
-
-
 PENDULUM = """
 kind = "torsion_pendulum"
 [mechanism]
