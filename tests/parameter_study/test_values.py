@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from frictionsim.errors import InputError
@@ -42,12 +42,14 @@ def test_ranges() -> None:
     st.floats(-1e6, 1e6, allow_nan=False),
     st.integers(2, 50),
 )
+@example(0.0, 2.2250738585e-313, 5)
 def test_a_range_begins_and_ends_with_the_given_numbers(a: float, b: float, n: int) -> None:
     found = np.array(levels(f"lin({a!r}, {b!r}, {n})"))
     assert (found[0], found[-1], len(found)) == (a, b, n)
     steps = np.diff(found)
-    # Each step is a difference of numbers of this size, rounded.
-    assert np.ptp(steps) <= 8 * np.finfo(float).eps * max(abs(a), abs(b))
+    # Each step is a difference of numbers of this size, rounded; tiny ones to the least number.
+    rounding = np.finfo(float).eps * max(abs(a), abs(b)) + np.finfo(float).smallest_subnormal
+    assert np.ptp(steps) <= 8 * rounding
 
 
 # Closed forms of mean, variance and cumulated probability.
