@@ -156,6 +156,7 @@ def test_a_linear_fit_has_the_errors_of_linear_regression() -> None:
     assert given.reduced_chi_squared == pytest.approx((given.chi_squared or 0.0) / 29.0)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> None:
     held = {"unknown": 0, "given": 0}
     for seed in range(40):
@@ -167,6 +168,7 @@ def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> No
     assert 34 <= held["given"] <= 40
 
 
+@pytest.mark.slow
 def test_intervals_of_friction_hold_the_truth() -> None:
     """A part of `tests/benchmarks/fit_coverage.py`."""
     case = fit_coverage.CASES["velocity"]
