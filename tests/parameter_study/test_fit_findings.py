@@ -186,10 +186,8 @@ def test_equal_minima_are_told() -> None:
 
 
 def test_noisy_data_have_a_minimum() -> None:
-    data = series(frictionless(), angular_velocity=0.1)
-    found = fs.fit(
-        frictionless(), data=data, channels="angular_velocity", free={LOAD: (50.0, 150.0)}
-    )
+    data, free = series(frictionless(), angular_velocity=0.1), {LOAD: (50.0, 150.0)}
+    found = fs.fit(frictionless(), data=data, channels="angular_velocity", free=free)
     assert found.finding == ("minimum", "3 of 3 searches found this minimum", None)
 
 
