@@ -13,8 +13,9 @@ Lines in their order, as many of each as needed:
   `FILE: 'TEXT'` writes a file, with the escapes of Python.
 - `$ ARGUMENTS` is a command line; what follows is its exit code and what it writes to stderr.
   With code 2 or 4 it changes no file and prints nothing to stdout (but `check`, of other files).
-- `> EXPRESSION` is Python, with `fs`, `np` and `Path`; what follows is the error, the warnings, or
-  the sentences that it returns. With an error of input or output it changes no file.
+- `> EXPRESSION` is Python, with `fs`, `np` and `Path`, and what the case has named before, as in
+  `> (fit := lambda key: ...)`; what follows is the error, the warnings, or the sentences that it
+  returns. With an error of input or output it changes no file.
 
 Three dots in what is expected stand for any text on that line. `pytest tests/test_messages.py
 --update-messages` writes what does not match anew.
@@ -26,6 +27,7 @@ import shlex
 import shutil
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,7 +52,7 @@ def files() -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in Path().rglob("*") if not path.is_dir()}
 
 
-def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
+def said(line: str, names: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> list[str]:
     """Return what a command or an expression says, each line behind its exit code or class."""
     before = files()
     if line.startswith("$ "):
@@ -63,10 +65,11 @@ def said(line: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
         warnings.simplefilter("always")
         may_write = True
         try:
-            value = eval(line[2:], {"fs": fs, "np": np, "Path": Path})
+            value = eval(line[2:], names)
             found = [(type(one.message).__name__, str(one.message)) for one in caught]
-            if isinstance(value, str | tuple | list):
-                found += [("says", text) for text in ([value] if isinstance(value, str) else value)]
+            said = [value] if isinstance(value, str) else value
+            if isinstance(said, list | tuple) and all(isinstance(one, str) for one in said):
+                found += [("says", text) for text in said]
         except Exception as error:
             found = [(type(error).__name__, str(error))]
             may_write = not isinstance(error, (fs.InputError, fs.OutputError))
@@ -110,13 +113,14 @@ def test_message(
 ) -> None:  # fmt: skip
     for scenario in SCENARIOS.glob("*.toml"):
         shutil.copy(scenario, here)
-    found = []
+    found: list[str] = []
+    names: dict[str, Any] = {"fs": fs, "np": np, "Path": Path}
     for line in lines:
         if ANSWER.match(line):
             continue
         found.append(line)
         if line.startswith(("$ ", "> ")):
-            found += said(line, capsys)
+            found += said(line, names, capsys)
         else:
             prepare(line)
     if request.config.getoption("--update-messages") and not as_expected(found, lines):

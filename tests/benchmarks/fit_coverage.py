@@ -152,7 +152,7 @@ def main() -> None:
     rows = [row for name in names for row in rows_of(name)]
     if len(names) < len(CASES):
         return
-    write(Table("How often intervals hold the truth", ABOVE, HEADING, rows, []), "fit_coverage")
+    write(Table("How often intervals hold the truth", ABOVE, HEADING, rows), "fit_coverage")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ class Table(NamedTuple):
     above: Sequence[str]
     heading: Sequence[str]
     rows: Sequence[Sequence[Any]]
-    below: Sequence[str]
+    below: Sequence[str] = ()
 
 
 def provenance() -> list[str]:
@@ -101,6 +101,41 @@ def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
     tension, above = channels["tension"][which], channels["y"][which] > 0.0
     found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
     return max(found), min(found)
+
+
+def late(found: RunResult, share: float = 0.4) -> Any:
+    """Return which samples means are taken over: those of a steady motion."""
+    return found.time >= share * found.time[-1]
+
+
+def slip(found: RunResult) -> float:
+    """Return the slip; a window that fades at its ends leaves nothing of the pulleys' swing."""
+    speed = found.channels["pulley_speed"][late(found)]
+    driver, driven = np.hanning(len(speed)) @ speed
+    return float(1.0 - driven / driver)
+
+
+def _inside(found: RunResult, which: Any, pulley: float) -> Any:
+    """Return which joints are between two bodies on a pulley, or on none, -1."""
+    on = found.channels["pulley_index"][which] == pulley
+    return on & np.roll(on, 1, axis=1)
+
+
+def where_it_sticks(found: RunResult, share: float = 0.4) -> float:
+    """Return the median tension of the joints on the driver whose body sticks there, N.
+
+    Most of that arc has one tension; at its entry it rises, or falls, to it.
+    """
+    which = late(found, share)
+    inside = _inside(found, which, 0.0) & (found.channels["sticking"][which] > 0.0)
+    return float(np.median(found.channels["tension"][which][inside]))
+
+
+def arc_over_span(found: RunResult) -> float:
+    """Return the mean tension on the driver over that of the joints that touch nothing."""
+    tension = found.channels["tension"][late(found)]
+    arc, span = (tension[_inside(found, late(found), pulley)] for pulley in (0.0, -1.0))
+    return float(np.mean(arc) / np.mean(span))
 
 
 def command(*arguments: str, codes: Sequence[int] = (0,)) -> str:

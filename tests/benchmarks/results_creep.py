@@ -32,7 +32,7 @@ def drawn_creep() -> None:
         " of each arc at least that sticks, run as guided belts with `moreau` for 2 s; means of the"
         " last fifth.",
     ]
-    write(Table("Creep of guided belts", above, HEADING, rows, []), "guided_creep")
+    write(Table("Creep of guided belts", above, HEADING, rows), "guided_creep")
 
 
 def row(points: int) -> tuple[Any, ...]:

@@ -38,7 +38,7 @@ def drawn_belts() -> None:
         f" {1e3 * DEPTHS[1]:g} mm; {SETTINGS['solver__duration']} s, means of the last fifth. R is"
         " the smallest radius.",
     ]
-    write(Table("Guided strings against chains of bodies", above, HEADING, rows, []), "belt_drawn")
+    write(Table("Guided strings against chains of bodies", above, HEADING, rows), "belt_drawn")
 
 
 def measure(seed: int) -> tuple[Any, ...]:

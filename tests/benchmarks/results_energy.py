@@ -30,7 +30,7 @@ def energy(pattern: str = "*.toml") -> None:
         " the worst sample (check `energy_balance`). Where that is above the target, the scenario"
         " was run again with half the step (`moreau`) or a hundredth of the tolerances.",
     ]
-    table = Table("Energy balance of the shipped scenarios", above, HEADING, rows, [])
+    table = Table("Energy balance of the shipped scenarios", above, HEADING, rows)
     write(table, "energy")
 
 

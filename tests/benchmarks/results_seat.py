@@ -14,11 +14,13 @@ from tests.benchmarks.results_common import (
     Table,
     quantity_of,
     say,
+    slip,
     solve,
     warning_on,
+    where_it_sticks,
     write,
 )
-from tests.benchmarks.results_wrap import LOAD, RECORDED, RIGIDITY, slip, where_it_sticks
+from tests.benchmarks.results_wrap import LOAD, RECORDED, RIGIDITY
 
 STIFFNESSES = (1, 4, 16, 64)  # over that of `belt_drive`, c1 and c2 alike
 # Bending changes little but the level of both spans: the finest mesh does without.
@@ -53,7 +55,7 @@ def tabulate(rows: list[tuple[Any, ...]]) -> None:
         f" itself; {DURATION} s, means of the last 0.6 of it. A string without mass, bending or"
         " depth has T1 = 835.7 N, T2 = 280.1 N, and 1 in both ratios.",
     ]
-    write(Table("What the depth of the contact does", above, HEADING, rows, []), "belt_seat")
+    write(Table("What the depth of the contact does", above, HEADING, rows), "belt_seat")
 
 
 def depth(stiffness: float) -> float:

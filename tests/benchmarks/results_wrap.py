@@ -8,18 +8,19 @@ rim enter it at an angle.
 
 from itertools import pairwise
 from math import log2
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
     Table,
+    arc_over_span,
     quantity_of,
     say,
+    slip,
     solve,
     warning_on,
+    where_it_sticks,
     write,
 )
 
@@ -110,24 +111,12 @@ def measure(model: str, bending: str, count: int) -> Row:
         *(model, bending, count, tight, slack),
         slip(loaded) * RIGIDITY / (tight - slack),
         where_it_sticks(loaded) / tight,
-        _arc_over_span(idle),
+        arc_over_span(idle),
         100.0 * slip(idle),
         warning_on(loaded) or warning_on(idle),
     )
     say(f"  {found}")
     return found
-
-
-def late(found: RunResult) -> Any:
-    """Return which samples means are taken over: those of a steady motion."""
-    return found.time >= 0.4 * found.time[-1]
-
-
-def slip(found: RunResult) -> float:
-    """Return the slip; a window that fades at its ends leaves nothing of the pulleys' swing."""
-    speed = found.channels["pulley_speed"][late(found)]
-    driver, driven = np.hanning(len(speed)) @ speed
-    return float(1.0 - driven / driver)
 
 
 def _run(
@@ -140,25 +129,6 @@ def _run(
     without = () if bending == "with" else ("bending",)
     solve("belt_drive", *settings, *WARM_UP_FRACTION, without=without)
     return solve("belt_drive", *settings, f"solver.duration={duration}", without=without)
-
-
-def _inside(found: RunResult, pulley: float) -> Any:
-    """Return which joints are between two bodies on a pulley, or on none, -1."""
-    on = found.channels["pulley_index"][late(found)] == pulley
-    return on & np.roll(on, 1, axis=1)
-
-
-def where_it_sticks(found: RunResult) -> float:
-    """Return the median tension of the joints on the driver whose body sticks there, N."""
-    inside = _inside(found, 0.0) & (found.channels["sticking"][late(found)] > 0.0)
-    return float(np.median(found.channels["tension"][late(found)][inside]))
-
-
-def _arc_over_span(found: RunResult) -> float:
-    """Return the mean tension on the driver over that of the joints that touch nothing."""
-    tension = found.channels["tension"][late(found)]
-    arc, span = (tension[_inside(found, pulley)] for pulley in (0.0, -1.0))
-    return float(np.mean(arc) / np.mean(span))
 
 
 def _family(rows: list[Row], model: str, bending: str) -> list[Row]:

@@ -23,17 +23,9 @@ COMMENT = re.compile(r"^<!-- (.*) -->$")
 
 
 class Block(NamedTuple):
-    """A fenced block of a page.
+    """A fenced block of a page, with the line of its fence.
 
-    Attributes
-    ----------
-    page : str
-    line : int
-        Of its opening fence.
-    language : str
-    text : str
-    mark : str
-        The comment right above it, which says how it is tested; empty if there is none.
+    Its mark is the comment right above it, which says how it is tested; empty if there is none.
     """
 
     page: str

@@ -39,7 +39,7 @@ def test_the_pictures_of_the_walk_through_are_made_by_the_command() -> None:
 
 
 @pytest.mark.parametrize("picture", gallery.GALLERY, ids=lambda picture: picture.file)
-def test_a_picture_is_there_and_small(picture: gallery.Picture) -> None:
+def test_a_picture_is_there_and_small_and_its_commands_are_known(picture: gallery.Picture) -> None:
     content = (gallery.PICTURES / picture.file).read_bytes()
     moving = picture.file.endswith(".gif")
     assert content.startswith(GIF if moving else PNG)
@@ -48,6 +48,10 @@ def test_a_picture_is_there_and_small(picture: gallery.Picture) -> None:
     if picture.scheme:
         colour_type = content[25]  # of the header of a PNG
         assert colour_type == 3, "a screenshot has a palette"
+    for command in picture.shown:
+        program, name, *_ = command.split()
+        assert program == "frictionsim"
+        assert name in ("new", "solve", "sweep", "cost", "fit", "plot", "report", "show")
 
 
 def test_each_kind_has_a_report_at_a_telling_time_and_a_picture_for_papers() -> None:
@@ -61,28 +65,16 @@ def test_each_kind_has_a_report_at_a_telling_time_and_a_picture_for_papers() -> 
     assert all("--width 84mm --style paper" in p.commands[-1] for p in gallery.PAPERS)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_the_gallery_has_a_comparison_an_overlay_and_motion() -> None:
+    for words in (
         r"frictionsim report \S+\.h5 \S+\.h5 -o",
         r"frictionsim plot \S+\.h5 \S+\.h5 -o",
         r"frictionsim plot .* --animate \S+\.gif",
-    ],
-    ids=["comparison", "overlay", "animation"],
-)
-def test_the_gallery_has_several_results_and_motion(words: str) -> None:
-    assert any(re.match(words, picture.shown[-1]) for picture in gallery.GALLERY)
+    ):
+        assert any(re.match(words, picture.shown[-1]) for picture in gallery.GALLERY), words
 
 
 def test_no_picture_is_left_over_and_all_are_small() -> None:
     files = list(gallery.PICTURES.iterdir())
     assert {path.name for path in files} == {picture.file for picture in gallery.GALLERY}
     assert sum(path.stat().st_size for path in files) < MOST_IN_ALL
-
-
-@pytest.mark.parametrize("picture", gallery.GALLERY, ids=lambda picture: picture.file)
-def test_the_commands_of_a_picture_are_known(picture: gallery.Picture) -> None:
-    for command in picture.shown:
-        program, name, *_ = command.split()
-        assert program == "frictionsim"
-        assert name in ("new", "solve", "sweep", "cost", "fit", "plot", "report", "show")

@@ -47,25 +47,20 @@ def test_links_lead_somewhere(page: str) -> None:
             assert anchor in anchors(target), f"{page}: {link}"
 
 
-def test_the_readme_is_one_page() -> None:
-    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= README_LINES
-
-
-def test_the_readme_has_a_short_scenario() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_readme_is_one_page_with_a_short_scenario() -> None:
+    text = PAGES["README.md"].read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= README_LINES
     scenario = text.split("```toml\n")[1].split("```")[0]
     assert len([line for line in scenario.splitlines() if line.strip()]) <= 12
 
 
 def test_each_page_is_linked_from_another() -> None:
-    linked = set()
-    for page, path in PAGES.items():
-        linked |= {
-            (path.parent / link.partition("#")[0]).resolve()
-            for link in links(page)
-            if "://" not in link
-        }
+    linked = {
+        (path.parent / link.partition("#")[0]).resolve()
+        for page, path in PAGES.items()
+        for link in links(page)
+        if "://" not in link
+    }
     index = PAGES["docs/index.md"].read_text(encoding="utf-8")
     for path in PAGES.values():
         in_contents = path.relative_to(ROOT).with_suffix("").name in index

@@ -19,45 +19,24 @@ MAX_MEANING = 160  # characters of a meaning, which has to fit in a table
 
 
 def keys_by_place(kind: str) -> Iterator[tuple[str, Key]]:
-    for found in tables(model_of(kind)):
-        for key in keys_of(found.model):
-            yield f"{found.header} {key.name}", key
-
-
-def keys_of_signals() -> Iterator[tuple[str, Key]]:
-    for tag, form in SIGNAL_TAGS.items():
-        for found in tables(form):
+    """Yield the keys of a kind, or of the forms of a signal."""
+    groups = SIGNAL_TAGS.items() if kind == "signal" else [("", model_of(kind))]
+    for tag, model in groups:
+        for found in tables(model):
             for key in keys_of(found.model):
-                yield f"{tag} {key.name}", key
+                yield f"{tag}{found.header} {key.name}", key
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_each_key_of_a_kind_has_a_meaning(kind: str) -> None:
+@pytest.mark.parametrize("kind", [*KINDS, "signal"])
+def test_each_key_has_a_meaning_and_each_number_a_unit(kind: str) -> None:
     for place, key in keys_by_place(kind):
-        assert_meaning(place, key)
-
-
-def test_each_key_of_a_signal_has_a_meaning() -> None:
-    for place, key in keys_of_signals():
-        assert_meaning(place, key)
-
-
-def assert_meaning(place: str, key: Key) -> None:
-    assert key.meaning[:1].isupper(), place
-    assert key.meaning.endswith("."), place
-    assert len(key.meaning) <= MAX_MEANING, place
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_each_number_of_a_kind_has_a_unit(kind: str) -> None:
-    for place, key in keys_by_place(kind):
-        assert bool(key.unit) == is_number(key), place
-
-
-def test_each_number_of_a_signal_has_a_unit() -> None:
-    for place, key in keys_of_signals():
-        wanted = is_number(key) and key.name not in IN_THE_UNIT_OF_THE_SIGNAL
-        assert bool(key.unit) == wanted, place
+        assert key.meaning[:1].isupper(), place
+        assert key.meaning.endswith("."), place
+        assert len(key.meaning) <= MAX_MEANING, place
+        of_signal = kind == "signal" and key.name in IN_THE_UNIT_OF_THE_SIGNAL
+        assert bool(key.unit) == (is_number(key) and not of_signal), place
+        for suffix, unit in (("_deg", "deg"), ("_hz", "Hz")):
+            assert not key.name.strip("`").endswith(suffix) or key.unit == unit, place
 
 
 def is_number(key: Key) -> bool:
@@ -77,11 +56,3 @@ def test_the_reference_shows_what_is_taken_for_a_key_left_out() -> None:
     shown = {place: key.default for place, key in keys_by_place("pulley")}
     assert shown["[effects.shaft_friction] `transition_speed`"] == "0.001"
     assert shown["[output] `interval`"] == "duration/500"
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_suffix_of_a_key_is_its_unit(kind: str) -> None:
-    units = {"_deg": "deg", "_hz": "Hz"}
-    for place, key in (*keys_by_place(kind), *keys_of_signals()):
-        suffix = next((s for s in units if key.name.strip("`").endswith(s)), None)
-        assert suffix is None or key.unit == units[suffix], place

@@ -1,6 +1,7 @@
 """Run the command line as on a system that is not POSIX.
 
     python -X warn_default_encoding windows_like.py ARGUMENTS
+    python -X warn_default_encoding windows_like.py + "ARGUMENTS"...   several, one after the other
 
 What Windows lacks is taken away, and what it refuses is refused, before anything is imported from
 the package. The libraries that the package uses still see the system that they were made for; so
@@ -9,6 +10,7 @@ which is not UTF-8 there, is an error in the package.
 """
 
 import os
+import shlex
 import shutil
 import signal
 import socket
@@ -23,17 +25,8 @@ MISSING = {
     os: (
         *("getuid", "geteuid", "getgid", "getegid", "getgroups", "getpgid", "getpgrp", "getsid"),
         *("set_blocking", "fchmod", "fchown", "chown", "lchown", "fdatasync", "sync", "nice"),
-        *(
-            "fork",
-            "killpg",
-            "setsid",
-            "setuid",
-            "setgid",
-            "wait",
-            "mkfifo",
-            "statvfs",
-            "getloadavg",
-        ),
+        *("fork", "killpg", "setsid", "setuid", "setgid", "wait", "mkfifo", "statvfs"),
+        *("getloadavg",),
         *("sysconf", "confstr", "sched_getaffinity", "sendfile", "pread", "pwrite"),
     ),
     signal: (
@@ -113,6 +106,14 @@ if __name__ == "__main__":
     take_away()
     sys.path.insert(0, str(Path(__file__).parents[2]))
     sys.argv[0] = "frictionsim"
-    from frictionsim.__main__ import main
+    if sys.argv[1] == "+":
+        from frictionsim.cli.commands import run_command_line
 
-    main()
+        for command in sys.argv[2:]:
+            code = run_command_line(["--debug", *shlex.split(command)])
+            print(f"+ exit code {code}", flush=True)
+    else:
+        from frictionsim.__main__ import main
+
+        sys.argv.insert(1, "--debug")
+        main()

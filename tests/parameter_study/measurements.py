@@ -1,6 +1,5 @@
 """Measured data for the tests of fits, made by runs and by closed forms."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,14 +28,6 @@ def series(scenario: fs.Scenario, interval: float = 0.05, **channels: float) -> 
         for name, noise in channels.items()
     }
     return {"time": time, **noisy}
-
-
-def write_csv(path: Path, data: dict[str, Any]) -> Path:
-    """Write columns as CSV."""
-    lines = [",".join(data)]
-    lines += [",".join(map(repr, map(float, row))) for row in zip(*data.values(), strict=True)]
-    path.write_text("\n".join(lines) + "\n")
-    return path
 
 
 def frictionless(duration: float = 1.0) -> fs.Scenario:

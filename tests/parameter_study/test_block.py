@@ -43,31 +43,18 @@ def changed(**head: object) -> bytes:
 
 
 @pytest.mark.parametrize(
-    "head",
+    ("key", "value"),
     [
-        {"first": -1},
-        {"first": "7"},
-        {"first": 7.0},
-        {"first": 10**30},
-        {"count": 0},
-        {"count": 2},
-        {"count": 4},
-        {"count": 10**15},
-        {"count": True},
-        {"units": ["m", "s", "1"]},
-        {"units": {"a": 1, "b": 2, "c": 3}},
-        {"units": {}},
-        {"texts": [["failure", 6, "x"]]},
-        {"texts": [["failure", 10, "x"]]},
-        {"texts": [["failure", 8, 9]]},
-        {"texts": [["elsewhere", 8, "x"]]},
-        {"texts": [["failure"]]},
-        {"texts": 5},
+        *(("first", value) for value in (-1, "7", 7.0, 10**30)),
+        *(("count", value) for value in (0, 2, 4, 10**15, True)),
+        *(("units", value) for value in (["m", "s", "1"], {"a": 1, "b": 2, "c": 3}, {})),
+        *(("texts", [["failure", *more]]) for more in ((6, "x"), (10, "x"), (8, 9), ())),
+        *(("texts", value) for value in ([["elsewhere", 8, "x"]], 5)),
     ],
 )
-def test_a_head_that_does_not_fit_is_refused(head: dict[str, object]) -> None:
+def test_a_head_that_does_not_fit_is_refused(key: str, value: object) -> None:
     with pytest.raises(ValueError):  # noqa: PT011  whatever is wrong, it is no block
-        Block.from_bytes(changed(**head))
+        Block.from_bytes(changed(**{key: value}))
 
 
 def test_no_other_bytes_are_a_block() -> None:

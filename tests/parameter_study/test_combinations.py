@@ -1,8 +1,12 @@
-"""The scenario of each combination is the one that single overrides give."""
+"""The scenario of each combination is the one that single overrides give, or is refused alike."""
 
+from math import inf, nan
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.errors import InputError
@@ -12,6 +16,11 @@ from tests.support.scenarios import SCENARIOS
 pytestmark = pytest.mark.quick
 
 MU_S = "effects.shaft_friction.mu_s"
+PULLEY = fs.load(SCENARIOS / "pulley.toml")
+KEYS = ["mechanism.load", "effects.shaft_friction.mu_k", "drive.force.value.1", "solver.max_step"]
+GOOD = (2000.0, 0.1, 3000.0, 0.5)
+SMALL_OR_LARGE = (0.0, -0.0, 1e-51, -1e-51, 5e-324, 1e50, 1.1e50, -2e50, inf, nan)
+ODD = st.sampled_from([*SMALL_OR_LARGE, -1.0, 0.3, 1, True, "1", None, [1.0]])
 
 
 @pytest.mark.parametrize(
@@ -23,59 +32,66 @@ MU_S = "effects.shaft_friction.mu_s"
         ("pulley", {"drive.force": {"time": [0.0, 1.0], "value": [0.0, 1.0]}}),
         ("hard/jump_from_csv", {"mechanism.load": 1000.0}),
         ("belt_string", {"mechanism.pulleys.0.radius": 0.1, "effects.belt_friction.mu_k": 0.1}),
-        ("marble_machine", {"effects.shaft_friction.mu_s": 0.4}),
+        ("belt_drive", {"mechanism.belt.mass_per_length": 0.2}),
+        ("epicyclic", {"effects.gravity.g": 9.0}),
+        ("marble_machine", {"effects.shaft_friction.mu_s": 0.4, "drive.motor.stall_torque": 3.0}),
     ],
 )
 def test_a_combination_is_what_overrides_give(name: str, values: dict[str, object]) -> None:
     base = fs.load(SCENARIOS / f"{name}.toml")
-    found = Combinations(base, list(values)).scenario(list(values.values()))
+    make = Combinations(base, list(values)).scenario
     overrides = {key: None if value == "none" else value for key, value in values.items()}
-    assert found == base.replace(overrides)
+    # The second is made from the first where only numbers change.
+    for _ in range(2):
+        assert make(list(values.values())) == base.replace(overrides)
 
 
-def test_combinations_do_not_change_each_other() -> None:
-    base = fs.load(SCENARIOS / "pulley.toml")
-    made = Combinations(base, ["drive.force.value.1"])
-    first, second = made.scenario([1.0]), made.scenario([2.0])
-    assert first.drive.force.value[1] == 1.0
-    assert second.drive.force.value[1] == 2.0
-    assert made.base == base
+def outcome(make: Any, values: Any) -> Any:
+    """Return the scenario with all that belongs to it, or the message that refuses it."""
+    try:
+        found = make(values)
+    except InputError as error:
+        faults = str(error).removeprefix("overrides: ").rpartition(" is not valid: ")[2]
+        return faults.replace("\noverrides: ", "; ")
+    return found, found.to_toml(), found.mechanism.model_fields_set
 
 
-@pytest.mark.parametrize(
-    ("keys", "values", "message"),
-    [
-        ([MU_S], [0.05], f"vary: {MU_S}=0.05 is not valid: effects.shaft_friction.mu_k: 0.1 is"),
-        (["mechanism.laod"], [1.0], "unknown key 'laod' (did you mean 'load'?)"),
-        (["mechanism.load.x"], [1.0], "'mechanism.load' is a value and has no keys"),
-        (["drive.force.value.7"], [1.0], "is a list of 2; give an index from 0"),
-        (["mechanism.load"], ["heavy"], "expected a number in N, got 'heavy'"),
-        (["mechanism.load"], [[1.0] * 40], "... is not valid: mechanism.load: expected a number"),
-    ],
-)
-def test_an_invalid_combination_is_named(
-    keys: list[str], values: list[object], message: str
-) -> None:
-    made = Combinations(fs.load(SCENARIOS / "pulley.toml"), keys)
-    with pytest.raises(InputError) as caught:
-        made.scenario(values)
-    assert str(caught.value).startswith(f"vary: {keys[0]}=")
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+def replaced(values: Any) -> Any:
+    return PULLEY.replace(dict(zip(KEYS, values, strict=True)))
 
 
-def test_the_kind_is_not_varied() -> None:
-    base = fs.load(SCENARIOS / "pulley.toml")
-    with pytest.raises(InputError, match="a sweep has runs of one kind; start one for each"):
-        Combinations(base, ["kind"])
+@given(st.lists(st.tuples(*(st.one_of(st.just(x), ODD) for x in GOOD)), max_size=4))
+def test_each_is_what_replace_returns_or_refuses(rows: list[tuple[Any, ...]]) -> None:
+    make = Combinations(PULLEY, KEYS).scenario
+    for values in (GOOD, *rows, GOOD):
+        assert outcome(make, values) == outcome(replaced, values)
 
 
-def test_values_may_be_files_beside_the_scenario(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        (tmp_path / f"{name}.csv").write_text("t,F\n0.0,1.0\n1.0,2.0\n")
-    base = fs.load(SCENARIOS / "pulley.toml")
-    text = base.to_toml()
-    (tmp_path / "p.toml").write_text(text)
+def test_the_first_may_be_refused() -> None:
+    make = Combinations(PULLEY, KEYS).scenario
+    for load in (1e60, 1e60, 100.0, 200.0, -1.0):
+        values = (load, *GOOD[1:])
+        assert outcome(make, values) == outcome(replaced, values)
+
+
+def test_scenarios_that_were_made_do_not_change_with_the_next() -> None:
+    combinations = Combinations(PULLEY, KEYS)
+    made = [combinations.scenario((2000.0 + i, 0.1, 3000.0 + i, 0.5)) for i in range(4)]
+    found = [(scenario.mechanism.load, scenario.drive.force.value[1]) for scenario in made]
+    assert found == [(2000.0 + i, 3000.0 + i) for i in range(4)]
+    assert combinations.base == PULLEY
+
+
+def test_files_are_looked_for_beside_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,F\n0.0,1.0\n1.0,2.0\n")
+    (tmp_path / "p.toml").write_text(PULLEY.replace({"drive.force": 1.0}).to_toml())
     made = Combinations(fs.load(tmp_path / "p.toml"), ["drive.force"])
-    found = [made.scenario([{"csv": f"{name}.csv"}]) for name in ("a", "b")]
-    assert [scenario.drive.force.value for scenario in found] == [(1.0, 2.0)] * 2
+    for _ in range(2):
+        assert made.scenario([{"csv": "a.csv"}]).drive.force.value == (1.0, 2.0)
+    (tmp_path / "p.toml").write_text(
+        (SCENARIOS / "pulley.toml")
+        .read_text()
+        .replace("time = [0.0, 0.8], value = [1832.6, 3113.75]", 'csv = "a.csv"')
+    )
+    make = Combinations(fs.load(tmp_path / "p.toml"), ["drive.force.value.1"]).scenario
+    assert make([3100.0]).drive.force.value == make([3100.0]).drive.force.value == (1.0, 3100.0)

@@ -17,7 +17,7 @@ from frictionsim.parameter_study import block_sizes, dask_cluster, dispatch
 from frictionsim.parameter_study.dask_cluster import DaskCluster
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
-RUNS = 1000
+RUNS = 300
 VARY = {LOAD: f"lin(2000, 2400, {RUNS})"}
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Design, Sampling, design_of
 from frictionsim.parameter_study.values import values_of
 
@@ -67,42 +66,3 @@ def test_the_design_of_sobol_indices() -> None:
         others = [i for i in range(3) if i != key]
         assert np.array_equal(mixed[:, others], first[:, others])
     assert not np.isin(first, second).any()
-
-
-@pytest.mark.parametrize(
-    ("vary", "together", "sampling", "message"),
-    [
-        ({}, False, None, "nothing is varied: give --vary KEY=VALUES, or a table [vary]"),
-        (
-            {"a": "[1, 2]", "b": "[1]"},
-            True,
-            None,
-            "zip: expected as many values of each key: a has 2, b has 1",
-        ),
-        (
-            dict.fromkeys("abcd", "lin(0, 1, 1000)"),
-            False,
-            None,
-            "1000 x 1000 x 1000 x 1000 = 1e+12 combinations are more than the limit of 10000000",
-        ),
-        ({"a": "uniform(0, 1)"}, False, None, "give its number of runs with --sample N"),
-        ({"a": "[1, 2]"}, False, Sampling(4), "a sample needs a distribution"),
-        ({"a": "uniform(0, 1)"}, True, Sampling(4), "zip and sample exclude each other"),
-        ({"a": "uniform(0, 1)"}, False, Sampling(0), "expected a number of runs above 0, got 0"),
-        ({"a": "uniform(0, 1)"}, False, Sampling(4, "soboll"), "(did you mean 'sobol'?)"),
-        ({"a": "uniform(0, 1)"}, False, Sampling(4, seed=-1), "expected a whole number from 0"),
-        ({"a": "uniform(0, 1)"}, False, Sampling(10**12), "more than the limit"),
-        (
-            {"a": "uniform(0, 1)"},
-            False,
-            Sampling(100, indices=True),
-            "Sobol indices need a power of 2, as 64, got 100",
-        ),
-    ],
-)
-def test_what_is_refused(
-    vary: dict[str, str], together: bool, sampling: Sampling | None, message: str
-) -> None:
-    with pytest.raises(InputError) as caught:
-        design(vary, together, sampling)
-    assert message in str(caught.value)

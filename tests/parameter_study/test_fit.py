@@ -29,11 +29,15 @@ def measured_velocity(noise: float = 0.0, **solver: Any) -> dict[str, Any]:
     return series(pulley(**solver).replace(TRUTH), angular_velocity=noise)
 
 
+def fit_velocity(scenario: fs.Scenario, data: Any, free: Any, **options: Any) -> fs.Fit:
+    return fs.fit(scenario, data=data, channels="angular_velocity", free=free, **options)
+
+
 # --- recovery -----------------------------------------------------------------------------------
 
 
 def test_exact_data_give_back_the_values() -> None:
-    found = fs.fit(pulley(), data=measured_velocity(), channels="angular_velocity", free=FREE)
+    found = fit_velocity(pulley(), measured_velocity(), FREE)
     assert found.values == pytest.approx(TRUTH, rel=1e-6)
     assert found.status == "done"
     assert found.exit_code == 0
@@ -44,18 +48,14 @@ def test_exact_data_give_back_the_values() -> None:
 
 def test_noisy_data_give_them_within_the_errors_they_have() -> None:
     data = measured_velocity(0.1)
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE, starts=1)
+    found = fit_velocity(pulley(), data, FREE, starts=1)
     for key, truth in TRUTH.items():
         error = found.standard_errors[key]
         assert error is not None
         assert 1e-4 < error < 1e-2
         assert abs(found.values[key] - truth) < 3.0 * error
     assert found.residual_rms["angular_velocity"] == pytest.approx(0.1, rel=0.3)
-
-
-def test_the_fitted_scenario_has_the_residuals_of_the_fit() -> None:
-    data = measured_velocity(0.1)
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE, starts=1)
+    # The fitted scenario has these residuals.
     again = fs.loads(found.to_toml())
     assert again.to_dict() == found.scenario.to_dict()
     solved = fs.solve(again, {"output.interval": 0.05, "output.at_events": False}).dataset
@@ -68,10 +68,7 @@ def test_a_scan_finds_what_a_start_without_slope_does_not() -> None:
     """With mu_s = 0.39 the pulley never breaks away, and no residual changes with mu_s there."""
     free = {MU_S: (0.1, 0.4, 0.39)}
     data = series(pulley().replace({MU_S: 0.231}), angular_velocity=0.0)
-    one, several = (
-        fs.fit(pulley(), data=data, channels="angular_velocity", free=free, starts=starts)
-        for starts in (1, 3)
-    )
+    one, several = (fit_velocity(pulley(), data, free, starts=starts) for starts in (1, 3))
     assert one.values[MU_S] == 0.39
     assert one.not_identified == {MU_S: "the data do not change with it"}
     assert several.values[MU_S] == pytest.approx(0.231, rel=1e-6)
@@ -83,14 +80,14 @@ def test_failing_runs_turn_the_search_back() -> None:
     """Above mu_s = 0.12 of kinetic friction a scenario is not valid."""
     free = {MU_K: (0.02, 0.9, 0.11)}
     data = series(pulley().replace({MU_K: 0.115, MU_S: 0.12}), angular_velocity=0.0)
-    found = fs.fit(pulley(), {MU_S: 0.12}, data=data, channels="angular_velocity", free=free)
+    found = fit_velocity(pulley().replace({MU_S: 0.12}), data, free)
     assert found.values[MU_K] == pytest.approx(0.115, rel=1e-6)
 
 
 def test_a_fit_of_which_all_runs_fail_says_why() -> None:
     scenario = pulley().replace({"solver.max_steps": 3, "mechanism.initial_angular_velocity": 1.0})
     with pytest.raises(fs.SolverError) as caught:
-        fs.fit(scenario, data=measured_velocity(), channels="angular_velocity", free=FREE)
+        fit_velocity(scenario, measured_velocity(), FREE)
     assert str(caught.value).startswith(
         "all 37 runs of the fit failed; that of the start: limit of 3 steps reached at t = "
     )
@@ -99,23 +96,14 @@ def test_a_fit_of_which_all_runs_fail_says_why() -> None:
 def test_the_same_seed_gives_the_same_fit() -> None:
     data = measured_velocity(0.1)
     first, second = (
-        fs.fit(
-            pulley(),
-            data=data,
-            channels="angular_velocity",
-            free=FREE,
-            bootstrap=2,
-            seed=4,
-            starts=2,
-        ).to_json()
-        for _ in range(2)
+        fit_velocity(pulley(), data, FREE, bootstrap=2, seed=4, starts=2) for _ in range(2)
     )
-    assert first == second
+    assert first.to_json() == second.to_json()
 
 
 def test_a_key_over_decades_is_scaled_by_its_logarithm() -> None:
     data = series(pulley().replace({DAMPING: 0.02}), angular_velocity=1e-3)
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free={DAMPING: (1e-3, 100.0)})
+    found = fit_velocity(pulley(), data, {DAMPING: (1e-3, 100.0)})
     assert found.values[DAMPING] == pytest.approx(0.02, rel=0.05)
     low, high = found.intervals[DAMPING] or (0.0, 0.0)
     assert low * high == pytest.approx(found.values[DAMPING] ** 2)  # symmetric in the logarithm
@@ -125,7 +113,7 @@ def test_keys_of_one_value() -> None:
     """Static and kinetic friction are alike, as of a belt."""
     key = f"{MU_S},{MU_K}"
     data = series(pulley().replace({MU_S: 0.17, MU_K: 0.17}), angular_velocity=0.0)
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free={key: (0.05, 0.3)})
+    found = fit_velocity(pulley(), data, {key: (0.05, 0.3)})
     assert found.values == {key: pytest.approx(0.17, rel=1e-6)}
     journal = found.scenario.effects.shaft_friction
     assert journal.mu_s == journal.mu_k == found.values[key]
@@ -141,15 +129,10 @@ def line(noise: float, seed: int, count: int = 30) -> dict[str, Any]:
     return {"time": time, "w": SLOPE * 200.0 * time + noise * rng.normal(size=count)}
 
 
-def fit_line(data: dict[str, Any], **options: Any) -> fs.Fit:
-    return fs.fit(
-        frictionless(),
-        data=data,
-        channels={"angular_velocity": "w"},
-        free={FORCE: (0.0, 1000.0)},
-        starts=1,
-        **options,
-    )
+def fit_line(data: dict[str, Any], free: Any = None, **options: Any) -> fs.Fit:
+    free = free or {FORCE: (0.0, 1000.0)}
+    channels = {"angular_velocity": "w"}
+    return fs.fit(frictionless(), data=data, channels=channels, free=free, starts=1, **options)
 
 
 def test_a_linear_fit_has_the_errors_of_linear_regression() -> None:
@@ -173,6 +156,7 @@ def test_a_linear_fit_has_the_errors_of_linear_regression() -> None:
     assert given.reduced_chi_squared == pytest.approx((given.chi_squared or 0.0) / 29.0)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> None:
     held = {"unknown": 0, "given": 0}
     for seed in range(40):
@@ -184,6 +168,7 @@ def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> No
     assert 34 <= held["given"] <= 40
 
 
+@pytest.mark.slow
 def test_intervals_of_friction_hold_the_truth() -> None:
     """A part of `tests/benchmarks/fit_coverage.py`."""
     case = fit_coverage.CASES["velocity"]
@@ -196,19 +181,14 @@ def test_intervals_of_friction_hold_the_truth() -> None:
 
 def test_two_channels_are_weighed_by_the_noise_of_each() -> None:
     data = series(pulley().replace(TRUTH), 0.02, angular_velocity=0.5, angle=1e-3)
-    channels = ["angular_velocity", "angle"]
-    found = fs.fit(pulley(), data=data, channels=channels, free=FREE, starts=1)
+    sigma = {"angular_velocity": 0.5, "angle": 1e-3}
+    found, given = (
+        fs.fit(pulley(), data=data, channels=list(sigma), free=FREE, starts=1, **options)
+        for options in ({}, {"sigma": sigma})
+    )
     velocity, angle = found.data.residuals
     assert velocity.sigma == pytest.approx(0.5, rel=0.2)
     assert angle.sigma == pytest.approx(1e-3, rel=0.2)
-    given = fs.fit(
-        pulley(),
-        data=data,
-        channels=channels,
-        free=FREE,
-        starts=1,
-        sigma={"angular_velocity": 0.5, "angle": 1e-3},
-    )
     for key in FREE:
         assert found.values[key] == pytest.approx(given.values[key], rel=1e-3)
         assert found.standard_errors[key] == pytest.approx(given.standard_errors[key], rel=0.2)
@@ -281,7 +261,7 @@ def test_static_friction_of_a_pulley_that_never_sticks() -> None:
         {"mechanism.initial_angular_velocity": 50.0, FORCE: 2224.1}
     )
     data = series(sliding, 0.01, angular_velocity=0.05)
-    found = fs.fit(sliding, data=data, channels="angular_velocity", free=FREE)
+    found = fit_velocity(sliding, data, FREE)
     assert found.not_identified == {MU_S: "the data do not change with it"}
     assert found.values[MU_S] == 0.2  # as in the scenario
     assert found.standard_errors[MU_S] is None
@@ -297,9 +277,7 @@ def test_static_friction_of_a_pulley_that_never_sticks() -> None:
 def test_two_keys_of_which_only_the_difference_counts() -> None:
     """Without friction the torque is (P - W) r_e: force and load are one unknown."""
     free = {FORCE: (200.0, 500.0), LOAD: (50.0, 300.0)}
-    found = fs.fit(
-        frictionless(), data=line(0.1, 2), channels={"angular_velocity": "w"}, free=free, starts=1
-    )
+    found = fit_line(line(0.1, 2), free)
     why = "the data determine only a combination of it and {} (correlation 1.000); fix one"
     assert found.not_identified == {FORCE: why.format(LOAD), LOAD: why.format(FORCE)}
     assert found.data.degrees == 29
@@ -309,33 +287,21 @@ def test_two_keys_of_which_only_the_difference_counts() -> None:
 def test_two_keys_of_which_only_the_product_counts() -> None:
     """The angular acceleration is (P - W) r_e/I."""
     free = {"mechanism.cord_radius": (0.02, 0.1), "mechanism.inertia": (1.0, 5.0)}
-    found = fs.fit(
-        frictionless(), data=line(0.1, 2), channels={"angular_velocity": "w"}, free=free, starts=1
-    )
+    found = fit_line(line(0.1, 2), free)
     assert set(found.not_identified) == set(free)
     assert all("(correlation 1.000)" in why for why in found.not_identified.values())
 
 
 def test_an_estimate_at_its_bound() -> None:
-    found = fs.fit(
-        frictionless(),
-        data=line(0.1, 2),
-        channels={"angular_velocity": "w"},
-        free={FORCE: (100.0, 250.0)},
-    )
+    found = fit_line(line(0.1, 2), {FORCE: (100.0, 250.0)})
     why = "its estimate is at the upper bound 250; widen the bounds"
     assert found.not_identified == {FORCE: why}
     assert found.standard_errors[FORCE] is None
 
 
 def test_a_key_that_the_data_determine_no_better_than_its_bounds() -> None:
-    found = fs.fit(
-        frictionless(),
-        data=line(50.0, 2),
-        channels={"angular_velocity": "w"},
-        free={FORCE: (-2000.0, 2000.0)},
-        sigma={"angular_velocity": 500.0},
-    )
+    sigma = {"angular_velocity": 500.0}
+    found = fit_line(line(50.0, 2), {FORCE: (-2000.0, 2000.0)}, sigma=sigma)
     assert found.not_identified == {FORCE: "the data determine it no better than its bounds do"}
 
 
@@ -353,15 +319,9 @@ def test_differences_do_not_pass_a_jump() -> None:
     """Below mu_s = 0.19664 the pulley slips back at the start; a step is 0.00075 long."""
     truth = 0.197
     data = series(pulley().replace({MU_S: truth}), angular_velocity=0.0)
+    free = {MU_S: (0.05, 0.4, truth)}
     exact, rough = (
-        fs.fit(
-            pulley(),
-            data=data,
-            channels="angular_velocity",
-            free={MU_S: (0.05, 0.4, truth)},
-            sigma={"angular_velocity": sigma},
-            starts=1,
-        )
+        fit_velocity(pulley(), data, free, sigma={"angular_velocity": sigma}, starts=1)
         for sigma in (1e-3, 0.1)
     )
     near = [
@@ -382,9 +342,7 @@ def test_differences_do_not_pass_a_jump() -> None:
 def test_kinks_make_a_standard_error_rough() -> None:
     """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
     data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
-    found = fs.fit(
-        pulley(), data=data, channels="angular_velocity", free={MU_S: (0.1, 0.4)}, starts=1
-    )
+    found = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)
     (warning,) = found.warnings
     assert warning.startswith(f"the derivatives by {MU_S} change by ")
     assert warning.endswith("its standard error is rough; a bootstrap does not need them")

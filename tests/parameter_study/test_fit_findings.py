@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -59,6 +59,7 @@ def test_a_value_beside_runs_that_do_not_give_it_is_found() -> None:
     assert float(time) == pytest.approx(0.7999, rel=1e-6)
 
 
+@settings(max_examples=8)
 @given(wanted=st.floats(-3.0, 14.0), high=st.floats(150.0, 1000.0))
 def test_a_straight_line_is_reached_between_its_ends(wanted: float, high: float) -> None:
     """The angle is 1/2 (P - W) r_e t^2/I, with P from 0."""
@@ -185,10 +186,8 @@ def test_equal_minima_are_told() -> None:
 
 
 def test_noisy_data_have_a_minimum() -> None:
-    data = series(frictionless(), angular_velocity=0.1)
-    found = fs.fit(
-        frictionless(), data=data, channels="angular_velocity", free={LOAD: (50.0, 150.0)}
-    )
+    data, free = series(frictionless(), angular_velocity=0.1), {LOAD: (50.0, 150.0)}
+    found = fs.fit(frictionless(), data=data, channels="angular_velocity", free=free)
     assert found.finding == ("minimum", "3 of 3 searches found this minimum", None)
 
 

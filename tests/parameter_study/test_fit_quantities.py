@@ -1,6 +1,7 @@
 """Quantities as data: of one run, and of the runs of a table such as a slip curve."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,40 +10,37 @@ import frictionsim as fs
 from tests.parameter_study.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
 from tests.support.scenarios import SCENARIOS
 
+FREE = {MU_S: (0.1, 0.4)}
+
+
+def breakaway(**overrides: float) -> float:
+    keys = {"mu_s": MU_S, "load": LOAD}
+    found = fs.solve(pulley(), {keys[name]: value for name, value in overrides.items()})
+    time = found.quantities["breakaway_time"].value
+    assert time is not None
+    return time
+
 
 def test_a_quantity_of_one_run() -> None:
-    truth = fs.solve(pulley(), {MU_S: 0.27}).quantities["breakaway_time"]
-    found = fs.fit(
-        pulley(),
-        quantities={"breakaway_time": truth.value},
-        sigma={"breakaway_time": 0.01},
-        free={MU_S: (0.1, 0.4)},
-        starts=1,
-    )
+    wanted, sigma = {"breakaway_time": breakaway(mu_s=0.27)}, {"breakaway_time": 0.01}
+    found = fs.fit(pulley(), quantities=wanted, sigma=sigma, free=FREE, starts=1)
     assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
     assert found.data.residuals[0].unit == "s"
     # By a difference of two runs: dt/dmu of the standard error.
-    times = [
-        fs.solve(pulley(), {MU_S: mu}).quantities["breakaway_time"].value for mu in (0.269, 0.271)
-    ]
-    error = 0.01 * 0.002 / (times[1] - times[0])
+    error = 0.01 * 0.002 / (breakaway(mu_s=0.271) - breakaway(mu_s=0.269))
     assert found.standard_errors[MU_S] == pytest.approx(error, rel=1e-3)
 
 
 def test_a_table_of_runs() -> None:
     loads = np.array([1900.0, 2000.0, 2100.0, 2200.0])
-    curve = [
-        fs.solve(pulley(), {MU_S: 0.27, LOAD: load}).quantities["breakaway_time"].value
-        for load in loads
-    ]
-    data = {"W": loads, "t": 1e3 * np.array(curve)}
+    times = [1e3 * breakaway(mu_s=0.27, load=load) for load in loads]
     found = fs.fit(
         pulley(),
-        data=data,
+        data={"W": loads, "t": times},
         quantities={"breakaway_time": "t"},
         units={"breakaway_time": "ms"},
         over={LOAD: "W"},
-        free={MU_S: (0.1, 0.4)},
+        free=FREE,
         starts=1,
     )
     assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
@@ -54,14 +52,13 @@ def test_a_table_of_runs() -> None:
 
 def test_a_quantity_beside_channels() -> None:
     made = fs.solve(pulley(), {MU_S: 0.27, "output.interval": 0.1})
-    time = made.quantities["breakaway_time"].value
     found = fs.fit(
         pulley(),
         data=made.dataset.isel(time=[0, 3, 8, 12]),
         channels="angle",
-        quantities={"breakaway_time": time},
+        quantities={"breakaway_time": breakaway(mu_s=0.27)},
         sigma={"breakaway_time": 1e-3, "angle": 1e-3},
-        free={MU_S: (0.1, 0.4)},
+        free=FREE,
         starts=1,
     )
     assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
@@ -101,11 +98,6 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
         belt, data=data, channels={"pulley_speed.driven": "w"}, free={key: (2e-4, 4e-4)}, starts=1
     )
     assert by_speed.values[key] == pytest.approx(3e-4, rel=1e-6)
-    with pytest.raises(fs.ArgumentError) as caught:
-        fs.fit(belt, data=data, channels={"pulley_speed.drivn": "w"}, free={key: (2e-4, 4e-4)})
-    assert str(caught.value) == (
-        "channels: pulley_speed: unknown member 'drivn' (did you mean 'driven'?)"
-    )
 
 
 def test_a_quantity_that_the_scenario_jumps_over() -> None:
@@ -152,25 +144,13 @@ def test_a_unit_in_the_heading_of_a_key_of_the_runs(tmp_path: Path) -> None:
 
 
 def test_the_warnings_of_the_last_runs_are_told() -> None:
+    options: dict[str, Any] = {"sigma": {"final_angular_velocity": 0.1}, "starts": 1}
+    options["free"] = {LOAD: (50.0, 150.0)}
     data = {"P": [-50.0, -20.0, 10.0], "w": SLOPE * np.array([-150.0, -120.0, -90.0])}
-    found = fs.fit(
-        frictionless(),
-        data=data,
-        quantities={"final_angular_velocity": "w"},
-        over={FORCE: "P"},
-        sigma={"final_angular_velocity": 0.1},
-        free={LOAD: (50.0, 150.0)},
-        starts=1,
-    )
-    assert found.warnings == (
-        "drive.force has a minimum of -50 N; a cord cannot push (2 of 3 rows; the numbers are of"
-        " the first)",
-    )
-    single = fs.fit(
-        frictionless().replace({FORCE: -50.0}),
-        quantities={"final_angular_velocity": SLOPE * -150.0},
-        sigma={"final_angular_velocity": 0.1},
-        free={LOAD: (50.0, 150.0)},
-        starts=1,
-    )
-    assert single.warnings == ("drive.force has a minimum of -50 N; a cord cannot push",)
+    quantities = {"final_angular_velocity": "w"}
+    rows = fs.fit(frictionless(), data=data, quantities=quantities, over={FORCE: "P"}, **options)
+    warning = "drive.force has a minimum of -50 N; a cord cannot push"
+    assert rows.warnings == (f"{warning} (2 of 3 rows; the numbers are of the first)",)
+    wanted = {"final_angular_velocity": SLOPE * -150.0}
+    single = fs.fit(frictionless().replace({FORCE: -50.0}), quantities=wanted, **options)
+    assert single.warnings == (warning,)

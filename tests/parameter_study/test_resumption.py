@@ -2,7 +2,6 @@
 
 import os
 import signal
-import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from frictionsim.api.sweep_run import SweepInterrupted, SweepProgress
 from frictionsim.io.checksum import LENGTH, append_trailer
 from frictionsim.parameter_study import in_process, worker_process
 from frictionsim.parameter_study.journal import HEAD, MARK, Journal, journal_name
+from frictionsim.parameter_study.sweep_files import SweepFiles
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
 VARY = {LOAD: "lin(2000, 2400, 12)"}
@@ -27,6 +27,12 @@ SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(
 def beats(monkeypatch: pytest.MonkeyPatch) -> None:
     """Progress is told as often as can be."""
     monkeypatch.setattr(in_process, "SECONDS_BETWEEN_BEATS", 0.0)
+
+
+def sweep(path: Path, **options: Any) -> Any:
+    """Run the sweep of these tests in this process."""
+    given: dict[str, Any] = {"vary": VARY, "overrides": LOOSE, "workers": 1, **options}
+    return fs.sweep(PULLEY, output=path, **given)
 
 
 def after(runs: int) -> Any:
@@ -41,9 +47,8 @@ def after(runs: int) -> Any:
 
 def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
     """Interrupt a sweep; return what is said."""
-    arguments: dict[str, Any] = {"workers": 1, "vary": VARY, "overrides": LOOSE, **options}
     with pytest.raises(SweepInterrupted) as stopped:
-        fs.sweep(PULLEY, output=path, progress=after(runs), **arguments)
+        sweep(path, progress=after(runs), **options)
     assert stopped.value.exit_code == 143
     return str(stopped.value)
 
@@ -52,7 +57,7 @@ def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The file of an uninterrupted sweep."""
     path = tmp_path_factory.mktemp("whole") / "s.h5"
-    fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+    sweep(path)
     return path.read_bytes()
 
 
@@ -80,7 +85,7 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
 def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, again = tmp_path / "s.h5", tmp_path / "t.h5"
     options: dict[str, Any] = {"sample": 6, "seed": 3, "method": "lhs", "vary": SAMPLE}
-    fs.sweep(PULLEY, overrides=LOOSE, workers=1, output=again, **options)
+    sweep(again, **options)
     interrupted(path, 2, **options)
     monkeypatch.delattr("frictionsim.parameter_study.design._points")
     fs.resume_sweep(path, workers=1)
@@ -100,7 +105,7 @@ def test_a_complete_sweep_stays_until_the_next_is_complete(whole: bytes, tmp_pat
 
 def test_a_complete_sweep_of_another_study_is_not_replaced(tmp_path: Path) -> None:
     path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
-    fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+    sweep(path, vary={LOAD: [2000.0]})
     before = path.read_bytes()
     interrupted(path)
     with pytest.raises(fs.OutputError, match="the existing file is of another study and is not"):
@@ -112,21 +117,17 @@ def test_a_complete_sweep_of_another_study_is_not_replaced(tmp_path: Path) -> No
 
 def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave the files of a sweep that was killed after some runs; return its journal."""
+
+    def close(journal: Any, remove: bool) -> None:
+        if journal._descriptor >= 0:
+            os.close(journal._descriptor)
+        journal._descriptor = -1
+
     with monkeypatch.context() as patch:
-        patch.setattr("frictionsim.parameter_study.sweep_files.SweepFiles.write_incomplete", _no)
-        patch.setattr("frictionsim.parameter_study.journal.Journal.close", _close)
+        patch.setattr(SweepFiles, "write_incomplete", lambda *_: None)
+        patch.setattr(Journal, "close", close)
         interrupted(path)
     return journal_name(path)
-
-
-def _no(*_: Any) -> None:
-    pass
-
-
-def _close(journal: Any, remove: bool) -> None:
-    if journal._descriptor >= 0:
-        os.close(journal._descriptor)
-    journal._descriptor = -1
 
 
 def test_the_journal_of_a_killed_sweep_has_its_runs(
@@ -183,12 +184,12 @@ def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
     beside = journal_name(path)
     beside.write_text("my notes")
     with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
-        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+        sweep(path)
     assert beside.read_text() == "my notes"
     beside.unlink()
     beside.mkdir()
     with pytest.raises(fs.OutputError, match=r"s\.h5: cannot write the sweep"):
-        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
+        sweep(path)
     assert os.listdir(tmp_path) == ["s.h5.runs"]
 
 
@@ -197,12 +198,9 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
     interrupted(path)
     before = path.read_bytes()
     running = Journal(path)
-    for again in (
-        lambda: fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1),
-        lambda: fs.resume_sweep(path, workers=1),
-    ):
+    for again in (sweep, fs.resume_sweep):
         with pytest.raises(fs.OutputError) as refused:
-            again()
+            again(path)
         assert str(refused.value) == (
             f"{path}: another process is running this sweep now; wait for its end, or stop it"
         )
@@ -246,7 +244,7 @@ def test_an_error_in_a_sweep_keeps_what_is_done(
             raise ZeroDivisionError("of the user")
 
     with pytest.raises(ZeroDivisionError, match="of the user"):
-        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, progress=fail)
+        sweep(path, progress=fail)
     assert fs.open_sweep(path).attrs["reason"] == (
         "stopped by an error (ZeroDivisionError) after 3 of 12 runs"
     )
@@ -254,9 +252,6 @@ def test_an_error_in_a_sweep_keeps_what_is_done(
     assert path.read_bytes() == whole
 
 
-@pytest.mark.skipif(
-    threading.current_thread() is not threading.main_thread(), reason="signals need it"
-)
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     def press(found: SweepProgress) -> None:
         if found.done == 4:
@@ -265,7 +260,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt, match="of 12 runs are done and kept in"):
-            fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=1, progress=press)
+            sweep(tmp_path / "s.h5", progress=press)
     finally:
         signal.signal(signal.SIGINT, handler)
     assert 4 <= int((fs.open_sweep(tmp_path / "s.h5")["status"] == 1).sum()) < 12
@@ -282,9 +277,8 @@ def test_a_long_run_is_left_when_a_sweep_is_interrupted(
     monkeypatch.setattr(worker_process, "may_fork", lambda: True)
     monkeypatch.setattr(worker_process, "run_task", lambda *_: time.sleep(600.0))
     begun = time.monotonic()
-    options: dict[str, Any] = {"output": tmp_path / "s.h5", "workers": 2, "progress": stop}
     with pytest.raises(SweepInterrupted, match="0 of 2 runs are done"):
-        fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, **options)
+        sweep(tmp_path / "s.h5", vary={LOAD: [2000.0, 2100.0]}, workers=2, progress=stop)
     assert time.monotonic() - begun < 20.0
 
 
@@ -301,7 +295,7 @@ def test_series_are_kept_and_go_on(tmp_path: Path) -> None:
     plain = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0, 2200.0]}, LOOSE, workers=1)
     assert np.array_equal(plain["final_angle"], found["final_angle"])
     with pytest.raises(fs.OutputError, match="it is not a folder of the same study; move it"):
-        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, keep_series=True)
+        sweep(path, keep_series=True)
     assert path.exists()
 
 
@@ -315,7 +309,7 @@ def test_a_series_that_cannot_be_written_ends_the_sweep(
 
     monkeypatch.setattr("frictionsim.io.hdf5_writer.write", full)
     with pytest.raises(fs.OutputError, match="no space"):
-        fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1, keep_series=True)
+        sweep(path, keep_series=True)
     assert not fs.open_sweep(path)["status"].any()
     assert sweep_run.RUNNING not in fs.open_sweep(path).attrs["reason"]
 
@@ -327,8 +321,8 @@ def test_an_interrupted_sweep_is_not_replaced(
     journal = killed(path, monkeypatch)
     before = path.read_bytes(), journal.read_bytes()
     with pytest.raises(fs.OutputError, match="this is an interrupted sweep, of which runs"):
-        fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+        sweep(path, vary={LOAD: [2000.0]})
     assert (path.read_bytes(), journal.read_bytes()) == before
     fs.resume_sweep(path, workers=1)
-    fs.sweep(PULLEY, {LOAD: [2000.0]}, LOOSE, output=path, workers=1)
+    sweep(path, vary={LOAD: [2000.0]})
     assert fs.open_sweep(path).sizes == {LOAD: 1}

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import METHODS, Sampling
 from frictionsim.parameter_study.study_file import Study, load_study, study_of, study_toml
 from frictionsim.parameter_study.values import Levels, values_of
@@ -89,29 +88,3 @@ def test_a_study_that_is_written_is_the_same_when_read(
         assert after.values == before.values
     else:
         assert after == before
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("[set]", "[sets]", "study.toml: sets: unknown table of a study; known: [study], [set]"),
-        ("sample =", "samples =", "study.samples: unknown key 'samples' (did you mean 'sample'?)"),
-        ("sample = 16", 'sample = "16"', "study.sample: expected"),
-        ("sample = 16", "sample = 0", "study.sample: expected"),
-        (f'scenario = "{PULLEY}"', "", "study.scenario: expected the file of a scenario"),
-        (PULLEY, "none.toml", "none.toml: cannot read this scenario"),
-        ("uniform(0.1, 0.4)", "uniform(0.4)", f"vary {MU_S}: expected uniform(a, b)"),
-        ('"solver.rtol" = 1e-6', '"solver.rtoll" = 1e-6', "unknown key 'rtoll'"),
-    ],
-)
-def test_what_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
-    assert old in STUDY
-    with pytest.raises(InputError) as caught:
-        load_study(written(tmp_path, STUDY.replace(old, new)))
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_study_is_not_taken_for_a_scenario(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="this is a study, not a scenario; 'frictionsim sweep'"):
-        fs.load(written(tmp_path, STUDY))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from frictionsim.errors import InputError
@@ -42,12 +42,14 @@ def test_ranges() -> None:
     st.floats(-1e6, 1e6, allow_nan=False),
     st.integers(2, 50),
 )
+@example(0.0, 2.2250738585e-313, 5)
 def test_a_range_begins_and_ends_with_the_given_numbers(a: float, b: float, n: int) -> None:
     found = np.array(levels(f"lin({a!r}, {b!r}, {n})"))
     assert (found[0], found[-1], len(found)) == (a, b, n)
     steps = np.diff(found)
-    # Each step is a difference of numbers of this size, rounded.
-    assert np.ptp(steps) <= 8 * np.finfo(float).eps * max(abs(a), abs(b))
+    # Each step is a difference of numbers of this size, rounded; tiny ones to the least number.
+    rounding = np.finfo(float).eps * max(abs(a), abs(b)) + np.finfo(float).smallest_subnormal
+    assert np.ptp(steps) <= 8 * rounding
 
 
 # Closed forms of mean, variance and cumulated probability.
@@ -85,39 +87,6 @@ def test_no_quantile_is_infinite() -> None:
         found = values_of(KEY, text)
         assert isinstance(found, Distribution)
         assert np.isfinite(found.quantiles(np.array([0.0, 1.0]))).all()
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("3.0", "expected a TOML list, as [0.1, 0.2], lin(a, b, n)"),
-        ("[]", "the list is empty; give at least one value"),
-        ("[a]", "words in quotes, as [\"a\"]; got '[a]'"),
-        ("[1] \nx = 2", "expected a TOML list"),
-        ("lin(1, 2)", "expected lin(a, b, n), got lin(1, 2)"),
-        ("lin(1, 2, 0)", "expected a whole number of values above 0"),
-        ("lin(1, 2, 2.5)", "expected a whole number of values above 0"),
-        ("lin(1, 2, 1e12)", "more values than the limit of 10000000"),
-        ("lin(1, 2, 1)", "one value cannot be both the first and the last"),
-        ("lin(1, inf, 3)", "expected finite numbers in lin(1, inf, 3), got 'inf'"),
-        ("lin(1, x, 3)", "expected finite numbers in lin(1, x, 3), got 'x'"),
-        ("log(0, 1, 3)", "expected a and b above 0"),
-        ("log(-1, 1, 3)", "expected a and b above 0"),
-        ("log(-2, -1, 3)", "expected a and b above 0"),
-        ("normal(0, -1)", "normal(0, -1): expected s above 0"),
-        ("lognormal(0, 0)", "expected s above 0"),
-        ("uniform(2, 1)", "expected a below b"),
-        ("triangular(0, 5, 4)", "expected a <= c <= b, a < b"),
-        ("gamma(1, 2)", "unknown range or distribution 'gamma'; known: lin, log, uniform"),
-        ("unifrom(1, 2)", "(did you mean 'uniform'?)"),
-    ],
-)
-def test_what_is_refused(text: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        values_of(KEY, text)
-    assert str(caught.value).startswith(f"vary {KEY}: ")
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("given", [3.0, None, {"a": 1}, object(), [object()]])

@@ -42,24 +42,22 @@ def brake(site: Path) -> Iterator[Any]:
 
 
 @pytest.fixture
-def command(site: Path, tmp_path: Path) -> Command:
-    """Return what runs the command line in a new process, and returns what it prints."""
-    path = os.pathsep.join([str(site), str(ROOT), os.environ.get("PYTHONPATH", "")])
+def command(brake: Any, told: Callable[..., tuple[str, str]]) -> Command:
+    """Return what runs the command line, and returns what it prints."""
+    return lambda *arguments: told(*arguments)[0]
 
-    def run(*arguments: str | Path) -> str:
-        done = subprocess.run(
-            [sys.executable, "-m", "frictionsim", *map(str, arguments)],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
 
-    return run
+def in_a_new_process(site: Path, *arguments: str) -> str:
+    """Return what a Python prints that finds the installed package."""
+    path = os.pathsep.join([str(site), str(ROOT)])
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env=os.environ | {"PYTHONPATH": path, "PYDANTIC_DISABLE_PLUGINS": "__all__"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    ).stdout
 
 
 def test_the_package_is_found_beside_the_built_in_kinds(brake: Any, site: Path) -> None:
@@ -69,10 +67,13 @@ def test_the_package_is_found_beside_the_built_in_kinds(brake: Any, site: Path) 
     assert SCENARIO.read_text() == brake.EXAMPLE
 
 
-def test_it_is_checked_solved_and_compared(command: Command, tmp_path: Path) -> None:
-    assert command("check", SCENARIO) == (
+def test_a_new_process_checks_it(site: Path) -> None:
+    assert in_a_new_process(site, "-m", "frictionsim", "check", str(SCENARIO)) == (
         f"{SCENARIO}: ok; effects block_friction, viscous_damping; backend events\n"
     )
+
+
+def test_it_is_solved_and_compared(command: Command, tmp_path: Path) -> None:
     found = json.loads(command("solve", SCENARIO, "-o", "a.h5", "--json", "--estimate-error"))
     assert found["status"] == "done"
     assert found["quantities"]["force_to_hold"]["value"] == pytest.approx(5.0 / (0.4 * 0.25))
@@ -159,14 +160,8 @@ def test_its_view_shows_what_the_brake_takes(brake: Any, tmp_path: Path) -> None
             "drive.force={sine = {mean = 10, amplitude = 15, frequency_hz = 1}}",
             "drive.force: has a minimum of -5 N; a block cannot pull, so give 0 N or more",
         ),
-        (
-            "mechanism.inertia=0",
-            "mechanism.inertia: expected a number above 0 kg m^2, got 0",
-        ),
-        (
-            "mechanism.rim_radius=wide",
-            "mechanism.rim_radius: expected a number in m, got 'wide'",
-        ),
+        ("mechanism.inertia=0", "mechanism.inertia: expected a number above 0 kg m^2, got 0"),
+        ("mechanism.rim_radius=wide", "mechanism.rim_radius: expected a number in m, got 'wide'"),
         (
             "solver.backend=moreau",
             "solver.backend: 'moreau' does not support a block brake; use one of: events, rkf45"
@@ -292,12 +287,4 @@ def test_it_is_loaded_without_numpy(site: Path) -> None:
         "import sys; from pathlib import Path; from frictionsim.scenario.loading import load;"
         f" load(Path({str(SCENARIO)!r})); print('numpy' in sys.modules)"
     )
-    path = os.pathsep.join([str(site), str(ROOT)])
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": path, "PYDANTIC_DISABLE_PLUGINS": "__all__"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == "False\n"
+    assert in_a_new_process(site, "-c", code) == "False\n"

@@ -118,13 +118,8 @@ def test_two_plugins_of_one_kind(add: Add, complaint: Complain) -> None:
     assert str(found.value) == sentence
     assert complaint("") == sentence  # which would list all kinds
     assert run_command_line(["check", str(PULLEY)]) == 0
-
-
-def test_two_plugins_of_one_kind_disturb_no_other(add: Add) -> None:
-    add("a-winch", kind="hoist")
-    add("b-winch", kind="hoist")
-    add("c-winch")
-    assert mechanism_module("winch").__name__ == "c_winch"
+    add("c-anvil", COMPLETE.replace("winch", "anvil"), kind="anvil")
+    assert mechanism_module("anvil").__name__ == "c_anvil"
 
 
 def test_a_plugin_of_a_built_in_kind(add: Add, complaint: Complain) -> None:
@@ -142,6 +137,13 @@ def test_a_plugin_of_a_built_in_kind(add: Add, complaint: Complain) -> None:
     assert mechanism_module("pulley").__name__ == KINDS["pulley"]
 
 
+DEFINED, NO_MODEL = (
+    "SCENARIO, PANELS = Model",
+    "expected SCENARIO to be a class derived from Scenario",
+)
+KIND = "expected kind: Literal['winch'] in SCENARIO Model, as in the entry point, got"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "fault"),
     [
@@ -149,27 +151,10 @@ def test_a_plugin_of_a_built_in_kind(add: Add, complaint: Complain) -> None:
         ("def statics(", "def dynamics(", "its module lacks statics"),
         ("def build(", "def make(", "its module lacks build (or ladders and references)"),
         ("METRICS, Channel", "Channel", "its module lacks METRICS"),
-        (
-            "SCENARIO, PANELS = Model",
-            "SCENARIO, PANELS = dict",
-            "expected SCENARIO to be a class derived from Scenario, got <class 'dict'>",
-        ),
-        (
-            "SCENARIO, PANELS = Model",
-            "SCENARIO, PANELS = 'Model'",
-            "expected SCENARIO to be a class derived from Scenario, got 'Model'",
-        ),
-        (
-            "CHANNELS: ClassVar[dict[str, Channel]] = {}",
-            "",
-            "its SCENARIO Model lacks CHANNELS",
-        ),
-        (
-            'Literal["winch"]',
-            'Literal["hoist"]',
-            "expected kind: Literal['winch'] in SCENARIO Model, as in the entry point, got"
-            " typing.Literal['hoist']",
-        ),
+        (DEFINED, "SCENARIO, PANELS = dict", f"{NO_MODEL}, got <class 'dict'>"),
+        (DEFINED, "SCENARIO, PANELS = 'Model'", f"{NO_MODEL}, got 'Model'"),
+        ("CHANNELS: ClassVar[dict[str, Channel]] = {}", "", "its SCENARIO Model lacks CHANNELS"),
+        ('Literal["winch"]', 'Literal["hoist"]', f"{KIND} typing.Literal['hoist']"),
         (
             "def simulation(scenario): ...",
             "simulation = 3",

@@ -55,38 +55,31 @@ def test_a_wheel_takes_them_along() -> None:
 
 
 @pytest.mark.parametrize("name", ["pulley", "shaft", "hard/jump_from_csv"])
-def test_they_are_loaded_by_name(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_they_are_loaded_by_name(name: str, here: Path) -> None:
     by_name, by_path = fs.load(name), fs.load(SCENARIOS / f"{name}.toml")
     assert (by_name, by_name.origin) == (by_path, by_path.origin)
     assert fs.static(name) == fs.static(by_path)
 
 
-def test_a_file_or_folder_of_that_name_comes_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pulley").write_text(fs.load(pulley(title="Mine")).to_toml())
+def test_a_file_or_folder_of_that_name_comes_first(here: Path) -> None:
+    (here / "pulley").write_text(fs.load(pulley(title="Mine")).to_toml())
     assert fs.load("pulley").title == "Mine"
-    (tmp_path / "shaft").mkdir()
+    (here / "shaft").mkdir()
     with pytest.raises(ScenarioError, match=r"^shaft: cannot read .*: this is a folder"):
         fs.load("shaft")
     # Below another folder there is the file, or none.
-    assert scenario_file("pulley", tmp_path) == tmp_path / "pulley"
-    assert scenario_file(tmp_path / "epicyclic") == tmp_path / "epicyclic"
+    assert scenario_file("pulley", here) == here / "pulley"
+    assert scenario_file(here / "epicyclic") == here / "epicyclic"
 
 
-def test_a_sweep_and_a_study_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_sweep_and_a_study_take_names(here: Path) -> None:
     vary = {"mechanism.load": [2000.0, 2224.1]}
-    of_file = fs.sweep(SCENARIOS / "pulley.toml", vary)
-    assert of_file.identical(fs.sweep("pulley", vary))
-    study = tmp_path / "below" / "study.toml"
+    of_file = fs.sweep(SCENARIOS / "pulley.toml", vary, workers=1)
+    assert of_file.identical(fs.sweep("pulley", vary, workers=1))
+    study = here / "below" / "study.toml"
     study.parent.mkdir()
     study.write_text('[study]\nscenario = "pulley"\n[vary]\n"mechanism.load" = [2000.0, 2224.1]\n')
-    assert of_file.equals(fs.sweep(study))
+    assert of_file.equals(fs.sweep(study, workers=1))
 
 
 @pytest.mark.parametrize(
@@ -103,13 +96,12 @@ def test_a_sweep_and_a_study_take_names(tmp_path: Path, monkeypatch: pytest.Monk
     ],
 )
 def test_near_names_are_listed(
-    name: str, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, end: str, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     Path("counterweight.toml").touch()
     with pytest.raises(ScenarioError) as raised:
         fs.load(name)
     assert str(raised.value) == f"{name}: cannot read this scenario: No such file or directory{end}"
-    monkeypatch.setattr(shipped, "PACKAGE", tmp_path / "without_scenarios")
+    monkeypatch.setattr(shipped, "PACKAGE", here / "without_scenarios")
     with pytest.raises(ScenarioError, match=f"^{name}: cannot read this scenario: No such file"):
         fs.load(name)

@@ -1,4 +1,4 @@
-"""Signals: values, derivatives, discontinuities and extrema."""
+"""Signals: values, derivatives, discontinuities and extrema; columns of files."""
 
 from math import inf, pi, sin
 from pathlib import Path
@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
-from frictionsim.scenario.messages import error_message
 from frictionsim.scenario.schema import Params, unit_field
 from frictionsim.scenario.signal_tables import (
+    PiecewiseLinearTable,
     SpeedOrTimeSignal,
     SpeedTable,
     TimeSignal,
@@ -73,22 +72,57 @@ def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
         assert (force(t + h) - force(t - h)) / (2 * h) == pytest.approx(0.0, abs=1e-5)
 
 
+LOG = "t;n;F_N\n0,0;7;10,5\n0,5;8;20,5\n"
+
+
 @pytest.mark.parametrize(
-    "text",
-    ["0,1\n1,2\n", "time;force\n0;1\n1;2\n", "# s N\n\n0 1\n1\t2  # end\n", "\ufefft,F\n0,1\n1,2"],
+    ("text", "keys"),
+    [
+        (LOG, {"time": "t", "value": "F_N", "delimiter": ";", "decimal": ","}),
+        (LOG, {"time": 1, "value": 3, "decimal": ","}),
+        (LOG, {"value": "F_N", "decimal": ","}),
+        (LOG.replace(";", "\t"), {"value": "F_N", "decimal": ",", "delimiter": "\t"}),
+        (LOG.replace(";", "\t"), {"value": "F_N", "decimal": ","}),
+        (LOG.replace(",", ".").replace(";", ","), {"time": "t", "value": "F_N"}),
+        (LOG.replace(",", ".").replace(";", "  "), {"time": "t", "value": "F_N"}),
+        (LOG.replace(",", ".").replace(";", "|"), {"value": 3, "delimiter": "|"}),
+        ("\ufeff" + LOG, {"time": "t", "value": "F_N", "decimal": ","}),
+        (LOG.replace("\n", "\r\n"), {"time": "t", "value": "F_N", "decimal": ","}),
+        (LOG.removesuffix("\n"), {"value": 3, "decimal": ","}),
+        # As a logger writes it: lines above the names, units below them, comments, empty lines.
+        (
+            f"Logger 7\nserial;123\n# made by hand; t;F_N\n{LOG}".replace(
+                "F_N\n", "F_N\ns;1;N\n\n"
+            ),
+            {"time": "t", "value": "F_N", "decimal": ","},
+        ),
+        # Quotes are around cells with the delimiter or an end of line in them.
+        (
+            't,"remark, free","F_N"\n"0.0","a\n""b""",10.5\n0.5,"c, d",20.5\n',
+            {"time": "t", "value": "F_N", "delimiter": ","},
+        ),
+        (" t ; F_N \n 0.0 ; 10.5 \n 0.5 ; 20.5 \n", {"time": "t", "value": " F_N"}),
+        # The order of columns is that of the keys.
+        ("F_N,t\n10.5,0.0\n20.5,0.5\n", {"time": "t", "value": "F_N"}),
+        ("10.5,0.0\n20.5,0.5\n", {"time": 2, "value": 1}),
+        # Two columns, of which nothing need be told but what a comma is.
+        ("# s N\n\n0 10.5\n0.5\t20.5  # end\n", {}),
+        ("0,0;10,5\n0,5;20,5\n", {"decimal": ","}),
+        ("t;F\n-0,0;10,5\n0,5;20,5\n", {"decimal": ","}),
+    ],
 )
-def test_csv_signals_are_points(text: str, tmp_path: Path) -> None:
-    (tmp_path / "force.csv").write_text(text, encoding="utf-8")
-    force = signal({"csv": "force.csv"}, tmp_path)
-    assert [force(t) for t in (0.0, 0.5, 1.0)] == [1.0, 1.5, 2.0]
+def test_columns_are_read_by_name_or_number(
+    text: str, keys: dict[str, Any], tmp_path: Path
+) -> None:
+    (tmp_path / "log.csv").write_bytes(text.encode())
+    force = signal({"csv": "log.csv", **keys}, tmp_path)
+    assert isinstance(force, PiecewiseLinear)
+    assert [force(t) for t in (0.0, 0.25, 0.5)] == [10.5, 15.5, 20.5]
+    assert [force.next_discontinuity(t) for t in (-1.0, 0.0, 0.5)] == [0.0, 0.5, inf]
 
 
 class BeltDrive(Params):
     torque: SpeedOrTimeSignal | None = unit_field("N m", None)
-
-
-class PulleyDrive(Params):
-    torque: TimeSignal | None = unit_field("N m", None)
 
 
 def test_a_signal_of_speed_or_time_takes_both() -> None:
@@ -105,59 +139,19 @@ def test_a_signal_of_speed_or_time_takes_both() -> None:
     assert BeltDrive.model_validate({"torque": 3}).torque == 3.0
 
 
-def faults_of(model: type[Params], table: Any) -> list[str]:
-    with pytest.raises(ValidationError) as refused:
-        model.model_validate({"torque": table})
-    faults = [error_message(error, model) for error in refused.value.errors()]
-    return [f"{'.'.join(map(str, path))}: {text}" for path, text in faults]
+def test_a_torque_over_speed_comes_from_columns(tmp_path: Path) -> None:
+    (tmp_path / "motor.csv").write_text("w;M\n-10;5\n10;-5\n")
 
+    def torque(**keys: Any) -> Any:
+        table = {"torque": {"csv": "motor.csv", **keys}}
+        return BeltDrive.model_validate(table, context={"folder": tmp_path}).torque
 
-TIME_FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
-ALL_FORMS = TIME_FORMS + ', {csv = "file.csv"} or {speed = [...], value = [...]}'
-TIME_FORMS += ' or {csv = "file.csv"}'
-
-
-@pytest.mark.parametrize(
-    ("table", "fault"),
-    [
-        (
-            {"speed": [0.0, 0.0], "value": [1.0, 2.0]},
-            "torque.speed: speeds must increase from point to point, but point 2 at 0.0 rad/s"
-            " follows one at 0.0 rad/s",
-        ),
-        (
-            {"speed": [0.0], "value": [1.0, 2.0]},
-            "torque.value: 2 values for 1 speeds; give one for each",
-        ),
-        ({"speed": [0.0], "value": []}, "torque.value: expected at least one number, got a list"),
-        ({"speed": "x", "value": [1.0]}, "torque.speed: expected a list of numbers in brackets"),
-        (
-            {"speed": [0.0], "value": [1.0, "x"]},
-            "torque.value.1: expected a number in N m, got 'x'",
-        ),
-        (
-            {"speed": [0.0, "x"], "value": [1.0]},
-            "torque.speed.1: expected a number in rad/s, got 'x'",
-        ),
-        ({"speed": [0.0]}, "torque.value: missing"),
-        ({}, f"torque: expected a number, {ALL_FORMS}, got an empty table"),
-        ("x", f"torque: expected a number in N m, or {ALL_FORMS}, got 'x'"),
-    ],
-)
-def test_an_invalid_signal_of_speed_is_reported(table: Any, fault: str) -> None:
-    (found,) = faults_of(BeltDrive, table)
-    assert found.startswith(fault)
-
-
-def test_a_time_signal_refuses_a_table_of_speed() -> None:
-    found = faults_of(PulleyDrive, {"speed": [0.0], "value": [1.0]})
-    assert any("torque.speed: unknown key 'speed'" in fault for fault in found)
-    assert faults_of(PulleyDrive, {"speed": [0.0]}) == [
-        f"torque: expected a number, {TIME_FORMS}, got a table"
-    ]
-    assert faults_of(PulleyDrive, "x") == [
-        f"torque: expected a number in N m, or {TIME_FORMS}, got 'x'"
-    ]
+    over_speed = torque(speed="w", value="M")
+    assert isinstance(over_speed, SpeedTable)
+    assert (over_speed.speed, over_speed.value) == ((-10.0, 10.0), (5.0, -5.0))
+    assert torque(speed=1) == over_speed
+    assert isinstance(torque(time="w", value="M"), PiecewiseLinearTable)
+    assert isinstance(torque(), PiecewiseLinearTable)
 
 
 signals = st.one_of(

@@ -18,17 +18,7 @@ BRAKE = ROOT / "tests" / "plugin" / "frictionsim-brake"
 def install(source: Path, target: Path) -> Path:
     """Copy the package of a project, and write the metadata that pip would write of it.
 
-    Parameters
-    ----------
-    source : Path
-        Folder of the project, which holds a package of the same name.
-    target : Path
-        Folder on the search path of modules.
-
-    Returns
-    -------
-    Path
-        `target`.
+    The folder of the project holds a package of the same name; the target is searched for modules.
     """
     project = tomllib.loads((source / "pyproject.toml").read_text())["project"]
     package = project["name"].replace("-", "_")

@@ -1,0 +1,390 @@
+"""How long the program takes: the numbers of `docs/performance.md`.
+
+Run it as `python -m tests.benchmarks.performance PART [NUMBER...]...` with the names of parts, and
+numbers that go to the part before them: `performance start_up 3` takes turns three times only, and
+`performance long_run 1000 150 1e-3` is 1000 s of 150 bodies with samples each 1e-3 s. What is
+compared takes turns, so that a machine whose speed drifts treats all alike; ratios are what to
+quote.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+import frictionsim as fs
+from frictionsim.parameter_study import worker_process
+from frictionsim.parameter_study.block import DONE, Block, Outcome, block_of
+from frictionsim.parameter_study.dask_cluster import DaskCluster
+from frictionsim.parameter_study.in_process import InProcess
+from frictionsim.parameter_study.process_pool import ProcessPool
+from frictionsim.parameter_study.sweep import Execution, SweepPlan, plan_of
+from frictionsim.parameter_study.values import values_of
+from frictionsim.results import Quantity
+from frictionsim.simulation.simulate import RunResult
+from tests.benchmarks.results_common import SCENARIOS, say, solve
+
+PULLEY, BELT = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "belt_drive.toml")
+PROGRAM = (sys.executable, "-m", "frictionsim")
+LOAD = "mechanism.load"
+
+
+def by_turns(calls: dict[str, Callable[[], Any]], turns: int) -> dict[str, list[float]]:
+    """Return the times of calls, s; the first turn, which imports and warms up, does not count."""
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for turn in range(turns + 1):
+        for name, call in calls.items():
+            started = time.perf_counter()
+            call()
+            if turn:
+                times[name].append(time.perf_counter() - started)
+    return times
+
+
+def tabulate(times: dict[str, list[float]]) -> None:
+    """Print medians, the least times, and the ratios of the medians to the first."""
+    say(f"{'':34s} {'median ms':>9s} {'least ms':>9s} {'ratio':>6s}")
+    base = median(next(iter(times.values())))
+    for name, found in times.items():
+        middle = median(found)
+        say(f"{name:34s} {middle * 1e3:9.2f} {min(found) * 1e3:9.2f} {middle / base:6.2f}")
+
+
+LIBRARIES = """
+import gc, os
+gc.disable()
+import numpy, h5py, typer, pydantic, rich.console, rich.table, tomllib, tomli_w
+class Model(pydantic.BaseModel):
+    x: float
+os._exit(0)
+"""
+
+
+def start_up(turns: float = 31) -> None:
+    """How long a command takes as a process, against importing numpy and h5py alone."""
+    # As many samples as those of the pulley, 301.
+    marble = (str(SCENARIOS / "marble_machine.toml"), "--set", "output.interval=0.01")
+    epicyclic = (str(SCENARIOS / "epicyclic.toml"), "--set", f"output.interval={2.5 / 300}")
+    into = (*PROGRAM, "solve", "-o", "result.h5")
+    commands = {
+        "import numpy, h5py": (sys.executable, "-c", "import numpy, h5py"),
+        "import all libraries of solve": (sys.executable, "-c", LIBRARIES),
+        "frictionsim solve pulley.toml": (*into, PULLEY),
+        "frictionsim solve marble_machine": (*into, *marble),
+        "frictionsim solve epicyclic.toml": (*into, *epicyclic),
+        "frictionsim static pulley.toml": (*PROGRAM, "static", PULLEY),
+        "frictionsim check pulley.toml": (*PROGRAM, "check", PULLEY),
+        "frictionsim --help": (*PROGRAM, "--help"),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+
+        def run(command: tuple[str, ...]) -> None:
+            subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+        calls = {name: lambda line=line: run(line) for name, line in commands.items()}
+        tabulate(by_turns(calls, int(turns)))
+
+
+def api(turns: float = 101) -> None:
+    """How long functions take in a Python that runs already, as in a notebook or a loop."""
+    pulley = fs.load(PULLEY)
+    samples = pulley.replace({"output.interval": 0.01, "output.at_events": False})
+    without = samples.replace({"output.interval": pulley.solver.duration})
+    file = Path(tempfile.mkdtemp()) / "pulley.h5"
+    saved = fs.solve(samples)
+    calls: dict[str, Callable[[], Any]] = {
+        "solve, 301 samples": lambda: fs.solve(samples),
+        "solve, 301 samples, and dataset": lambda: fs.solve(samples).dataset,
+        "solve without samples": lambda: fs.solve(without),
+        "solve from the path, 301 samples": lambda: fs.solve(PULLEY),
+        "load": lambda: fs.load(PULLEY),
+        "replace": lambda: pulley.replace({"solver.rtol": 1e-8}),
+        "dataset": lambda: fs.Result(saved.record).dataset,
+        "save": lambda: saved.save(file),
+        "open": lambda: fs.open(file),
+        "static": lambda: fs.static(pulley),
+    }
+    tabulate(by_turns(calls, int(turns)))
+
+
+QUIET = ("output.interval=0.01", 'output.channels=["pulley_speed"]')
+METHODS = (
+    *(("rkf45", f"solver.rtol={rtol}") for rtol in ("1e-4", "2e-6", "1e-7")),
+    *(("moreau", "solver.rtol=2e-6"), ("moreau", "solver.step=2.5e-6")),
+)
+EFFECTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # keys set, effects left out
+    "as shipped": ((), ()),
+    "without bending": ((), ("bending",)),
+    "without axial_damping": ((), ("axial_damping",)),
+    "without contact damping": (("effects.contact.damping=0.0",), ()),
+    "without belt_friction": ((), ("belt_friction",)),
+    "springs and contact only": (
+        ("effects.contact.damping=0.0",),
+        ("bending", "axial_damping", "belt_friction"),
+    ),
+    "with gravity": (("effects.gravity.g=9.81",), ()),
+    "with a patch": (("effects.patch={from = 0.3, to = 0.6, mu_s = 0.3, mu_k = 0.25}",), ()),
+    "with mu_s above mu_k": (("effects.belt_friction.mu_s=1.05",), ()),
+    "with prescribed driver": (
+        ("drive.driver={speed = {time = [0.0, 0.3], value = [0.0, -25.0]}}",),
+        (),
+    ),
+    "stiff axial damping": (("effects.axial_damping.basis=section",), ()),
+}
+
+
+def stepped(
+    repeats: float, *overrides: str, without: tuple[str, ...] = ()
+) -> tuple[RunResult, float]:
+    """Return a run of `belt_drive.toml`, and the median time of its steps after one to warm up."""
+    solve("belt_drive", *overrides, "solver.duration=1e-3", without=without)
+    runs = [solve("belt_drive", *overrides, without=without) for _ in range(int(repeats))]
+    return runs[0], median(run.statistics.wall_seconds for run in runs)
+
+
+def belt(repeats: float = 5, duration: float = 0.5) -> None:
+    """What a belt costs: real-time factors, effects, numbers of bodies; run it on an idle machine.
+
+    A real-time factor is wall seconds per simulated second. Counts do not depend on the machine.
+    """
+    say("method, setting, steps a second, real-time factor, with output each 1 ms")
+    for backend, setting in METHODS:
+        common = (f"solver.backend={backend}", setting, f"solver.duration={duration}")
+        run, quiet = stepped(repeats, *common, *QUIET)
+        factors = [took / duration for took in (quiet, stepped(repeats, *common)[1])]
+        rate = run.statistics.steps / duration
+        say(f"  {backend} {setting} {rate:.0f} {factors[0]:.3f} {factors[1]:.3f}")
+    say("effects, moreau: states, us a step")
+    fixed = ("solver.backend=moreau", "solver.step=2.5e-6", f"solver.duration={0.2 * duration}")
+    for name, (overrides, without) in EFFECTS.items():
+        run, took = stepped(repeats, *fixed, *QUIET, *overrides, without=without)
+        say(f"  {name}: {run.statistics.states}, {1e6 * took / run.statistics.steps:.2f}")
+    say("bodies: us a step of rkf45, of moreau")
+    for bodies in (60, 150, 300, 600, 1200):
+        short = (f"mechanism.belt.bodies={bodies}", f"solver.duration={3 * duration / bodies:g}")
+        found = [
+            1e6 * took / run.statistics.steps
+            for run, took in (
+                stepped(repeats, f"solver.backend={backend}", *short, *QUIET)
+                for backend in ("rkf45", "moreau")
+            )
+        ]
+        say(f"  {bodies}: {found[0]:.2f} {found[1]:.2f}")
+
+
+RUN = """
+import sys, time
+from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
+import frictionsim as fs
+
+scenario, seconds, bodies, interval, output = sys.argv[1:]
+settings = {"mechanism.belt.bodies": int(bodies), "output.interval": float(interval)}
+started = time.perf_counter()
+result = fs.solve(scenario, {**settings, "solver.duration": float(seconds)}, output=output)
+wall = time.perf_counter() - started
+peak = getrusage(RUSAGE_SELF).ru_maxrss / 1e3
+samples = result.record.channels
+raw = sum(values.nbytes for values in samples.values()) / 1e9
+print(f"| {seconds} | {bodies} | {len(samples['time'])} | {raw:.2f} | {peak:.0f} "
+      f"| {result.statistics.wall_seconds:.0f} | {wall:.0f} "
+      f"| {Path(output).stat().st_size / 1e9:.2f} |")
+"""
+
+
+def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-3) -> None:
+    """Memory, time and disk of a belt with all its channels, in a process of its own."""
+
+    def row(duration: float, name: str) -> str:
+        numbers = f"{duration:g}", str(int(bodies)), f"{interval:g}"
+        line = [sys.executable, "-c", RUN, BELT, *numbers, str(folder / name)]
+        return subprocess.run(line, check=True, capture_output=True, text=True).stdout.strip()
+
+    def watch() -> None:
+        while not over.wait(1.0):
+            most[0] = max(most[0], sum(map(_size, folder.rglob("*"))))
+
+    with tempfile.TemporaryDirectory(dir=".") as temporary:
+        folder, most, over = Path(temporary), [0], threading.Event()
+        row(0.01, "compiled.h5")  # of which the compilation is not counted
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        try:
+            found = row(seconds, "long.h5")
+        finally:
+            over.set()
+            watcher.join()
+        say("| simulated s | bodies | samples | samples / GB | peak memory / MB | solving / s |")
+        say(f"  in all / s | result / GB |\n{found}")
+        shown = by_turns({"show": lambda: _run(*PROGRAM, "show", str(folder / "long.h5"))}, 1)
+        say(f"most on the disk: {most[0] / 1e9:.2f} GB; show: {shown['show'][0]:.1f} s")
+
+
+def _size(path: Path) -> int:
+    """Return the bytes of a file, which may vanish meanwhile."""
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _run(*command: str) -> str:
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
+    """Return a sweep of a pulley, whose runs go alone if channels are chosen, else in lockstep."""
+    chosen = {"output.channels": ["angle"]} if alone else {}
+    scenario = fs.load(PULLEY, {"solver.rtol": rtol, **chosen})
+    return plan_of(scenario, {LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
+
+
+def seconds_of(execution: Execution, what: SweepPlan) -> float:
+    """Return the time of running a sweep, without that of checking and of starting workers."""
+    execution.check(what, [range(what.design.runs)], _nothing, _nothing)
+    started = time.perf_counter()
+    images = execution.blocks(what, [range(what.design.runs)], _nothing)
+    assert sum(Block.from_bytes(image).runs for image in images) == what.design.runs
+    return time.perf_counter() - started
+
+
+def _nothing(*_: Any) -> None:
+    pass
+
+
+def sweep(turns: float = 3, runs: float = 40_000) -> None:
+    """Runs per second of a pulley, with one worker and two, and of a loop of `solve` processes."""
+    for rtol, part, alone in (
+        (1e-6, 1, False),
+        (1e-9, 2, False),
+        (1e-6, 20, True),
+        (1e-9, 40, True),
+    ):
+        what, two = plan(int(runs) // part, rtol, alone), ProcessPool(2)
+        times = [(seconds_of(InProcess(), what), seconds_of(two, what)) for _ in range(int(turns))]
+        two.close()
+        rates = what.design.runs / np.median(times, axis=0)
+        say(
+            f"rtol {rtol:g}, {'alone' if alone else 'in lockstep'}: one process {rates[0]:.0f}"
+            f" runs/s, two {rates[1]:.0f} runs/s, {np.median([a / b for a, b in times]):.2f} times"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        command = (*PROGRAM, "solve", PULLEY, "-q", "--set", "solver.rtol=1e-6", "-o")
+        loop = by_turns({"solve": lambda: _run(*command, f"{folder}/a.h5")}, 20)["solve"]
+    say(f"a loop of solve: {1.0 / float(np.mean(loop)):.2f} runs/s")
+
+
+SECONDS_OF_SLEEP = 1e-3
+
+
+def coordinator(runs: float = 3000) -> None:
+    """How much of their time up to 8 workers sleep, if each run sleeps a millisecond."""
+
+    def asleep(combinations: Any, task: Any, *_: Any) -> Block:
+        outcome = Outcome(DONE, {f"quantity_{n}": Quantity(0.5, "1") for n in range(15)})
+        # Slept at once, as the system wakes a sleeper late: what is measured is not its clock.
+        time.sleep(SECONDS_OF_SLEEP * len(task.values))
+        return block_of(task.first, [outcome] * len(task.values))
+
+    worker_process.run_task, before = asleep, worker_process.run_task
+    try:
+        for workers in (1, 2, 4, 8):
+            what, pool = plan(int(runs) * workers, 1e-6), ProcessPool(workers)
+            pool._start(what)
+            cpu, started = time.process_time(), time.perf_counter()
+            for image in pool.blocks(what, [range(what.design.runs)], _nothing):
+                Block.from_bytes(image)
+            seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
+            pool.close()
+            say(
+                f"{workers} workers: {100 * runs * SECONDS_OF_SLEEP / seconds:.1f} % efficient, the"
+                f" coordinator takes {cpu / what.design.runs * 1e6:.1f} us of the processor a run"
+            )
+    finally:
+        worker_process.run_task = before
+
+
+MEMORY = """\
+import json, resource, sys, time
+import numpy as np
+import frictionsim as fs
+from pathlib import Path
+from frictionsim.io.sweep_file import write_sweep
+from frictionsim.parameter_study.block import Block
+from frictionsim.parameter_study.design import Sampling
+from frictionsim.parameter_study.study_file import Study, study_toml
+from frictionsim.parameter_study.sweep import Assembly, plan_of
+from frictionsim.parameter_study.values import values_of
+runs, path = int(sys.argv[1]), Path(sys.argv[2])
+keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
+        "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}
+study = Study(fs.load(sys.argv[3]), keys, False, Sampling(runs, "random", 1))
+plan = plan_of(study.scenario, keys, sampling=study.sampling)
+peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+before, started = peak(), time.process_time()
+assembly, size, rng = Assembly(runs), 1000, np.random.default_rng(1)
+units = {f"quantity_{n}": "1" for n in range(15)}
+for first in range(0, runs, size):
+    texts = {"failure": {first: "diverged"}, "reason": {first: "it left" * 10},
+             "warnings": {first + 1: "a warning"}}
+    block = Block(first, np.ones(size, np.int8), units, rng.random((15, size)), texts)
+    assembly.add(Block.from_bytes(block.to_bytes()))
+added = peak()
+write_sweep(assembly.table(plan, study_toml(study)), path)
+print(json.dumps([before, added, peak(), time.process_time() - started]))
+"""
+
+
+def memory(runs: float = 1_000_000) -> None:
+    """Peak memory of the coordinator, with the outcomes of many runs."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "s.h5"
+        found = _run(sys.executable, "-c", MEMORY, str(int(runs)), str(path), PULLEY)
+        before, added, peak, seconds = json.loads(found)
+        say(
+            f"{runs:.0f} runs: {before:.0f} MB at the start, {added:.0f} MB with all outcomes,"
+            f" {peak:.0f} MB at most, {seconds:.1f} s, file {path.stat().st_size / 1e6:.0f} MB"
+        )
+
+
+def dask(runs: float = 10_000, turns: float = 3) -> None:
+    """A study of many runs on two workers of Dask, and on two of the pool."""
+    what, pool, cluster = plan(int(runs), 1e-6), ProcessPool(2), DaskCluster("local:2")
+    pairs = [(seconds_of(pool, what), seconds_of(cluster, what)) for _ in range(int(turns))]
+    pool.close()
+    cluster.close()
+    say(f"pool and Dask, s: {pairs}")
+    say(f"Dask takes {np.median([b / a for a, b in pairs]):.2f} times the time of the pool")
+
+
+PARTS: dict[str, Callable[..., None]] = {
+    part.__name__: part
+    for part in (start_up, api, belt, long_run, sweep, coordinator, memory, dask)
+}
+
+
+def main(words: list[str]) -> None:
+    """Measure the parts that are named, each with the numbers behind its name."""
+    calls: list[tuple[str, list[float]]] = []
+    for word in words:
+        if word in PARTS:
+            calls.append((word, []))
+        else:
+            calls[-1][1].append(float(word))
+    for name, numbers in calls:
+        say(name)
+        PARTS[name](*numbers)
+
+
+if __name__ == "__main__":
+    os.nice(5)
+    main(sys.argv[1:])
