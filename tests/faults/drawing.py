@@ -6,6 +6,7 @@ show what the tests find among errors that nobody has thought of.
 
 import ast
 import io
+import json
 import random
 import tokenize
 from collections.abc import Iterator
@@ -207,8 +208,9 @@ def draw(seed: int) -> Fault:
 
 def as_toml(fault: Fault) -> str:
     """Return a fault as it stands in the table."""
-    head = [f'{key} = "{getattr(fault, key)}"' for key in ("name", "room", "origin", "meaning")]
-    texts = [f"{key} = '''\n{getattr(fault, key)}'''" for key in ("old", "new")]
-    return "\n".join(
-        ["[[fault]]", *head, f'file = "{fault.file}"', *texts, f"nearest = {list(fault.nearest)}"]
-    )
+    keys = ("name", "room", "origin", "meaning", "file")
+    lines = [f"{key} = {json.dumps(getattr(fault, key))}" for key in keys]
+    for key in ("old", "new"):
+        text = getattr(fault, key)
+        lines.append(f"{key} = '''\n{text}'''" if "\n" in text else f"{key} = '''{text}'''")
+    return "\n".join(["[[fault]]", *lines, f"nearest = {json.dumps(fault.nearest)}"])

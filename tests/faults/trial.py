@@ -167,7 +167,7 @@ def arguments_of(stage: str, fault: Fault) -> list[str]:
         return list(fault.nearest)
     files = {path for path in fault.nearest if "::" not in path}
     rest = [f"--ignore={path}" for path in sorted(files)]
-    own = ["--deselect=tests/test_faults.py"]  # it would tell that the fault is set already
+    own = ["--ignore=tests/faults"]  # it would tell that the fault is set already
     if stage == "default":
         return ["-n", "2", "--dist", "loadfile", *own, *rest]
     return ["-m", WITH_SLOW, *own]
