@@ -6,8 +6,8 @@
 
 `run` writes results/faults.json after each fault and goes on where it was stopped. A fault counts
 as caught if a test fails with it that passes without it. Whether that test is about the fault, or
-failed by chance, is for a person to judge (`judge NAME true`); it is kept while the same test
-catches it.
+failed by chance, is for a person to judge, who writes true or false as `about` into that file; it
+is kept while the same test catches it.
 """
 
 import argparse
@@ -15,90 +15,61 @@ import sys
 
 from tests.faults.drawing import as_toml, draw
 from tests.faults.table import faults, mistakes
-from tests.faults.trial import STAGES, copy_of_sources, read_results, trial, write_results
+from tests.faults.trial import LIMITS, copy_of_sources, read_results, write_results
+
+STAGES = list(LIMITS)
+JUDGED = {True: "about it", False: "by chance", None: "not judged"}
 
 
 def main() -> int:
     """Read the arguments and do what they say."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.faults",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser("python -m tests.faults", None, __doc__, formatter_class=form)
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("check", help="that every fault can be set")
     commands.add_parser("draw", help="a fault").add_argument("--seed", type=int, required=True)
     run = commands.add_parser("run", help="the tests against each fault")
     run.add_argument("--only", nargs="+", metavar="NAME", help="these, also if they are done")
     run.add_argument("--until", choices=STAGES, default="slow", help="the last tests to run")
-    commands.add_parser("show", help="the table of results")
-    judge = commands.add_parser("judge", help="whether the test that failed is about the fault")
-    judge.add_argument("name")
-    judge.add_argument("about", choices=("true", "false"))
     given = parser.parse_args()
     if given.command == "draw":
         print(as_toml(draw(given.seed)))
         return 0
-    if given.command == "judge":
-        rows = read_results()
-        rows[given.name]["about"] = given.about == "true"
-        write_results(rows)
-        return 0
-    if given.command == "show":
-        return show()
-    if wrong := mistakes():
-        print("\n".join(wrong), file=sys.stderr)
-    elif given.command == "run":
-        run_all(given.only, given.until)
-        return show()
+    wrong = mistakes()
+    print("\n".join(wrong), file=sys.stderr, end="\n" if wrong else "")
+    if given.command == "run" and not wrong:
+        known = [fault.name for fault in faults()]
+        if unknown := set(given.only or ()) - set(known):
+            sys.exit(f"no such fault: {', '.join(sorted(unknown))}")
+        run_faults(given.only or known, bool(given.only), STAGES[: STAGES.index(given.until) + 1])
     return 1 if wrong else 0
 
 
-def run_all(only: list[str] | None, until: str) -> None:
-    """Run the tests against all faults that have no result of these sources yet.
-
-    Raises
-    ------
-    SystemExit
-        If a fault is unknown.
-    """
-    if unknown := set(only or []) - {fault.name for fault in faults()}:
-        sys.exit(f"no such fault: {', '.join(sorted(unknown))}")
-    stages = STAGES[: STAGES.index(until) + 1]
+def run_faults(names: list[str], anew: bool, stages: list[str]) -> None:
+    """Run the tests of some stages against faults, but for what is done; print the table."""
     with copy_of_sources() as copy:
-        state = copy.make()
         for fault in faults():
             rows = read_results()
             row = rows.get(fault.name, {})
-            chosen = not only or fault.name in only
-            is_same = row.get("state") == f"{state} {fault.digest}"
-            done = tuple(row["seconds"]) if is_same and not only else ()
-            left = () if done and row["caught"] != "none" else stages[len(done) :]
-            if not chosen or not left:
-                print(f"{fault.name}: not run again" if chosen else "", end="\n" if chosen else "")
+            is_known = not anew and row.get("state") == f"{copy.state} {fault.digest}"
+            before = row if is_known else {**row, "seconds": {}}
+            left = [stage for stage in stages if stage not in before["seconds"]]
+            if fault.name not in names:
                 continue
-            before = row if done else {**row, "seconds": {}}
-            rows[fault.name] = trial(fault, copy, left, before)
-            rows[fault.name]["state"] = f"{state} {fault.digest}"
-            write_results({f.name: rows[f.name] for f in faults() if f.name in rows})
-            print(one_line(fault.name, rows[fault.name]), flush=True)
-
-
-def one_line(name: str, row: dict[str, object]) -> str:
-    """Return a row of the table as text."""
-    about = {True: "about it", False: "by chance", None: "not judged"}[row["about"]]  # type: ignore[index]
-    how = f"{row['test']} ({about})" if row["test"] else row["meaning"]
-    return f"{name:32} {row['caught']!s:8} {how}"
-
-
-def show() -> int:
-    """Print the table and the counts; the faults that no test finds come last."""
+            if is_known and (row["caught"] != "none" or not left):
+                print(f"{fault.name}: known of these sources, not run again")
+                continue
+            rows[fault.name] = row = copy.trial(fault, left, before)
+            write_results(
+                {fault.name: rows[fault.name] for fault in faults() if fault.name in rows}
+            )
+            print(f"{fault.name}: {row['test'] or 'NOT CAUGHT'}", flush=True)
     rows = read_results()
-    for name, row in sorted(rows.items(), key=lambda item: item[1]["caught"] == "none"):
-        print(one_line(name, row))
-    counts = {s: sum(r["caught"] == s for r in rows.values()) for s in (*STAGES, "none")}
-    print(f"{len(rows)} of {len(faults())} faults: {counts}")
-    return 0
+    for name, row in sorted(
+        rows.items(), key=lambda item: STAGES.index(item[1]["caught"]) if item[1]["test"] else 9
+    ):
+        print(f"{name:40} {row['caught']:8} {JUDGED[row['about']]:11} {row['test']}")
+    print({of: sum(row["caught"] == of for row in rows.values()) for of in (*STAGES, "none")})
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import json
 import random
 import tokenize
 from collections.abc import Iterator
-from pathlib import Path
+from itertools import pairwise
 
 from tests.faults.table import ROOT, Fault
 
@@ -29,181 +29,120 @@ NAMES |= {"minimum": "maximum", "maximum": "minimum", "floor": "ceil", "ceil": "
 NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
 
 
-class Changes(ast.NodeVisitor):
-    """Collects the changes of one source; annotations and texts are left as they are."""
+class _Source:
+    """A text and the changes that its syntax tree offers; types and words are left as they are."""
 
     def __init__(self, text: str) -> None:
-        self.text = text
-        self.starts = [0]
-        for line in text.splitlines(keepends=True):
-            self.starts.append(self.starts[-1] + len(line))
-        self.found: list[Change] = []
-        self.visit(ast.parse(text))
+        self.text, self.lines = text, text.splitlines(keepends=True)
+        self.changes = list(self._changes_in(ast.parse(text)))
 
-    def at(self, node: ast.AST, end: bool = False) -> int:
-        """Return where a node begins or ends in the text."""
-        line, column = ("end_lineno", "end_col_offset") if end else ("lineno", "col_offset")
-        start = self.starts[getattr(node, line) - 1]
-        row = self.text[start : start + 400].split("\n")[0].encode()
-        return start + len(row[: getattr(node, column)].decode())
+    def _span(self, node: ast.expr | ast.stmt) -> tuple[int, int]:
+        """Return where a node begins and ends; a tree counts bytes."""
+        places = ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
+        before = [
+            len("".join(self.lines[: n - 1])) + len(self.lines[n - 1].encode()[:column].decode())
+            for n, column in places
+        ]
+        return before[0], before[1]
 
-    def source(self, node: ast.AST) -> str:
-        """Return the text of a node."""
-        return self.text[self.at(node) : self.at(node, end=True)]
+    def _of(self, node: ast.expr | ast.stmt) -> str:
+        return self.text[slice(*self._span(node))]
 
-    def replace(self, what: str, node: ast.AST, new: str) -> None:
-        """Offer another text for a node."""
-        self.found.append((what, self.at(node), self.at(node, end=True), new))
-
-    def swap_operator(self, what: str, *nodes: ast.AST) -> None:
-        """Offer another operator between two nodes."""
-        left, operator, right = nodes
-        if type(operator) not in OPERATORS:
-            return
-        old, new = OPERATORS[type(operator)]
-        begin, end = self.at(left, end=True), self.at(right)
+    def _another(self, what: str, left: ast.expr, op: ast.AST, right: ast.expr) -> Iterator[Change]:
+        """Yield the opposite of the operator between two operands."""
+        old, new = OPERATORS.get(type(op), ("", ""))
+        begin, end = self._span(left)[1], self._span(right)[0]
         between = self.text[begin:end]
-        if "#" not in between and between.count(old) == 1:
-            self.found.append((what, begin, end, between.replace(old, new)))
+        if old and "#" not in between and between.count(old) == 1:
+            yield what, begin, end, between.replace(old, new)
 
-    def visit_BinOp(self, node: ast.BinOp) -> None:
-        """Offer another sign or a division in place of a product."""
-        self.swap_operator("sign", node.left, node.op, node.right)
-        self.generic_visit(node)
+    def _changes_in(self, node: ast.AST) -> Iterator[Change]:
+        """Yield the changes of a node, then those of what is in it."""
+        within: list[ast.AST] = list(ast.iter_child_nodes(node))
+        match node:
+            case ast.JoinedStr():  # Python 3.11 does not know where its parts are
+                return
+            case ast.If(test=test) if "TYPE_CHECKING" in self._of(test):
+                return
+            case ast.Expr(value=ast.Constant()):  # a docstring
+                return
+            case ast.AnnAssign(value=value):
+                within = [value] if value else []
+            case ast.FunctionDef(args=args, body=body):
+                within = [*args.defaults, *filter(None, args.kw_defaults), *body]
+            case ast.BinOp(left=left, op=op, right=right):
+                yield from self._another("sign", left, op, right)
+            case ast.BoolOp(op=op, values=values):
+                for left, right in pairwise(values):
+                    yield from self._another("logic", left, op, right)
+            case ast.Compare(left=left, ops=relations, comparators=rest):
+                for pair, relation in zip(pairwise([left, *rest]), relations, strict=True):
+                    yield from self._another("limit", pair[0], relation, pair[1])
+            case ast.UnaryOp(operand=operand):
+                yield "sign", *self._span(node), self._of(operand)
+            case ast.Constant(value=bool() as value):
+                yield "logic", *self._span(node), str(not value)
+            case ast.Constant(value=int() as value):
+                yield "number", *self._span(node), str(value + 1)
+            case ast.Constant(value=float() as value):
+                yield "number", *self._span(node), f"{2 * value or 1.0!r}"
+            case ast.Name(id=name) if name in NAMES:
+                yield "extreme", *self._span(node), NAMES[name]
+            case ast.Attribute(attr=name, value=value) if name in NAMES:
+                yield "extreme", *self._span(node), f"{self._of(value)}.{NAMES[name]}"
+            case ast.Call():
+                yield from self._other_arguments(node)
+            case ast.If(test=test):
+                yield "logic", *self._span(test), f"not ({self._of(test)})"
+            case ast.IfExp(test=test):
+                yield "logic", *self._span(test), f"(not ({self._of(test)}))"
+            case ast.Expr() | ast.AugAssign() | ast.Raise():
+                yield "statement", *self._span(node), "pass"
+            case ast.Continue() | ast.Break():
+                other = "break" if isinstance(node, ast.Continue) else "continue"
+                yield "statement", *self._span(node), other
+        for part in within:
+            yield from self._changes_in(part)
 
-    def visit_BoolOp(self, node: ast.BoolOp) -> None:
-        """Offer `or` in place of `and`."""
-        for left, right in zip(node.values, node.values[1:], strict=False):
-            self.swap_operator("logic", left, node.op, right)
-        self.generic_visit(node)
-
-    def visit_Compare(self, node: ast.Compare) -> None:
-        """Offer a limit that belongs to the other side, or the opposite."""
-        for left, operator, right in zip(
-            [node.left, *node.comparators], node.ops, node.comparators, strict=False
-        ):
-            self.swap_operator("limit", left, operator, right)
-        self.generic_visit(node)
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
-        """Offer no sign, or no `not`."""
-        self.replace("sign", node, self.source(node.operand))
-        self.generic_visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> None:
-        """Offer another factor, number or truth."""
-        if isinstance(node.value, bool):
-            self.replace("logic", node, str(not node.value))
-        elif isinstance(node.value, int):
-            self.replace("number", node, str(node.value + 1))
-        elif isinstance(node.value, float):
-            self.replace("number", node, f"{2 * node.value or 1.0!r}")
-
-    def visit_Name(self, node: ast.Name) -> None:
-        """Offer `max` in place of `min`, and the like."""
-        if node.id in NAMES:
-            self.replace("extreme", node, NAMES[node.id])
-
-    def visit_Attribute(self, node: ast.Attribute) -> None:
-        """Offer the same for what an object or a module has."""
-        if node.attr in NAMES:
-            self.replace("extreme", node, f"{self.source(node.value)}.{NAMES[node.attr]}")
-        self.generic_visit(node)
-
-    def visit_Call(self, node: ast.Call) -> None:
-        """Offer the first two arguments swapped, or the last keyword dropped."""
-        first, second, *_ = [*node.args, node, node]
+    def _other_arguments(self, call: ast.Call) -> Iterator[Change]:
+        """Yield a call with its first arguments swapped, and without the last keyword."""
+        first, second, *_ = [*call.args, call, call]
         if {type(first), type(second)} <= {ast.Name, ast.Attribute, ast.BinOp}:
-            gap = self.text[self.at(first, end=True) : self.at(second)]
-            new = self.source(second) + gap + self.source(first)
-            self.found.append(("arguments", self.at(first), self.at(second, end=True), new))
-        if node.keywords and (node.args or len(node.keywords) > 1):
-            before = (node.args + [keyword.value for keyword in node.keywords])[-2]
-            end = self.at(node.keywords[-1], end=True)
-            self.found.append(("arguments", self.at(before, end=True), end, ""))
-        self.generic_visit(node)
-
-    def visit_If(self, node: ast.If) -> None:
-        """Offer the other branch; what only types need is no code."""
-        if "TYPE_CHECKING" not in self.source(node.test):
-            self.replace("logic", node.test, f"not ({self.source(node.test)})")
-            self.generic_visit(node)
-
-    def visit_IfExp(self, node: ast.IfExp) -> None:
-        """Offer the other value."""
-        self.replace("logic", node.test, f"(not ({self.source(node.test)}))")
-        self.generic_visit(node)
-
-    def visit_Expr(self, node: ast.Expr) -> None:
-        """Offer no call; a docstring is no code."""
-        if not isinstance(node.value, ast.Constant):
-            self.replace("statement", node, "pass")
-            self.generic_visit(node)
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> None:
-        """Offer a sum that is not added to."""
-        self.replace("statement", node, "pass")
-        self.generic_visit(node)
-
-    def visit_Raise(self, node: ast.Raise) -> None:
-        """Offer no error."""
-        self.replace("statement", node, "pass")
-        self.generic_visit(node)
-
-    def visit_Continue(self, node: ast.Continue) -> None:
-        """Offer the end of the loop."""
-        self.replace("statement", node, "break")
-
-    def visit_Break(self, node: ast.Break) -> None:
-        """Offer one more turn of the loop."""
-        self.replace("statement", node, "continue")
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        """Go into the value only."""
-        if node.value is not None:
-            self.visit(node.value)
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
-        """Go into the defaults and the body only."""
-        for part in [*node.args.defaults, *filter(None, node.args.kw_defaults), *node.body]:
-            self.visit(part)
-
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        """Leave it: Python 3.11 does not know where its parts are."""
+            (begin, gap), (resumed, end) = self._span(first), self._span(second)
+            swapped = self._of(second) + self.text[gap:resumed] + self._of(first)
+            yield "arguments", begin, end, swapped
+        if call.keywords and (call.args or len(call.keywords) > 1):
+            *_, before, last = [*call.args, *(keyword.value for keyword in call.keywords)]
+            yield "arguments", self._span(before)[1], self._span(last)[1], ""
 
 
 def lines_of_code(text: str) -> int:
     """Return the lines that are neither blank, comment nor docstring."""
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
-    used = {t.start[0] for t in tokens if t.type not in NO_CODE and t.line.strip() != t.string}
-    return len(used)
-
-
-def _sources() -> Iterator[tuple[Path, int]]:
-    for path in sorted((ROOT / "frictionsim").rglob("*.py")):
-        yield path, lines_of_code(path.read_text())
+    return len({t.start[0] for t in tokens if t.type not in NO_CODE and t.line.strip() != t.string})
 
 
 def draw(seed: int) -> Fault:
     """Return the fault of a seed; its meaning and its tests are for a person to write."""
     generator = random.Random(seed)
-    paths, weights = zip(*_sources(), strict=True)
-    path, text = ROOT, ""
+    texts = {p: p.read_text() for p in sorted((ROOT / "frictionsim").rglob("*.py"))}
+    weights = [lines_of_code(text) for text in texts.values()]
     changes: list[Change] = []
     while not changes:
-        path = generator.choices(paths, weights)[0]
-        text = path.read_text()
-        changes = Changes(text).found
+        path = generator.choices(list(texts), weights)[0]
+        changes = _Source(texts[path]).changes
     # Numbers and conditions are many, and would be most of what is drawn.
     drawn = generator.choice(sorted({what for what, *_ in changes}))
     _, begin, end, new = generator.choice([change for change in changes if change[0] == drawn])
     # Whole lines, and as many before them as make the text the only one.
+    text = texts[path]
     first, last = text.rfind("\n", 0, begin) + 1, text.find("\n", end)
     while text.count(text[first:last]) > 1:
         first = text.rfind("\n", 0, first - 1) + 1
     room = path.relative_to(ROOT / "frictionsim").parts[0].removesuffix(".py")
     old, changed = text[first:last], text[first:begin] + new + text[end:last]
-    return Fault("", room, f"drawn, seed {seed}", "", str(path.relative_to(ROOT)), old, changed, ())
+    name = str(path.relative_to(ROOT))
+    return Fault("", room, f"drawn, seed {seed}", "", name, old, changed, ())
 
 
 def as_toml(fault: Fault) -> str:
@@ -212,5 +151,6 @@ def as_toml(fault: Fault) -> str:
     lines = [f"{key} = {json.dumps(getattr(fault, key))}" for key in keys]
     for key in ("old", "new"):
         text = getattr(fault, key)
-        lines.append(f"{key} = '''\n{text}'''" if "\n" in text else f"{key} = '''{text}'''")
+        first = "\n" if "\n" in text else ""  # TOML leaves the first line break out
+        lines.append(f"{key} = '''{first}{text}'''")
     return "\n".join(["[[fault]]", *lines, f"nearest = {json.dumps(fault.nearest)}"])

@@ -18,12 +18,10 @@ class Fault:
     Attributes
     ----------
     name, room, origin : str
-        `origin` is "chosen", or "drawn" with the seed that repeats it.
+        `origin` is "chosen", or "drawn" with its seed.
     meaning : str
         What is wrong then, in words that outlive the code.
-    file : str
-        From the root of the sources.
-    old, new : str
+    file, old, new : str
         The text that is replaced, which the file has exactly once, and what stands there instead.
     nearest : tuple of str
         The tests that should find it, the most specific first, as pytest takes them.
@@ -44,44 +42,25 @@ class Fault:
         text = "\0".join((self.file, self.old, self.new, *self.nearest))
         return sha256(text.encode()).hexdigest()[:8]
 
-    def set_in(self, root: Path) -> None:
-        """Write the file with the fault.
-
-        Raises
-        ------
-        ValueError
-            If it cannot be set; the message says why.
-        """
-        path = root / self.file
-        path.write_text(self.faulty(path), encoding="utf-8")
-
-    def faulty(self, path: Path) -> str:
-        """Return the text of the file with the fault; raises as `set_in`."""
+    def faulty(self) -> str:
+        """Return the text of the file with the fault; a ValueError says why it cannot be set."""
+        path, where = ROOT / self.file, f"{TABLE.name}: {self.name}"
         text = path.read_text(encoding="utf-8") if path.is_file() else ""
         if (count := text.count(self.old)) != 1 or self.old == self.new:
             raise ValueError(
-                f"{TABLE.name}: {self.name}: expected the old text exactly once in {self.file},"
-                f" and another new text; found it {count} times: set the fault that is described"
-                f" where the code now stands: {self.meaning}"
+                f"{where}: expected the old text exactly once in {self.file}, and another new text;"
+                f" found it {count} times; set what is described in the code of now: {self.meaning}"
             )
-        return text.replace(self.old, self.new)
-
-    def check(self, root: Path = ROOT) -> None:
-        """Check that the fault can be set, that Python reads it, and that its tests are there.
-
-        Raises
-        ------
-        ValueError
-        """
-        faulty = self.faulty(root / self.file)
-        if self.file.endswith(".py"):
+        faulty = text.replace(self.old, self.new)
+        if path.suffix == ".py":
             try:
                 ast.parse(faulty)
             except SyntaxError as error:
-                raise ValueError(f"{TABLE.name}: {self.name}: the new text is no Python") from error
-        absent = [path for path in self.nearest if not (root / path.split("::")[0]).exists()]
+                raise ValueError(f"{where}: the new text is no Python: {error}") from None
+        absent = [test for test in self.nearest if not (ROOT / test.split("::")[0]).exists()]
         if absent or not self.nearest:
-            raise ValueError(f"{TABLE.name}: {self.name}: nearest: no such tests: {absent}")
+            raise ValueError(f"{where}: nearest: expected files of tests, found none: {absent}")
+        return faulty
 
 
 @cache
@@ -94,11 +73,11 @@ def faults() -> tuple[Fault, ...]:
 def mistakes() -> list[str]:
     """Return what is wrong with the table."""
     found = []
-    names = [fault.name for fault in faults()]
-    found += [f"{TABLE.name}: {n}: the name stands twice" for n in set(names) if names.count(n) > 1]
+    if len({fault.name for fault in faults()}) < len(faults()):
+        found.append(f"{TABLE.name}: a name stands twice")
     for fault in faults():
         try:
-            fault.check()
+            fault.faulty()
         except ValueError as error:
             found.append(str(error))
     return found

@@ -10,110 +10,85 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from tests.faults.table import ROOT, Fault
 
 RESULTS = ROOT / "results" / "faults.json"
-STAGES = ("nearest", "default", "slow")
+LIMITS = {"nearest": 600.0, "default": 3600.0, "slow": 7200.0}  # s, by stage
 WITH_SLOW = "(long or slow or nightly) and not packaging"
-LIMITS = {"nearest": 600.0, "default": 3600.0, "slow": 7200.0}  # s
-NO_TESTS = 5  # exit code of pytest
-FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
+NOT_THIS = "--ignore=tests/faults"  # it would tell that a fault is set already
 TIME_LIMIT = "time limit"
-DECIDING = ("frictionsim/", "scenarios/", "tests/")
+DECIDING = ("frictionsim/", "scenarios/", "tests/")  # what the outcome of tests depends on
+FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
+NO_TESTS = 5  # exit code of pytest
 
 Row = dict[str, Any]
 
 
-@dataclass
-class Outcome:
-    """What a call of pytest came to: the first test that failed, "" if none."""
+class Outcome(NamedTuple):
+    """The first test that failed, "" if none, after how many seconds, and what pytest said."""
 
     failed: str
     seconds: float
     output: str
 
 
-@dataclass
 class Copy:
     """A copy of the sources that tests run in, with a cache of its own for compiled kernels.
 
-    Attributes
-    ----------
-    folder : Path
-        The same in each run, because kernels are kept by the path of their source.
-    passing : set of str
-        The tests that were seen to pass without a fault.
+    Its place is always the same, because kernels are kept by the path of their source.
     """
 
-    folder: Path
-    passing: set[str] = field(default_factory=set)
-
-    @property
-    def tree(self) -> Path:
-        """The sources."""
-        return self.folder / "tree"
-
-    def files(self) -> list[str]:
-        """Return the files that git knows or would add, from the root."""
-        listed = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
-        found = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True)
-        return sorted(f for f in found.stdout.split("\0") if f and (ROOT / f).is_file())
-
-    def make(self) -> str:
-        """Copy the sources and return a digest of what the outcome of tests depends on."""
+    def __init__(self, folder: Path) -> None:
+        self.tree, self.cache = folder / "tree", folder / "cache"
+        self._cache_without_fault = folder / "cache-without-fault"
         shutil.rmtree(self.tree, ignore_errors=True)
+        listed = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
+        names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
         digest = hashlib.sha256()
-        for name in self.files():
-            (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, self.tree / name)
-            if name.startswith(DECIDING) and not name.startswith("tests/faults/"):
-                digest.update(name.encode() + (ROOT / name).read_bytes())
-        return digest.hexdigest()[:16]
+        for name in sorted(set(names.split("\0"))):
+            if (ROOT / name).is_file():
+                (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, self.tree / name)
+                if name.startswith(DECIDING) and not name.startswith("tests/faults/"):
+                    digest.update(name.encode() + (ROOT / name).read_bytes())
+        self.state = digest.hexdigest()[:16]
 
     @contextmanager
     def having(self, fault: Fault) -> Iterator[None]:
         """Set a fault. What is compiled meanwhile goes with it."""
-        path, cache = self.tree / fault.file, self.folder / "cache"
-        before, kept = path.stat(), self.folder / "cache-without-fault"
-        original = path.read_bytes()
+        path, kept = self.tree / fault.file, self._cache_without_fault
+        original, before = path.read_bytes(), path.stat()
         shutil.rmtree(kept, ignore_errors=True)
-        if cache.exists():
-            shutil.copytree(cache, kept, copy_function=os.link)
+        self.cache.mkdir(exist_ok=True)
+        shutil.copytree(self.cache, kept, copy_function=os.link)
         try:
-            fault.set_in(self.tree)
+            path.write_text(fault.faulty(), encoding="utf-8")
             yield
         finally:
             path.write_bytes(original)
             os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-            shutil.rmtree(cache, ignore_errors=True)
-            with suppress(FileNotFoundError):
-                kept.rename(cache)
+            shutil.rmtree(self.cache, ignore_errors=True)
+            kept.rename(self.cache)
 
-    def pytest(self, arguments: Iterable[str], limit: float) -> Outcome:
-        """Run pytest up to the first failure; a hanging one is ended at the limit."""
-        environment = {
-            **os.environ,
-            "PYTHONPATH": str(self.tree),
-            "XDG_CACHE_HOME": str(self.folder / "cache"),
-        }
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short", *arguments]
+    def pytest(self, arguments: list[str], limit: float) -> Outcome:
+        """Run pytest up to the first failure; what hangs is ended at the limit, s."""
+        places = {"PYTHONPATH": str(self.tree), "XDG_CACHE_HOME": str(self.cache)}
         started = monotonic()
         with tempfile.TemporaryFile("w+") as output:
             process = subprocess.Popen(
-                command,
+                [sys.executable, "-m", "pytest", "-x", "-rfE", "--tb=short", *arguments],
                 cwd=self.tree,
-                env=environment,
+                env=os.environ | places,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                # Ctrl-C is ignored in what a shell starts in the background, also by its tests.
+                # What a shell starts in the background ignores Ctrl-C; tests send it.
                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             )
             try:
@@ -130,23 +105,42 @@ class Copy:
         name = failed[1] if failed else "" if code in (0, NO_TESTS) else f"pytest ends with {code}"
         return Outcome(name, monotonic() - started, text)
 
-    def passes(self, tests: tuple[str, ...], limit: float) -> bool:
-        """Return whether tests pass without a fault; they are tried once."""
-        left = [test for test in tests if test not in self.passing]
-        if left and self.pytest(["-m", "", *left], limit).failed:
-            return False
-        self.passing.update(left)
-        return True
+    def trial(self, fault: Fault, stages: list[str], before: Row) -> Row:
+        """Return the row of a fault: which stage caught it, by which test, after how long.
+
+        Raises
+        ------
+        SystemExit
+            If the test that failed does so without the fault, too.
+        """
+        nearest = list(fault.nearest)
+        done = [f"--ignore={test}" for test in nearest if "::" not in test]
+        arguments = {
+            "nearest": nearest,
+            "default": ["-n", "2", "--dist", "loadfile", NOT_THIS, *done],
+            "slow": ["-m", WITH_SLOW, NOT_THIS],
+        }
+        row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}
+        row |= {"seconds": before.get("seconds", {}), "state": f"{self.state} {fault.digest}"}
+        for stage in stages:
+            with self.having(fault):
+                found = self.pytest(arguments[stage], LIMITS[stage])
+            row["seconds"] = {**row["seconds"], stage: round(found.seconds, 1)}
+            if found.failed:
+                suspects = [found.failed] if "::" in found.failed else nearest
+                again = self.pytest(["-m", "", *suspects], LIMITS["nearest"])
+                if again.failed:
+                    sys.exit(f"without {fault.name}, too, this fails:\n{again.output}")
+                row |= {"caught": stage, "test": found.failed}
+                break
+        if before.get("test") == row["test"]:
+            row["about"] = before.get("about")
+        return row
 
 
 @contextmanager
 def copy_of_sources() -> Iterator[Copy]:
-    """Give the copy of these sources; one process has it at a time.
-
-    Raises
-    ------
-    SystemExit
-    """
+    """Give the copy of these sources; one process has it at a time."""
     place = hashlib.sha256(str(ROOT).encode()).hexdigest()[:8]
     folder = Path(tempfile.gettempdir()) / f"frictionsim-faults-{os.getuid()}-{place}"
     folder.mkdir(mode=0o700, exist_ok=True)
@@ -159,43 +153,6 @@ def copy_of_sources() -> Iterator[Copy]:
             yield Copy(folder)
         finally:
             shutil.rmtree(folder / "tree", ignore_errors=True)
-
-
-def arguments_of(stage: str, fault: Fault) -> list[str]:
-    """Return what pytest is called with."""
-    if stage == "nearest":
-        return list(fault.nearest)
-    files = {path for path in fault.nearest if "::" not in path}
-    rest = [f"--ignore={path}" for path in sorted(files)]
-    own = ["--ignore=tests/faults"]  # it would tell that the fault is set already
-    if stage == "default":
-        return ["-n", "2", "--dist", "loadfile", *own, *rest]
-    return ["-m", WITH_SLOW, *own]
-
-
-def trial(fault: Fault, copy: Copy, stages: tuple[str, ...], before: Row) -> Row:
-    """Return the row of a fault: which stage caught it, by which test, and after how long.
-
-    Raises
-    ------
-    SystemExit
-        If the test that failed does so without the fault, too.
-    """
-    row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "seconds": {}}
-    row["seconds"] = dict(before.get("seconds", {}))
-    for stage in stages:
-        with copy.having(fault):
-            found = copy.pytest(arguments_of(stage, fault), LIMITS[stage])
-        row["seconds"][stage] = round(found.seconds, 1)
-        if found.failed:
-            hung = found.failed == TIME_LIMIT or "::" not in found.failed
-            again = fault.nearest if hung else (found.failed,)
-            if not copy.passes(again, LIMITS["nearest"]):
-                sys.exit(f"{again} fail without the fault {fault.name}, too:\n{found.output}")
-            row |= {"caught": stage, "test": found.failed}
-            break
-    row["about"] = before.get("about") if before.get("test") == row["test"] else None
-    return row
 
 
 def read_results() -> dict[str, Row]:
