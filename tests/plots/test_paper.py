@@ -202,6 +202,16 @@ def test_a_picture_without_title_is_less_high(results: dict[str, Record]) -> Non
     assert high.get_figheight() == pytest.approx(120 / MM)
 
 
+def test_each_line_of_a_title_makes_a_picture_higher(results: dict[str, Record]) -> None:
+    narrow, bare = (
+        draw(results["epicyclic"], "torque", look=appearance(width="60mm", title=title))
+        for title in (True, False)
+    )
+    lines = narrow.get_suptitle().count("\n") + 1
+    assert lines > 1
+    assert 0.1 * lines < narrow.get_figheight() - bare.get_figheight() < 0.3 * lines
+
+
 @pytest.mark.parametrize(
     ("argument", "value", "message"),
     [
