@@ -42,9 +42,9 @@ class Fault:
         text = "\0".join((self.file, self.old, self.new, *self.nearest))
         return sha256(text.encode()).hexdigest()[:8]
 
-    def faulty(self) -> str:
+    def faulty(self, root: Path = ROOT) -> str:
         """Return the text of the file with the fault; a ValueError says why it cannot be set."""
-        path, where = ROOT / self.file, f"{TABLE.name}: {self.name}"
+        path, where = root / self.file, f"{TABLE.name}: {self.name}"
         text = path.read_text(encoding="utf-8") if path.is_file() else ""
         if (count := text.count(self.old)) != 1 or self.old == self.new:
             raise ValueError(
@@ -57,7 +57,7 @@ class Fault:
                 ast.parse(faulty)
             except SyntaxError as error:
                 raise ValueError(f"{where}: the new text is no Python: {error}") from None
-        absent = [test for test in self.nearest if not (ROOT / test.split("::")[0]).exists()]
+        absent = [test for test in self.nearest if not (root / test.split("::")[0]).exists()]
         if absent or not self.nearest:
             raise ValueError(f"{where}: nearest: expected files of tests, found none: {absent}")
         return faulty

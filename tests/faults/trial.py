@@ -68,7 +68,7 @@ class Copy:
         self.cache.mkdir(exist_ok=True)
         shutil.copytree(self.cache, kept, copy_function=os.link)
         try:
-            path.write_text(fault.faulty(), encoding="utf-8")
+            path.write_text(fault.faulty(self.tree), encoding="utf-8")
             yield
         finally:
             path.write_bytes(original)
