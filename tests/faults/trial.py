@@ -47,6 +47,9 @@ class Copy:
     def __init__(self, folder: Path) -> None:
         self.tree, self.cache = folder / "tree", folder / "cache"
         self._cache_without_fault = folder / "cache-without-fault"
+        if self._cache_without_fault.exists():  # a run was killed
+            shutil.rmtree(self.cache, ignore_errors=True)
+            self._cache_without_fault.rename(self.cache)
         shutil.rmtree(self.tree, ignore_errors=True)
         listed = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
         names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
