@@ -47,6 +47,7 @@ class Copy:
     def __init__(self, folder: Path) -> None:
         self.tree, self.cache = folder / "tree", folder / "cache"
         self._cache_without_fault = folder / "cache-without-fault"
+        self.failing: list[str] = []  # tests that fail without a fault
         if self._cache_without_fault.exists():  # a run was killed
             shutil.rmtree(self.cache, ignore_errors=True)
             self._cache_without_fault.rename(self.cache)
@@ -108,14 +109,31 @@ class Copy:
         name = failed[1] if failed else "" if code in (0, NO_TESTS) else f"pytest ends with {code}"
         return Outcome(name, monotonic() - started, text)
 
-    def trial(self, fault: Fault, stages: list[str], before: Row) -> Row:
-        """Return the row of a fault: which stage caught it, by which test, after how long.
+    def _first_failure(self, fault: Fault, arguments: list[str], limit: float) -> Outcome:
+        """Return how tests end with a fault; those that fail without it, too, are left out.
 
         Raises
         ------
         SystemExit
-            If the test that failed does so without the fault, too.
+            If it cannot be told which these are.
         """
+        while True:
+            left_out = [f"--deselect={test}" for test in self.failing]
+            with self.having(fault):
+                found = self.pytest([*arguments, *left_out], limit)
+            if not found.failed:
+                return found
+            suspects = [found.failed] if "::" in found.failed else list(fault.nearest)
+            again = self.pytest(["-m", "", *suspects, *left_out], LIMITS["nearest"])
+            if not again.failed:
+                return found
+            if "::" not in again.failed:
+                sys.exit(f"without the fault {fault.name}, too, this fails:\n{again.output}")
+            print(f"left out, because it fails without a fault: {again.failed}", flush=True)
+            self.failing.append(again.failed)
+
+    def trial(self, fault: Fault, stages: list[str], before: Row) -> Row:
+        """Return the row of a fault: which stage caught it, by which test, after how long."""
         nearest = list(fault.nearest)
         done = [f"--ignore={test}" for test in nearest if "::" not in test]
         arguments = {
@@ -126,14 +144,9 @@ class Copy:
         row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}
         row |= {"seconds": before.get("seconds", {}), "state": f"{self.state} {fault.digest}"}
         for stage in stages:
-            with self.having(fault):
-                found = self.pytest(arguments[stage], LIMITS[stage])
+            found = self._first_failure(fault, arguments[stage], LIMITS[stage])
             row["seconds"] = {**row["seconds"], stage: round(found.seconds, 1)}
             if found.failed:
-                suspects = [found.failed] if "::" in found.failed else nearest
-                again = self.pytest(["-m", "", *suspects], LIMITS["nearest"])
-                if again.failed:
-                    sys.exit(f"without {fault.name}, too, this fails:\n{again.output}")
                 row |= {"caught": stage, "test": found.failed}
                 break
         if before.get("test") == row["test"]:
