@@ -181,8 +181,9 @@ class Told:
 EVENTS, FIGURE = Metric("time", "events"), Metric("angle", "quantity", "angle")
 
 
-def test_errors_are_scaled() -> None:
-    errors = metric_errors((EVENTS, FIGURE), Told(1.2, 3.0), Told(1.0, 2.0), duration=4.0)
+@pytest.mark.parametrize(("time", "value"), [(1.2, 3.0), (0.8, 1.0)])
+def test_errors_are_scaled(time: float, value: float) -> None:
+    errors = metric_errors((EVENTS, FIGURE), Told(time, value), Told(1.0, 2.0), duration=4.0)
     assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
     assert errors["angle"] == (1.0, 0.5)
 
