@@ -116,6 +116,21 @@ def test_an_error_that_is_no_number_is_no_small_one() -> None:
     assert np.isnan(scaled_norm(model, error))
 
 
+def test_a_step_after_a_rejected_one_is_no_longer() -> None:
+    """Its error said that the step before was too long, whatever a kink then makes of it."""
+    scenario = scenario_of(pair(solver__rtol=1e-7))
+    stepper = rkf45.BeltStepper(assemble(scenario), scenario.solver)
+    stepper.start()
+    after_rejection: list[float] = []
+    while len(after_rejection) < 20:
+        rejected = stepper.statistics[1]
+        stepper.advance(1.0, 1.0, 1)
+        if stepper.statistics[1] > rejected:
+            t_old, t, following, _ = stepper._state.clock
+            after_rejection.append(following / (t - t_old))
+    assert max(after_rejection) <= 1.0 + 1e-6
+
+
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5])
 def test_a_belt_without_dampers_keeps_its_energy_and_tensions(rtol: float) -> None:
     """Of order 5, steps at 1e-3 shook it until its spans carried 1003 and 660 N."""

@@ -177,6 +177,14 @@ def test_a_value_may_differ_by_the_tolerances(
     assert compare(add("angle", -1, factor * allowed))[0] == code
 
 
+@pytest.mark.parametrize(("factor", "code"), [(2.0, 1), (0.5, 0)])
+def test_the_relative_tolerance_is_of_the_golden_value(
+    factor: float, code: int, compare: Compare, golden: Path
+) -> None:
+    change = (factor - 1.0) * float(hdf5_reader.read(golden).channels["angle"][-1])
+    assert compare(add("angle", -1, change), "--rtol", "0.7")[0] == code
+
+
 def test_differences_are_listed_by_size_with_their_times(compare: Compare) -> None:
     def edit(file: Any) -> None:
         add("drive_force", 100, 0.5)(file)  # one more sample is at the event before

@@ -280,6 +280,8 @@ def test_a_rotor_that_nothing_but_its_eccentric_mass_loads_coasts_down() -> None
     final = {name: float(run.channels[name][-1]) for name in ("angle", "angular_velocity")}
     assert final["angular_velocity"] == pytest.approx(start / (1 + beta * start * duration), 1e-10)
     assert final["angle"] == pytest.approx(log1p(beta * start * duration) / beta, rel=1e-10)
+    speed, rate = run.channels["angular_velocity"], run.channels["angular_acceleration"]
+    assert run.channels["shaft_reaction"] == pytest.approx(p * np.hypot(speed**2, rate), rel=1e-12)
     # Its static limit has no load: the check of the law goes by the kinetic one.
     assert failures(run.checks) == ""
 

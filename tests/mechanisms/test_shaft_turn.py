@@ -94,6 +94,18 @@ def test_where_there_is_no_root_is_said(seed: int) -> None:
         assert np.all((said == scans[s].missing) | ends)
 
 
+@pytest.mark.parametrize("seed", [20, 21])
+def test_without_friction_one_force_balances_at_all_angles(seed: int) -> None:
+    data = shaft_turn.drawn(seed)
+    data["statics"]["unknown"] = "forces.one.size"
+    del data["effects"]["shaft_friction"]
+    found = fs.static(fs.load(data))
+    assert gaps(found.notes, "counter-clockwise") == gaps(found.notes, "clockwise") == []
+    for side in SIDES:
+        one, other = (value_of(data, found, direction, side) for direction in DIRECTIONS)
+        assert one == other != (None, None)
+
+
 def test_a_force_has_no_bound_where_its_arm_is_the_friction_radius() -> None:
     """The load of a bell crank, at 0.1 m: cos q = r_s/0.1 m where it points to the axis."""
     data = shipped("shaft")

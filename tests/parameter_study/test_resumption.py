@@ -160,11 +160,13 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
         place += HEAD.size + HEAD.unpack_from(content, place)[0]
     last, flipped = frames[-1], bytearray(content)
     flipped[last + 30] ^= 1
+    another_value = content[:-1] + bytes([content[-1] ^ 1])
     huge = HEAD.pack(2**32 - 1, 0)
     for bad, kept in (
         (content[:-1], 4),
         (content[: last + 3], 4),
         (bytes(flipped), 4),
+        (another_value, 4),
         (content[:last] + huge, 4),
         (content + b"\0" * 100, 5),
         (content[: len(MARK) + 5], 0),

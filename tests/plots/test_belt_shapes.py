@@ -10,7 +10,7 @@ from matplotlib.text import Annotation
 
 from frictionsim.motion.belt_path import arc_of, path_of
 from frictionsim.plots import draw
-from frictionsim.plots.belt_forces import BACKWARD, FORWARD, NORMAL
+from frictionsim.plots.belt_forces import BACKWARD, FORWARD, NORMAL, force_handles
 from frictionsim.plots.belt_geometry import GuidedLine, belt_line
 from frictionsim.plots.belt_shape import belt_of, patch_of
 from frictionsim.results import Record
@@ -210,3 +210,7 @@ def test_forces_differ_in_their_ends() -> None:
     expected = {"o": int((seen > 0).sum()), "s": int((seen < 0).sum())}
     assert counts == {marker: count for marker, count in expected.items() if count}
     assert counts
+    named = {handle.get_label(): handle.get_marker() for handle in force_handles(True)}
+    # Positive along z x n, as the channel has it.
+    assert named["friction on the belt, counter-clockwise"] == "o"
+    assert named["friction on the belt, clockwise"] == "s"

@@ -2,6 +2,7 @@
 
 import tomllib
 from functools import cache
+from itertools import combinations
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,8 +15,9 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
 from frictionsim.plots.appearance import appearance
-from frictionsim.plots.direct_labels import Label, View, draw_labels
+from frictionsim.plots.direct_labels import SIZE, SPARE, Label, View, draw_labels
 from frictionsim.plots.moving_parts import COLOURS
+from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width
 from frictionsim.plots.window import Extent
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
@@ -288,6 +290,11 @@ def test_a_name_without_space_is_left_out() -> None:
     labels = [Label(f"name {i}", (0.5, 0.5), (1.0, 0.0)) for i in range(30)]
     draw_labels(ax, labels, np.zeros((1, 2)), view)
     assert 2 <= len(ax.texts) < 10
+    high = LINE_SPACING * points_of(SIZE) + 2.0 * SPARE
+    for one, two in combinations(ax.texts, 2):
+        across, up = np.abs(np.subtract(one.xyann, two.xyann))
+        wide = sum(text_width(text.get_text(), SIZE) for text in (one, two)) / 2.0 + 2.0 * SPARE
+        assert across >= wide - 1e-9 or up >= high - 1e-9  # no name is on another one
     plt.close(ax.figure)
 
 

@@ -165,6 +165,16 @@ def test_a_picture_without_title_is_less_high() -> None:
     assert high.get_figheight() == pytest.approx(120 / MM)
 
 
+def test_each_line_of_a_title_makes_a_picture_higher(results: dict[str, Record]) -> None:
+    narrow, bare = (
+        draw(results["epicyclic"], "torque", look=appearance(width="60mm", title=title))
+        for title in (True, False)
+    )
+    lines = narrow.get_suptitle().count("\n") + 1
+    assert lines > 1
+    assert 0.1 * lines < narrow.get_figheight() - bare.get_figheight() < 0.3 * lines
+
+
 @pytest.mark.parametrize("text", ["84mm", "8.4cm", "8.4 cm", "3.3070866in", "238.1102pt"])
 def test_lengths_in_four_units(text: str) -> None:
     assert appearance(text).width == pytest.approx(84 / MM)

@@ -227,6 +227,10 @@ def test_keys_move_the_clock(page: Any, clock: Any, files: Path) -> None:
     for key, expected in steps:
         page.keyboard.press(key)
         assert clock() == expected, key
+    between = 0.5 * (time[1] + time[2])
+    page.evaluate(f"frictionsim.clock.set({between})")
+    page.keyboard.press("ArrowLeft")
+    assert clock() == time[1]
     assert page.evaluate("frictionsim.clock.speed") == 1.0
     page.keyboard.press("+")
     assert page.input_value("#speed") == "2"

@@ -9,11 +9,13 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.api.sweep_dataset import table_of
+from frictionsim.parameter_study.block import AUDIT_FAILED
 from frictionsim.parameter_study.statistics import extremes
 from frictionsim.reports import sweep_data
 from frictionsim.reports.sweep_report import sweep_page
 from tests.support.browser import opened
 from tests.support.scenarios import SCENARIOS
+from tests.support.sweeps import with_outcomes
 
 PULLEY = SCENARIOS / "pulley.toml"
 MU, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
@@ -49,6 +51,19 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def pick(page: Any, **choices: str) -> None:
     for name, label in choices.items():
         page.select_option(f"select[name={name}]", label=label)
+
+
+def test_a_run_whose_audit_failed_is_no_part_of_a_curve(
+    browser: Any, grid: Path, tmp_path: Path
+) -> None:
+    table = with_outcomes(table_of(fs.open_sweep(grid)), {5: AUDIT_FAILED})
+    path = tmp_path / "a.html"
+    path.write_text(sweep_page(table, iter(["runs"]), "a.h5"), encoding="utf-8")
+    with opened(browser, path) as page:
+        pick(page, view="curves", quantity="final_angle, rad", at2="1000")
+        found = page.evaluate(f"{CHART}.map(({{name, x}}) => [name, [...x]])")
+    whole = [0.2, 0.25, 0.3]
+    assert found == [["1900 N", [0.2, 0.3]], ["2000 N", whole], ["audit failed: 1", [0.25]]]
 
 
 def test_curves_map_and_runs_are_those_of_the_file(

@@ -149,6 +149,11 @@ def test_numbers_are_joined_by_their_bits() -> None:
     assert [math.copysign(1.0, zero) for zero in joined([0.0, -0.0])] == [1.0, -1.0]
 
 
+def test_equal_words_and_counts_are_joined_also_if_they_are_other_objects() -> None:
+    assert joined(["two words", " ".join(["two", "words"])]) == "two words"
+    assert joined([1000, int("1000")]) == 1000
+
+
 @pytest.mark.parametrize(
     "values",
     [

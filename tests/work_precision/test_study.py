@@ -190,9 +190,10 @@ def test_errors_are_scaled_and_total_of_other_events_and_missing_quantities() ->
     def errors_of(found: Told, wanted: Told, *metrics: Metric) -> dict[str, Error]:
         return metric_errors(metrics or (EVENTS, FIGURE), found, wanted, duration=4.0)
 
-    errors = errors_of(Told(1.2, 3.0), Told(1.0, 2.0))
-    assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
-    assert errors["angle"] == (1.0, 0.5)
+    for time, value in ((1.2, 3.0), (0.8, 1.0)):
+        errors = errors_of(Told(time, value), Told(1.0, 2.0))
+        assert errors["time"] == (pytest.approx(0.2), pytest.approx(0.05))
+        assert errors["angle"] == (1.0, 0.5)
     errors = errors_of(Told(1.0, None, mode=-1), Told(1.0, 2.0))
     assert set(errors.values()) == {Error(None, 1.0)}
     assert errors_of(Told(1.0, None), Told(1.0, None), FIGURE) == {"angle": Error(0.0, 0.0)}

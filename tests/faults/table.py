@@ -1,0 +1,83 @@
+"""The table of faults: what each means, the text that it replaces, and the tests nearest to it."""
+
+import ast
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+TABLE = Path(__file__).with_name("faults.toml")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """An error that can be set into a file.
+
+    Attributes
+    ----------
+    name, room, origin : str
+        `origin` is "chosen", or "drawn" with its seed.
+    meaning : str
+        What is wrong then, in words that outlive the code.
+    file, old, new : str
+        The text that is replaced, which the file has exactly once, and what stands there instead.
+    nearest : tuple of str
+        The tests that should find it, the most specific first, as pytest takes them.
+    """
+
+    name: str
+    room: str
+    origin: str
+    meaning: str
+    file: str
+    old: str
+    new: str
+    nearest: tuple[str, ...]
+
+    @property
+    def digest(self) -> str:
+        """What the outcome of tests depends on, in short."""
+        text = "\0".join((self.file, self.old, self.new, *self.nearest))
+        return sha256(text.encode()).hexdigest()[:8]
+
+    def faulty(self, root: Path = ROOT) -> str:
+        """Return the text of the file with the fault; a ValueError says why it cannot be set."""
+        path, where = root / self.file, f"{TABLE.name}: {self.name}"
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        if (count := text.count(self.old)) != 1 or self.old == self.new:
+            raise ValueError(
+                f"{where}: expected the old text exactly once in {self.file}, and another new text;"
+                f" found it {count} times; set what is described in the code of now: {self.meaning}"
+            )
+        faulty = text.replace(self.old, self.new)
+        if path.suffix == ".py":
+            try:
+                ast.parse(faulty)
+            except SyntaxError as error:
+                raise ValueError(f"{where}: the new text is no Python: {error}") from None
+        absent = [test for test in self.nearest if not (root / test.split("::")[0]).exists()]
+        if absent or not self.nearest:
+            raise ValueError(f"{where}: nearest: expected files of tests, found none: {absent}")
+        return faulty
+
+
+@cache
+def faults() -> tuple[Fault, ...]:
+    """Return all faults of the table."""
+    rows = tomllib.loads(TABLE.read_text(encoding="utf-8"))["fault"]
+    return tuple(Fault(**{**row, "nearest": tuple(row["nearest"])}) for row in rows)
+
+
+def mistakes() -> list[str]:
+    """Return what is wrong with the table."""
+    found = []
+    if len({fault.name for fault in faults()}) < len(faults()):
+        found.append(f"{TABLE.name}: a name stands twice")
+    for fault in faults():
+        try:
+            fault.faulty()
+        except ValueError as error:
+            found.append(str(error))
+    return found
