@@ -165,9 +165,9 @@ def test_a_picture_without_title_is_less_high() -> None:
     assert high.get_figheight() == pytest.approx(120 / MM)
 
 
-def test_each_line_of_a_title_makes_a_picture_higher(results: dict[str, Record]) -> None:
+def test_each_line_of_a_title_makes_a_picture_higher() -> None:
     narrow, bare = (
-        draw(results["epicyclic"], "torque", look=appearance(width="60mm", title=title))
+        draw(shown("epicyclic"), "torque", look=appearance(width="60mm", title=title))
         for title in (True, False)
     )
     lines = narrow.get_suptitle().count("\n") + 1
