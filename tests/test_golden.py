@@ -16,6 +16,8 @@ from tests.support.scenarios import GOLDEN, SCENARIOS
 # The published law chatters about rest from a millisecond on: from there rounding decides.
 PUBLISHED_TIME = ["solver.duration=0.0005", "output.interval=0.00005"]
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+# A contact of the patch that closes doubles what rounding differs by, from 0.01 s on.
+PATCH_TIME = ["solver.duration=0.01"]
 # A belt is followed for a short time only: contacts that open and close amplify the rounding in
 # which platforms differ, and the channels of all bodies fill megabytes.
 OF_A_BELT = [
@@ -32,6 +34,8 @@ def test_shipped_scenario_gives_its_golden_result(
     overrides = OF_A_BELT if name.startswith("belt") else []
     if name == "belt_drive_published":
         overrides = [*overrides, *PUBLISHED_TIME]
+    if name == "belt_patch":
+        overrides = [*overrides, *PATCH_TIME]
     result = run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
     golden = GOLDEN / f"{name}.h5"
     if request.config.getoption("--update-golden"):
@@ -41,11 +45,17 @@ def test_shipped_scenario_gives_its_golden_result(
     # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
     # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
     rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)
-    # Its friction of bodies that hardly move changes sign with rounding: a pretension that is off
-    # by 1e-13 changes the speed of a pulley by up to 2e-3 rad/s within the first microseconds.
+    ignore: list[str] = []
+    # With and without fused multiplication and addition, the friction of bodies that hardly move
+    # has other signs from the first steps on. Measured: tensions differ by 3e-5 beside the
+    # tensioner and by 4e-4 with the patch; by the published law they do by 1.2e-3, and what has
+    # only begun to move by as much as it is.
+    if name in ("belt_patch", "belt_tensioner"):
+        rtol = atol = 4e-3 if name == "belt_patch" else 3e-4
     if name == "belt_drive_published":
-        rtol, atol = 0.05, 4e-3
-    comparison = compare(found, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=[])
+        rtol, atol = 0.012, 1e-5
+        ignore = ["pulley_speed", "energy_kinetic", "energy_friction"]
+    comparison = compare(found, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=ignore)
     assert [row for row in comparison.rows if not row.ok] == []
 
 
