@@ -123,9 +123,9 @@ class Piece:
         return -(self.x.slope * self.x.zero + self.y.slope * self.y.zero) / slopes
 
 
+@mp.workdps(DIGITS)
 def closed_form(scenario: Table) -> Table:
     """Return events and final state of a scenario."""
-    mp.dps = DIGITS
     loads = [*scenario["forces"], *scenario["couples"]]
     knots = {
         mpf(t) for load in loads if isinstance(load["size"], dict) for t in load["size"]["time"]
