@@ -14,7 +14,7 @@ from zlib import crc32
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
-from frictionsim.io import child_process
+from frictionsim.io import child_process, hdf5_reader
 from tests.support import scenarios
 from tests.support.scenarios import ROOT, in_this_process
 
@@ -73,9 +73,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
 
 
+# Where results are read as users read them; elsewhere a process for each would double the time.
+READ_IN_A_CHILD = ("tests/io/", "tests/robustness/", "tests/api/test_parallel.py")
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Have a test that patches the program run scenarios anew."""
+    """Have a test that patches the program run scenarios anew, and choose how results are read."""
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
+    in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)
+    hdf5_reader.run_in_child = child_process.run_in_child if in_a_child else _read_here
+
+
+def _read_here(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Any) -> Any:
+    return work(*arguments)
 
 
 def _compile_once(run: str) -> None:

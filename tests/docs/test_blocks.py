@@ -18,6 +18,7 @@ A comment anywhere says what is installed for a page, a project of the checkout:
 import math
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -32,10 +33,11 @@ import pytest
 from frictionsim.scenario.validation import validate
 from tests.docs.pages import PAGES, Block, blocks
 from tests.support.plugins import install
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import ROOT, SCENARIOS, in_this_process
 
 RUNNABLE = [page for page in PAGES if any(not b.skipped for b in blocks(page))]
 INSTALLED = re.compile(r"^<!-- installed: (\S+) -->$", re.MULTILINE)
+PLAIN = re.compile(r"frictionsim [^|<>$;&*`~(]*")
 WALL_TIME = re.compile(r"(?<=solved in )\S+(?= s)")
 # Roundings are those of a processor.
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
@@ -58,8 +60,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("page", RUNNABLE)
-def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for project in INSTALLED.findall(PAGES[page].read_text(encoding="utf-8")):
+def test_the_blocks_of_a_page_run(
+    page: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    installed = INSTALLED.findall(PAGES[page].read_text(encoding="utf-8"))
+    for project in installed:
         shutil.copytree(ROOT / project, folder / project)
         site = install(folder / project, folder / ".site")
         monkeypatch.setenv("PYTHONPATH", f"{ROOT}{os.pathsep}{site}")
@@ -69,7 +74,7 @@ def test_the_blocks_of_a_page_run(page: str, folder: Path, monkeypatch: pytest.M
         if block.skipped:
             continue
         if block.language == "sh":
-            last = run_commands(block)
+            last = run_commands(block, None if installed else capsys)
         elif block.language == "text":
             assert last is not None, f"{block.place}: no commands before this output"
             printed = {"output": last.stdout, "stderr": last.stderr}[block.mark]
@@ -107,15 +112,24 @@ def unknown_to_git(folder: Path) -> list[str]:
     return sorted(set(made) - {name for run in done for name in run.stdout.splitlines()})
 
 
-def run_commands(block: Block) -> "subprocess.CompletedProcess[str]":
-    """Run the commands of a block; each but the last ends with 0."""
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", block.text],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+def run_commands(
+    block: Block, capsys: pytest.CaptureFixture[str] | None
+) -> "subprocess.CompletedProcess[str]":
+    """Run the commands of a block; each but the last ends with 0.
+
+    With `capsys` those of frictionsim alone, which need no shell, are run in this process.
+    """
+    lines = block.text.replace("\\\n", " ").strip().splitlines()
+    if capsys and all(PLAIN.fullmatch(line) for line in lines):
+        runs = [in_this_process(capsys, *shlex.split(line, comments=True)[1:]) for line in lines]
+        assert all(run.returncode == 0 for run in runs[:-1]), f"{block.place}: {runs}"
+        out, err = "".join(run.stdout for run in runs), "".join(run.stderr for run in runs)
+        done = subprocess.CompletedProcess(lines, runs[-1].returncode, out, err)
+    else:
+        done = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", block.text],
+            capture_output=True, text=True, timeout=300, check=False,
+        )  # fmt: skip
     code = re.fullmatch(r"exit code (\d+)", block.mark)
     wanted = int(code[1]) if code else 0
     assert done.returncode == wanted, f"{block.place}: {done.returncode}\n{done.stderr}"

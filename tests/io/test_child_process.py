@@ -129,7 +129,19 @@ def test_time_and_memory_of_a_child_are_limited(way: str) -> None:
     assert crash_of(arrays, 200_000, memory=1_000_000)  # an answer larger than its limit
 
 
+def children() -> set[str]:
+    """Return the processes that this one has started; of tests before, some are still there."""
+    return {
+        number
+        for path in Path("/proc/self/task").glob("*/children")
+        for number in path.read_text().split()
+    }
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="/proc")
 def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None:
+    others = children()
+
     def interrupt(number: int, frame: Any) -> None:
         raise KeyboardInterrupt
 
@@ -141,8 +153,7 @@ def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-    with pytest.raises(ChildProcessError):  # there is no child any more
-        os.waitpid(-1, os.WNOHANG)
+    assert children() <= others
 
 
 def test_the_warning_of_a_fork_with_threads_of_libraries_is_not_shown(

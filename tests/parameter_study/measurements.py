@@ -1,5 +1,6 @@
 """Measured data for the tests of fits, made by runs and by closed forms."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,14 @@ from tests.support.scenarios import SCENARIOS
 MU_S, MU_K = "effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k"
 DAMPING, LOAD, FORCE = "effects.viscous_damping.coefficient", "mechanism.load", "drive.force"
 PULLEY = SCENARIOS / "pulley.toml"
+
+
+def write_csv(path: Path, data: dict[str, Any]) -> Path:
+    """Write columns as CSV."""
+    lines = [",".join(data)]
+    lines += [",".join(map(repr, map(float, row))) for row in zip(*data.values(), strict=True)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
 
 
 def pulley(**solver: Any) -> fs.Scenario:

@@ -31,6 +31,7 @@ def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> 
     assert_sound(data, folder)
 
 
+@settings(max_examples=10)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float

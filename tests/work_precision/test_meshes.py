@@ -66,7 +66,7 @@ def limit_of(model: str, most: int, overrides: dict[str, Any]) -> dict[str, floa
     return {name: (4.0 * fine[name] - coarse[name]) / 3.0 for name in QUANTITIES}
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> None:
     drawn = random.Random(seed)
     own, other = drawn.sample([24, 30, 36], 2)

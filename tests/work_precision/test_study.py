@@ -202,6 +202,7 @@ def test_errors_are_scaled_and_total_of_other_events_and_missing_quantities() ->
 # --- studies of the pulley -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_errors_fall_with_tolerance_and_transition_speed_but_not_those_of_eq_30() -> None:
     found: dict[str, list[float]] = {}  # by method and law, from the loosest to the tightest
     for r in study_of(RETURN, ladders_of(RETURN)).rows:
