@@ -62,7 +62,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not hasattr(os, "geteuid") or os.geteuid() != 0:
         for item in items:
             if item.get_closest_marker("root"):
-                item.add_marker(pytest.mark.skip(reason="only root can give files to others"))
+                item.add_marker(pytest.mark.skip(reason="only root can"))
     if config.option.part is None:
         return
     part, parts = map(int, config.option.part.split("/"))

@@ -94,8 +94,6 @@ def test_an_existing_folder_of_the_user_is_taken_and_closed(kernel: Path, home: 
 
 
 def given_to_another(path: Path) -> None:
-    if os.geteuid() != 0:
-        pytest.skip("only root can give files to another user")
     os.chown(path, 12345, 12345, follow_symlinks=False)
 
 
@@ -118,7 +116,10 @@ FOREIGN: dict[str, Callable[[Path], None]] = {
 }
 
 
-@pytest.mark.parametrize("what", FOREIGN)
+@pytest.mark.parametrize(
+    "what",
+    [pytest.param(w, marks=pytest.mark.root if "another user" in w else ()) for w in FOREIGN],
+)
 def test_what_others_could_have_written_is_compiled_again(
     what: str, kernel: Path, home: Path
 ) -> None:
@@ -170,6 +171,7 @@ def test_a_file_in_the_place_of_a_folder_is_no_obstacle(
     assert folder.is_relative_to(temporary)
 
 
+@pytest.mark.root
 @pytest.mark.parametrize("which", [".", "frictionsim", f"frictionsim/{NAME}"])
 def test_the_folder_of_another_user_is_not_taken(
     which: str, kernel: Path, home: Path, temporary: Path

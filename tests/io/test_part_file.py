@@ -127,7 +127,7 @@ def test_a_new_file_has_the_mode_of_the_umask() -> None:
     assert Path("a.h5").stat().st_mode & 0o777 == 0o640
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files to another user")
+@pytest.mark.root
 def test_the_owner_of_a_replaced_file_and_what_another_user_left_stay() -> None:
     Path("a.h5").touch()
     os.chown("a.h5", 2001, 2003)

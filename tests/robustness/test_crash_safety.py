@@ -149,6 +149,7 @@ def test_a_file_size_limit_keeps_the_old_file(
     assert os.listdir() == ["a.h5"]
 
 
+@pytest.mark.root
 def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
     disk = tmp_path / "disk"
     disk.mkdir()
