@@ -103,7 +103,8 @@ def interpreter(python: str, call: Callable[..., int]) -> str:
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         path = asked.stdout.strip()
-        if asked.returncode == 0 and call(path, "-c", "import ensurepip") == 0:
+        has_venv = ["sh", "-c", '"$0" -c "import ensurepip" 2> /dev/null', path]
+        if asked.returncode == 0 and call(*has_venv) == 0:
             return path
     sys.exit(f"{python}: no such interpreter with ensurepip that this user may run")
 
