@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionsim.results import Quantities
@@ -221,6 +221,7 @@ def test_quantities_of_marble_machines(data: Scenario) -> None:
     assert_second_way(data)
 
 
+@settings(max_examples=100)  # a wrong dwell is seen where a tracer point comes to dwell, by few
 @given(scenarios(gears_with_points(), 8.0))
 def test_quantities_of_gears(data: Scenario) -> None:
     assert_second_way(data)
