@@ -104,7 +104,7 @@ def attack(rng: random.Random, folder: Path) -> str:
     kind = rng.choice(KINDS)
     try:
         _place(rng, Path(name), kind)
-    except OSError:  # a name that nothing can have
+    except (OSError, UnicodeEncodeError):  # a name that nothing can have
         kind = "none"
     before = {path.name: _state(path) for path in folder.iterdir()}
     arguments, is_full = _command(rng, name), rng.random() < 0.2

@@ -125,7 +125,7 @@ def lines_of_code(text: str) -> int:
 def draw(seed: int) -> Fault:
     """Return the fault of a seed; its meaning and its tests are for a person to write."""
     generator = random.Random(seed)
-    texts = {p: p.read_text() for p in sorted((ROOT / "frictionsim").rglob("*.py"))}
+    texts = {p: p.read_text(encoding="utf-8") for p in sorted((ROOT / "frictionsim").rglob("*.py"))}
     weights = [lines_of_code(text) for text in texts.values()]
     changes: list[Change] = []
     while not changes:

@@ -174,7 +174,7 @@ def copy_of_sources() -> Iterator[Copy]:
 
 def read_results() -> dict[str, Row]:
     """Return the rows by the names of their faults."""
-    return json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    return json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
 
 
 def write_results(rows: dict[str, Row]) -> None:

@@ -190,6 +190,6 @@ def test_closed_streams_do_not_matter(closed: str, tmp_path: Path) -> None:
         "text = run_in_child(arrays, (3,), LIMITS)['c']\n"
         f"pathlib.Path({str(tmp_path / 'said')!r}).write_text(text)"
     )
-    command = f"exec {sys.executable} -c '{code.replace(chr(39), chr(34))}' {closed}"
+    command = f"exec '{sys.executable}' -c '{code.replace(chr(39), chr(34))}' {closed}"
     subprocess.run(command, shell=True, cwd=ROOT, check=True, timeout=60)
     assert (tmp_path / "said").read_text() == "text"

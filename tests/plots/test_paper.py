@@ -107,7 +107,7 @@ def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) 
     look = appearance(style=style)
     for name in ("a.pdf", "a.svg"):
         plot(shown("epicyclic"), tmp_path / name, "torque", look=look)
-    pdf, svg = (tmp_path / "a.pdf").read_bytes(), (tmp_path / "a.svg").read_text()
+    pdf, svg = (tmp_path / "a.pdf").read_bytes(), (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert re.search(rb"/Subtype /(Type0|TrueType)", pdf)
     assert b"/Type3" not in pdf
     assert b"/FontFile2" in pdf

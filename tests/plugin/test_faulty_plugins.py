@@ -251,15 +251,16 @@ def test_a_result_of_a_kind_that_is_no_longer_installed(
 
 def test_a_built_in_kind_does_not_search_the_installed_packages(tmp_path: Path) -> None:
     code = (
-        "import importlib.metadata, sys\n"
+        "import importlib.metadata, shlex, sys\n"
         "def searched(**_): raise AssertionError\n"
         "importlib.metadata.entry_points = searched\n"
         "from frictionsim.cli.commands import run_command_line\n"
         "for command in sys.argv[1:]:\n"
-        "    assert run_command_line(command.split()) == 0, command\n"
+        "    assert run_command_line(shlex.split(command)) == 0, command\n"
         "assert 'frictionsim.scenario.plugins' not in sys.modules\n"
     )
-    commands = [f"check {PULLEY}", f"solve {PULLEY} -q -o a.h5", f"static {PULLEY}", "plot a.h5"]
+    commands = [f"check '{PULLEY}'", f"solve '{PULLEY}' -q -o a.h5", f"static '{PULLEY}'"]
+    commands.append("plot a.h5")
     subprocess.run(
         [sys.executable, "-c", code, *commands],
         env=os.environ | {"PYTHONPATH": str(ROOT), "PYDANTIC_DISABLE_PLUGINS": "__all__"},

@@ -177,7 +177,7 @@ def lint(*paths: Path) -> "subprocess.CompletedProcess[str]":
         [TAPLO, "lint", "--no-auto-config", *paths],
         cwd=ROOT,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=120,
         check=False,
     )
@@ -201,7 +201,7 @@ def test_taplo_takes_the_shipped_scenarios() -> None:
 )
 def test_taplo_finds_what_is_wrong(old: str, new: str, message: str, tmp_path: Path) -> None:
     text = (SCENARIOS / "pulley.toml").read_text()
-    text = text.replace("./schemas", str(SCENARIOS / "schemas"))
+    text = text.replace("./schemas", (SCENARIOS / "schemas").as_uri())
     right, wrong = tmp_path / "right.toml", tmp_path / "wrong.toml"
     right.write_text(text)
     wrong.write_text(text.replace(old, new, 1))
