@@ -41,6 +41,8 @@ def _attributes(item: Any) -> dict[str, Any]:
     for name, value in sorted(item.attrs.items()):
         if name in OF_HDF5:
             found[f"@{name}"] = "HDF5"
+        elif name == "digest":  # of a checkpoint, with the wall time that is in it
+            found["@digest"] = f"{len(value)} digits"
         elif isinstance(value, str):
             said = text(value, Path(item.file.filename).parent)
             found[f"@{name}"] = said if len(value) < 500 else {"lines": len(value.splitlines())}
