@@ -27,6 +27,7 @@ def test_amplitudes_are_those_of_den_hartog(ratio: float) -> None:
     assert steady_amplitude(ratio, *LOOSER) == pytest.approx(den_hartog_amplitude(ratio), rel=CLOSE)
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(st.floats(1.3, 3.0), st.floats(0.3, 0.7), st.sampled_from([0.0, 180.0]))
 def test_drawn_amplitudes_are_those_of_den_hartog(

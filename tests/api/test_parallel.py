@@ -128,6 +128,7 @@ def run_code(code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_threads_may_use_the_package_first() -> None:
     """Nothing but the bare package is imported when eight threads start."""
     for _ in range(3):

@@ -14,6 +14,7 @@ from tests.support.scenarios import ROOT
 HERE = Path(__file__).parent
 
 
+@pytest.mark.slow
 def test_a_users_program_is_well_typed_and_mistakes_in_one_are_found(tmp_path: Path) -> None:
     """Both at once, as the package takes most of the time; without this project's configuration."""
     wrong = HERE / "wrong_example.py"

@@ -45,7 +45,7 @@ def test_a_drive_that_runs_the_other_way_has_the_same_arcs() -> None:
     assert found[0] == pytest.approx(found[1], abs=1e-3)
 
 
-@pytest.mark.parametrize("bodies", [150, 300])
+@pytest.mark.parametrize("bodies", [150, pytest.param(300, marks=pytest.mark.slow)])
 def test_bodies_in_the_plane_come_close(bodies: int) -> None:
     """Off by the polygon and the depth of the contact; as whole bodies 0.831 and 0.754 at 150."""
     data = shipped(

@@ -15,6 +15,8 @@ from frictionsim.scenario.validation import ValidationFailure, validate
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS
 
+pytestmark = pytest.mark.slow
+
 STIFFNESS, DAMPING = 400.0, 0.5  # as in `foundation_run`
 # 75 found; a large function more is 0.15 s more on one core.
 MOST = 78

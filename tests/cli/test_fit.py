@@ -139,6 +139,7 @@ def test_what_is_not_identified_is_a_warning(told: Run, log: Path) -> None:
     assert err.splitlines()[0] == f"frictionsim: warning: {MU_S} is not identified: {why}"
 
 
+@pytest.mark.slow
 def test_a_value_out_of_reach_is_exit_1(told: Run, here: Path) -> None:
     arguments = ("fit", PULLEY, *SET, "--free", f"{MU_S}=0.1:0.4", "--quantity")
     out, err = told(*arguments, "breakaway_time=1.4", code=1)

@@ -57,6 +57,7 @@ def test_it_is_checked_and_has_statics(pendulum: Any) -> None:
     assert "--set effects.hub_friction.law=regularised" in pendulum(*unfit, code=2)
 
 
+@pytest.mark.slow
 def test_it_is_solved_drawn_and_studied(pendulum: Any) -> None:
     found = pendulum("solve", "pendulum.toml", "-o", "a.h5", "--json")
     # Each half swing is 2 M_k/c shorter, until the wire no longer overcomes the static limit.

@@ -12,6 +12,8 @@ import pytest
 
 from tests.support.scenarios import ROOT, SCENARIOS
 
+pytestmark = pytest.mark.slow
+
 PULLEY = SCENARIOS / "pulley.toml"
 BELT = SCENARIOS / "belt_drive.toml"
 PROGRAM = (

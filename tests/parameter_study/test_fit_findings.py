@@ -59,6 +59,7 @@ def test_a_value_beside_runs_that_do_not_give_it_is_found() -> None:
     assert float(time) == pytest.approx(0.7999, rel=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(wanted=st.floats(-3.0, 14.0), high=st.floats(150.0, 1000.0))
 def test_a_straight_line_is_reached_between_its_ends(wanted: float, high: float) -> None:

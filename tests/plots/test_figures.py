@@ -5,6 +5,7 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,9 @@ from tests.support.scenarios import pulley
 LAYOUTS = ("constrained", "none", "tight")
 
 
+DOTS_OF_EDGES = 2e-3  # of all dots; a curve has ten times as many
+
+
 def grid(layout: str) -> tuple[Figure, Any]:
     figure = Figure(figsize=(12.0, 12.0), layout=layout)  # type: ignore[arg-type]
     return figure, figure.subplots(2, 2)
@@ -51,7 +55,12 @@ def test_every_view_is_a_small_file_and_the_same_in_a_notebook_of_a_pickled_figu
 ) -> None:
     assert 5_000 < len(picture(name, view)) < MAX_BYTES
     figure = pickle.loads(pickle.dumps(draw(shown(name), view)))
-    assert figure._repr_png_() == picture(name, view)
+    expected, found = (
+        mpl.image.imread(BytesIO(p)) for p in (picture(name, view), figure._repr_png_())
+    )
+    assert found.shape == expected.shape
+    # Without AVX-512 a rounding, and by it an edge, was seen to depend on what ran before.
+    assert np.mean(np.any(found != expected, axis=2)) < DOTS_OF_EDGES
 
 
 def test_a_view_is_returned_as_a_figure_or_drawn_into_one_with_its_own_width() -> None:
@@ -165,6 +174,7 @@ def test_a_study_is_drawn_into_a_figure_or_in_place_of_axes() -> None:
     assert figure.subfigs[0].get_suptitle().endswith("error against run time")
 
 
+@pytest.mark.slow
 def test_threads_write_the_same_pictures_as_one_in_every_format(tmp_path: Path) -> None:
     jobs = [
         *(("pulley_return", "response", ".png"), ("epicyclic", "torque", ".svg")),

@@ -58,9 +58,15 @@ def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
     ("command", "number", "changes"),
     [
         pytest.param(PLAIN, signal.SIGKILL, range(1, 25), id="killed"),
-        pytest.param(SHORT, signal.SIGKILL, (5, 6, 7, 8, 10, 12), id="killed with checkpoints"),
+        pytest.param(
+            SHORT,
+            signal.SIGKILL,
+            (5, 6, 7, 8, 10, 12),
+            id="killed with checkpoints",
+            marks=pytest.mark.slow,
+        ),
         # Other signals are heard between two steps, wherever they come; after the last, never.
-        pytest.param(SHORT, signal.SIGTERM, (1, 4, 10), id="terminated"),
+        pytest.param(SHORT, signal.SIGTERM, (1, 4, 10), id="terminated", marks=pytest.mark.slow),
         pytest.param(SHORT, signal.SIGINT, (1, 4, 10), id="interrupted"),
     ],
 )

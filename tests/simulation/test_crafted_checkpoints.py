@@ -22,9 +22,10 @@ from frictionsim.solvers.scipy_stepper import ScipyStepper
 from frictionsim.solvers.state_values import Expected, FixedRows, Rows, Values
 from tests.attacks.checkpoints import ORIGINALS, craft, small_segments, write_original
 
-# The kernels of these are compiled for nothing else.
+# The kernels of these are compiled for little else.
 DEAR = [name for name in ORIGINALS if "stiff" in name or name == "belt of many effects rkf45"]
-NAMES = [pytest.param(n, marks=pytest.mark.slow) if n in DEAR else n for n in ORIGINALS]
+SLOW = [*DEAR, "belt moreau", "string moreau"]
+NAMES = [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in ORIGINALS]
 PLANE = ["belt moreau", "belt rkf45", "belt of many effects moreau"]
 STRINGS = ["string moreau", "string rkf45"]
 BELTS, ADAPTIVE = [*PLANE, *STRINGS], ["belt rkf45", "string rkf45"]

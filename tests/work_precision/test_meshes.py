@@ -224,6 +224,7 @@ def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
     study.plot()
 
 
+@pytest.mark.slow
 def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
     chosen = CHOSEN | {"models": ["string", "corrected"]}
     found = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen).data
@@ -233,6 +234,7 @@ def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
     assert all("string" not in name for name in found.reference.names)
 
 
+@pytest.mark.slow
 def test_a_scenario_without_contact_compares_strings() -> None:
     overrides = WIDE | {"mechanism.belt.bodies": 30, "effects.contact": None}
     overrides |= {"effects.bending": None}
@@ -269,6 +271,7 @@ def costs(told: Callable[..., tuple[str, str]], *options: str) -> Any:
     return json.loads(told("cost", BELT, *changed, *chosen, *options)[0])
 
 
+@pytest.mark.slow
 def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str]]) -> None:
     files = ("--csv", "a.csv", "--plot", "a.svg")
     found = costs(told, "--bodies", "24,36", "--models", "corrected,polygon", *files)

@@ -239,6 +239,7 @@ def test_the_reference_uncertainty_is_realistic() -> None:
 COUNTS = GOLDEN / "pulley_cost.json"
 
 
+@pytest.mark.slow
 def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) -> None:
     """Those of our own integrator; SciPy's change with its version."""
     chosen = [s for s in ladders_of(PULLEY) if s.backend in ("events", "rkf45")]
