@@ -8,7 +8,7 @@
 Modules are imported when one of their names is first used, so that this import takes no time.
 """
 
-__version__ = "0.1.0"
+from frictionsim.version import __version__ as __version__
 
 TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:

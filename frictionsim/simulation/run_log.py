@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from frictionsim.results import MODES
 
 if TYPE_CHECKING:
+    from frictionsim.results import Record
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import RunResult
 
 LOG = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ def log_scenario(scenario: "Scenario") -> None:
     LOG.debug("limit: %d steps", solver.max_steps)
 
 
-def log_end(run: "RunResult") -> None:
+def log_end(run: "Record") -> None:
     """Log how a run ended."""
     if LOG.isEnabledFor(logging.DEBUG):
         modes = dict(MODES)
@@ -37,13 +37,15 @@ def log_end(run: "RunResult") -> None:
             LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, before, after)
         for name, check in run.checks.items():
             LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
+    statistics = run.statistics
+    assert statistics is not None, "a run that was just solved has them"
     LOG.info(
         "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected %d, wall time %.3g s",
         run.status,
         run.time[-1] if run.time.size else 0.0,
         run.time.size,
         len(run.transitions),
-        run.statistics.steps,
-        run.statistics.rejected,
-        run.statistics.wall_seconds or 0.0,
+        statistics.steps,
+        statistics.rejected,
+        statistics.wall_seconds or 0.0,
     )

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from frictionsim.results import Quantity
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Check, Metric, Transition
-    from frictionsim.simulation.simulate import RunResult
+    from frictionsim.results import Array, Check, Metric, Record, Transition
 
 # A belt of fine bodies converges with the square of their length.
 ORDER = 2
@@ -22,14 +21,12 @@ class Extrapolated(NamedTuple):
     checks: "dict[str, Check]"
 
 
-def extrapolated(
-    fine: "RunResult", coarse: "RunResult", metrics: "Iterable[Metric]"
-) -> Extrapolated:
+def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Extrapolated:
     """Return the limit of two runs on meshes of ratio 2, by Richardson.
 
     Parameters
     ----------
-    fine, coarse : RunResult
+    fine, coarse : Record
         Sampled at the same times.
     metrics : iterable of Metric
         Only their channels are extrapolated, and all quantities that both runs have.

@@ -7,10 +7,10 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, SolverError
-from frictionsim.results import failures
+from frictionsim.results import Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from frictionsim.simulation.wall_time import WallTimeLimit
 from frictionsim.work_precision.errors import Comparable, Error, metric_errors
 from frictionsim.work_precision.mesh_limit import extrapolated
@@ -34,7 +34,7 @@ OnStep = Callable[[float], Any]
 class Stopped(Exception):
     """A signal stopped a run of the study."""
 
-    def __init__(self, run: RunResult) -> None:
+    def __init__(self, run: Record) -> None:
         super().__init__(run.reason)
         self.run = run
 
@@ -59,7 +59,7 @@ class Benchmark:
         self._checks = {m.source for m in self._metrics if m.what == "check"}
         self._max_wall, self._repeats = max_wall, repeats
         self._warm: set[str] = set()
-        self._of_limits: dict[Setting, RunResult] = {}
+        self._of_limits: dict[Setting, Record] = {}
 
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
@@ -93,7 +93,7 @@ class Benchmark:
                 reasons.append(f"{name}: {result.reason}")
         if not runs:
             raise SolverError(f"all reference runs failed: {'; '.join(reasons)}")
-        duration = runs[0].scenario.solver.duration
+        duration = self._variants.duration
         floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
@@ -138,7 +138,7 @@ class Benchmark:
         floor = metric_errors(self._metrics, found[1], found[0], duration) if several else {}
         return Reference(found[0], tuple(names), floor)
 
-    def _of_limit(self, setting: Setting, on_step: OnStep) -> RunResult:
+    def _of_limit(self, setting: Setting, on_step: OnStep) -> Record:
         if setting not in self._of_limits:
             self._warm_up(setting, on_step)
             limit = self._max_wall * LIMIT_TIME_FACTOR
@@ -181,13 +181,13 @@ class Benchmark:
         errors: dict[str, Error] = {}
         time_errors: dict[str, Error] = {}
         if judged.status == "done":
-            duration = judged.scenario.solver.duration
+            duration = scenario.solver.duration
             last, seconds = self._timed(setting, on_step)
             if last.status == "done":
                 errors = metric_errors(self._metrics, judged, reference, duration)
             if last.status == "done" and in_time is not None:
                 time_errors = metric_errors(self._metrics, judged, in_time, duration)
-        statistics = last.statistics
+        statistics = _statistics(last)
         tells = METHODS[setting.backend].tells_rejected
         return Row(
             setting=setting,
@@ -211,7 +211,7 @@ class Benchmark:
             _run(self._variants.warm_up(setting), on_step, inf)
             self._warm.add(setting.line)
 
-    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[RunResult, list[float]]:
+    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[Record, list[float]]:
         scenario = self._variants.timed(setting)
         gc.collect()  # automatic garbage collection is off
         seconds: list[float] = []
@@ -223,7 +223,7 @@ class Benchmark:
                 return result, seconds
 
 
-def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
+def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
     solver = scenario.solver
     limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
 
@@ -239,7 +239,7 @@ def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
     return result
 
 
-def _audit_text(result: RunResult, metrics: set[str]) -> str:
+def _audit_text(result: Record, metrics: set[str]) -> str:
     """Return the failed checks of the audit, except those that are metrics."""
     failed = failures({name: c for name, c in result.checks.items() if name not in metrics})
     return f"self-audit failed: {failed}" if failed and result.status == "done" else ""
@@ -314,5 +314,10 @@ def in_one_line(error: Exception) -> str:
     return "; ".join(str(error).splitlines())
 
 
-def _seconds(run: RunResult) -> float:
-    return run.statistics.wall_seconds or 0.0  # None is of files only
+def _seconds(run: Record) -> float:
+    return _statistics(run).wall_seconds or 0.0  # None is of files only
+
+
+def _statistics(run: Record) -> SolverStatistics:
+    assert run.statistics is not None, "a run that was just solved has them"
+    return run.statistics

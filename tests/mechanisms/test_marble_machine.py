@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine, marble_machine_statics
 from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
 
@@ -51,7 +51,7 @@ def statics(**changes: Any) -> dict[str, float | None]:
     }
 
 
-def moves(run: RunResult) -> list[tuple[int, int]]:
+def moves(run: Record) -> list[tuple[int, int]]:
     """Return the changes of mode, without transfers."""
     return [(e.mode_from, e.mode_to) for e in run.transitions if e.contact == "shaft"]
 
@@ -194,7 +194,7 @@ def test_a_weak_torque_stops_at_the_largest_load() -> None:
 
 
 def test_a_motor_that_is_too_weak_stalls_or_runs_back() -> None:
-    def driven(stall_torque: float) -> RunResult:
+    def driven(stall_torque: float) -> Record:
         motor = {"stall_torque": stall_torque, "no_load_speed": 6.3}
         data = machine(drive={"motor": motor}, effects__shaft_friction__mu_k=0.5)
         return simulate(changed(data, solver__duration=60.0))

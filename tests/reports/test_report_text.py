@@ -196,7 +196,7 @@ def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> N
 def test_a_report_is_small(tmp_path: Path) -> None:
     # A belt with as many bodies and samples as the largest of the shipped ones.
     run = belt_run(bodies=300, samples=1001)
-    report = fs.report(fs.Result.of_run(run), tmp_path / "report.html")
+    report = fs.report(fs.Result(run), tmp_path / "report.html")
     assert report.stat().st_size < 6_000_000
 
 
