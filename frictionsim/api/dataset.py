@@ -19,14 +19,6 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
     """Return the channels over time, with the axes of their columns as coordinates.
 
     Data and attributes are those of the file, without the version of its format.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    xarray.Dataset
     """
     time = _fixed(record.channels["time"])
     coordinates: dict[str, Any] = {"time": ("time", time, _of(record, "time"))}
@@ -48,16 +40,7 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
 
 
 def events_dataset(record: "Record") -> xarray.Dataset:
-    """Return the events along the dimension `event`, with the names of the contacts.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    xarray.Dataset
-    """
+    """Return the events along the dimension `event`, with the names of the contacts."""
     variables: dict[str, Any] = {
         name: (("event",), _fixed(values), _attributes(record.of_event(name)))
         for name, values in record.events.items()

@@ -263,10 +263,6 @@ def fit(
         that are scanned for starts, and of the bootstrap. `bootstrap`: how many fits to data drawn
         anew, by default 0. `progress`: is called with the number of runs so far.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     InputError, ScenarioError

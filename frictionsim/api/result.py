@@ -228,10 +228,6 @@ class Result:
         no_clobber : bool
             Do not replace an existing file.
 
-        Returns
-        -------
-        Path
-
         Raises
         ------
         OutputError
@@ -291,10 +287,6 @@ class Result:
 
 def open(path: str | PathLike[str]) -> Result:
     """Read a result file.
-
-    Parameters
-    ----------
-    path : path
 
     Returns
     -------

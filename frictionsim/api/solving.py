@@ -114,10 +114,6 @@ def resume(
     no_clobber, max_wall, max_steps, progress, check
         As of `solve`, of this part of the run; the file that is resumed is always replaced.
 
-    Returns
-    -------
-    Result
-
     Raises
     ------
     InputError

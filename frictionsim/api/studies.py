@@ -169,10 +169,6 @@ def cost(
         for a study over time alone. `models`, str or iterable of str: of `string`, `corrected` and
         `polygon`. By default all models, and from 0.4 to 4 times the scenario's bodies.
 
-    Returns
-    -------
-    Study
-
     Raises
     ------
     InputError, ScenarioError

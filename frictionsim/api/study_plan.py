@@ -33,15 +33,6 @@ class Choice(NamedTuple):
 def plan_of(scenario: Scenario, choice: Choice) -> Plan:
     """Return what to run.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    choice : Choice
-
-    Returns
-    -------
-    Plan
-
     Raises
     ------
     InputError

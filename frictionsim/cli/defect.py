@@ -6,16 +6,7 @@ PACKAGE = "frictionsim"
 
 
 def defect_message(error: Exception) -> str:
-    """Return the message for an internal error, which names the plug-in that it comes from.
-
-    Parameters
-    ----------
-    error : Exception
-
-    Returns
-    -------
-    str
-    """
+    """Return the message for an internal error, which names the plug-in that it comes from."""
     plugin = _plugin_of(error)
     whose = f"error in the plug-in {plugin}" if plugin else "internal error"
     to = f"to the authors of {plugin} " if plugin else ""

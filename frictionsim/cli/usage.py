@@ -26,10 +26,6 @@ def usage_message(error: Any, arguments: Sequence[str]) -> str:
     error : typer.TyperException
     arguments : sequence of str
         The command line.
-
-    Returns
-    -------
-    str
     """
     name = type(error).__name__
     context: Any = getattr(error, "ctx", None)

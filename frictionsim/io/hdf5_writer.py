@@ -121,11 +121,6 @@ def write(run: "Record", path: Path) -> None:
 
     If the run can be resumed, samples in segments stay there, and the file refers to them.
 
-    Parameters
-    ----------
-    run : Record
-    path : Path
-
     Raises
     ------
     OutputError

@@ -265,10 +265,10 @@ def _probe() -> Callable[[], str]:
 
     def version() -> str:
         try:
-            import frictionsim
+            from frictionsim.version import __version__
         except ImportError:
             return ""
-        return frictionsim.__version__
+        return __version__
 
     return version
 

@@ -58,10 +58,6 @@ def run_task(
     on_step : callable
         Called with the time after each step of each run.
 
-    Returns
-    -------
-    Block
-
     Raises
     ------
     OutputError

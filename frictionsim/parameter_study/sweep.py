@@ -73,10 +73,6 @@ def plan_of(
         As of `design_of`.
     series : Path, optional
 
-    Returns
-    -------
-    SweepPlan
-
     Raises
     ------
     InputError

@@ -28,13 +28,7 @@ LINE: Style = {"linewidth": 0.8, "linestyle": (0, (5, 3)), "scalex": False, "sca
 
 
 class ForceDrawing:
-    """A drawing of forces, whose names are written when all of them are drawn.
-
-    Parameters
-    ----------
-    ax : Axes
-    view : View
-    """
+    """A drawing of forces, whose names are written when all of them are drawn."""
 
     def __init__(self, ax: Any, view: View) -> None:
         self.ax, self.view = ax, view

@@ -40,13 +40,7 @@ SMALL = "small"
 
 
 class MovingPicture:
-    """A figure of a motion that shows any time.
-
-    Parameters
-    ----------
-    motion : Motion
-    title : str
-    """
+    """A figure of a motion that shows any time."""
 
     def __init__(self, motion: Motion, title: str) -> None:
         self._motion = motion

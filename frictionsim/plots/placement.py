@@ -68,10 +68,6 @@ def drawn_in(
     look : Appearance
         Only a title can be left out where there is no new figure.
 
-    Returns
-    -------
-    Figure
-
     Raises
     ------
     InputError

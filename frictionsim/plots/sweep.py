@@ -91,10 +91,6 @@ def draw_sweep(
     figure, ax, look : optional
         As in `frictionsim.plots.draw`.
 
-    Returns
-    -------
-    Figure
-
     Raises
     ------
     InputError

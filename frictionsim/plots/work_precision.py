@@ -39,10 +39,6 @@ def diagram(study: "Study", figure: "Figure | SubFigure | None" = None, ax: Any 
     figure, ax : optional
         As in `frictionsim.plots.draw`.
 
-    Returns
-    -------
-    Figure
-
     Raises
     ------
     InputError

@@ -61,10 +61,6 @@ def estimate(
         Called with the time after each step.
     max_steps : int, optional
         Limit of steps of the second run.
-
-    Returns
-    -------
-    Estimate
     """
     setting = tighter(scenario)
     overrides = list(setting.overrides)

@@ -124,10 +124,6 @@ def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
     rows : iterable of Row
     floor : float
         Reference uncertainty.
-
-    Returns
-    -------
-    list of Advice
     """
     done = [(row, row.error) for row in rows if row.error is not None]
     return [

@@ -23,10 +23,6 @@ def study_json(study: "Study", source: str) -> dict[str, Any]:
     study : Study
     source : str
         Path of the scenario.
-
-    Returns
-    -------
-    dict
     """
     reference = study.reference
     return {
@@ -176,11 +172,6 @@ def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
 
 def write_csv(study: "Study", path: Path) -> None:
     """Write the table of a study as CSV, with units in the header line; whole or not at all.
-
-    Parameters
-    ----------
-    study : Study
-    path : Path
 
     Raises
     ------

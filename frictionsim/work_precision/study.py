@@ -64,15 +64,6 @@ class Benchmark:
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
 
-        Parameters
-        ----------
-        settings : tuple of Setting
-        on_step : callable
-
-        Returns
-        -------
-        Reference
-
         Raises
         ------
         SolverError
@@ -99,15 +90,6 @@ class Benchmark:
 
     def limit(self, limits: tuple[Limit, ...], on_step: OnStep) -> Reference:
         """Solve on the meshes of the limits; the first limit that is known is the reference.
-
-        Parameters
-        ----------
-        limits : tuple of Limit
-        on_step : callable
-
-        Returns
-        -------
-        Reference
 
         Raises
         ------
@@ -161,10 +143,6 @@ class Benchmark:
         on_step : callable
         in_time : Comparable, optional
             The same mesh, converged in time.
-
-        Returns
-        -------
-        Row
 
         Raises
         ------

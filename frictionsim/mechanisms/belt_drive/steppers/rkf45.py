@@ -271,13 +271,7 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
 
 
 class BeltStepper:
-    """A belt drive on its way, as the run of it sees it.
-
-    Parameters
-    ----------
-    model : BeltModel
-    settings : BeltSolverSettings
-    """
+    """A belt drive on its way, as the run of it sees it."""
 
     force_per_impulse = 1.0  # the contacts hold forces
     resumable = True
