@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 @dataclass
 class Comparison:
-    """The rows of a comparison, the largest ratio first, and notes that do not affect the verdict."""
+    """The rows of a comparison, the largest ratio first, and notes outside the verdict."""
 
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

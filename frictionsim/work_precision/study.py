@@ -4,22 +4,63 @@ import gc
 from collections.abc import Callable, Iterable
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, SolverError
-from frictionsim.results import Record, SolverStatistics, failures
+from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.wall_time import WallTimeLimit
 from frictionsim.work_precision.errors import Comparable, Error, metric_errors
-from frictionsim.work_precision.mesh_limit import extrapolated
-from frictionsim.work_precision.outcome import Plan, Reference, Row, Study
+from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
 from frictionsim.work_precision.settings import ScenarioVariants
 
 if TYPE_CHECKING:
-    from frictionsim.results import Metric
+    from frictionsim.results import Array, Check, Metric, Transition
     from frictionsim.scenario.settings import Scenario
+
+# A belt of fine bodies converges with the square of their length.
+ORDER = 2
+
+
+class Extrapolated(NamedTuple):
+    """What two runs are extrapolated to; see `frictionsim.work_precision.errors.Comparable`."""
+
+    channels: "dict[str, Array]"
+    transitions: "list[Transition]"
+    quantities: dict[str, Quantity]
+    checks: "dict[str, Check]"
+
+
+def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Extrapolated:
+    """Return the limit of two runs on meshes of ratio 2, by Richardson.
+
+    Parameters
+    ----------
+    fine, coarse : Record
+        Sampled at the same times.
+    metrics : iterable of Metric
+        Only their channels are extrapolated, and all quantities that both runs have.
+
+    Returns
+    -------
+    Extrapolated
+        Its events and checks are those of the fine run.
+    """
+    share = 1.0 / (2**ORDER - 1)
+    channels = {
+        name: fine.channels[name] + share * (fine.channels[name] - coarse.channels[name])
+        for name in (metric.source for metric in metrics if metric.what == "channel")
+    }
+    quantities = {}
+    for name, quantity in fine.quantities.items():
+        other = coarse.quantities.get(name)
+        if quantity.value is not None and other is not None and other.value is not None:
+            value = quantity.value + share * (quantity.value - other.value)
+            quantities[name] = Quantity(value, quantity.unit)
+    return Extrapolated(channels, fine.transitions, quantities, fine.checks)
+
 
 # A setting is not repeated after this total time, s: the timing is accurate enough.
 SECONDS_OF_REPEATS = 1.0
@@ -230,7 +271,7 @@ def study(
     repeats: int,
     on_step: OnStep,
     show: Callable[[str], Any],
-) -> Study:
+) -> WorkPrecision:
     """Run all settings.
 
     Parameters
@@ -248,7 +289,7 @@ def study(
 
     Returns
     -------
-    Study
+    WorkPrecision
         If a signal stopped it, with the rows of the settings before.
 
     Raises
@@ -278,8 +319,10 @@ def study(
             rows.append(benchmark.row(setting, reference.outcome, on_step, same))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code
-        return Study(scenario, metrics, reference, rows, "interrupted", reason, code, in_time)
-    return Study(scenario, metrics, reference, rows, "done", "", 0, in_time)
+        return WorkPrecision(
+            scenario, metrics, reference, rows, "interrupted", reason, code, in_time
+        )
+    return WorkPrecision(scenario, metrics, reference, rows, "done", "", 0, in_time)
 
 
 def _refused(setting: Setting, reason: str) -> Row:

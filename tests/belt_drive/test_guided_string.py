@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
+from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.quantities import torque_balance
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
-from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run

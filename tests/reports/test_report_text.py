@@ -9,11 +9,9 @@ import pytest
 import frictionsim as fs
 from frictionsim.api import tables
 from frictionsim.reports.charts import MAX_SAMPLES, charts_of
-from frictionsim.reports.event_table import MAX_EVENTS, events
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
-from frictionsim.reports.run_tables import summary
-from frictionsim.reports.scenario_tables import origins
+from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
 from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run

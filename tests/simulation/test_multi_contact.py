@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.study_plan import Choice, plan_of
+from frictionsim.api.studies import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
-from frictionsim.simulation.multi_contact import MultiContactSimulation
-from frictionsim.simulation.multi_contact_audit import audit, release_check
+from frictionsim.simulation.multi_contact import MultiContactSimulation, audit, release_check
 from frictionsim.simulation.phases import event_names, sticking_phases
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact_solver
