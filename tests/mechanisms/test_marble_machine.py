@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine
-from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
 from tests.support.problems import assert_agrees, cases
