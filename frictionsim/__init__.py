@@ -8,14 +8,14 @@
 Modules are imported when one of their names is first used, so that this import takes no time.
 """
 
-__version__ = "0.1.0"
+from frictionsim.version import __version__ as __version__
 
 TYPE_CHECKING = False  # for type checkers it is true; importing `typing` for it would take 10 ms
 if TYPE_CHECKING:
-    from frictionsim.api.animations import animate as animate
     from frictionsim.api.comparing import compare as compare
     from frictionsim.api.fitting import Fit as Fit
     from frictionsim.api.fitting import fit as fit
+    from frictionsim.api.pictures import animate as animate
     from frictionsim.api.pictures import plot as plot
     from frictionsim.api.reporting import report as report
     from frictionsim.api.result import Result as Result
@@ -69,7 +69,7 @@ _MODULES = {
     "compare": "api.comparing",
     "Comparison": "io.comparison",
     "plot": "api.pictures",
-    "animate": "api.animations",
+    "animate": "api.pictures",
     "report": "api.reporting",
     "new": "api.starting",
     "scenarios": "api.starting",

@@ -172,10 +172,6 @@ def unknown(what: str, found: str, known: list[str]) -> str:
         The unknown name.
     known : list of str
         The valid names; the closest is suggested, all are listed if none is close.
-
-    Returns
-    -------
-    str
     """
     from difflib import get_close_matches  # imported here: needed for error messages only
 

@@ -5,8 +5,17 @@ types only and is independent of the mechanism.
 """
 
 from math import isfinite
+from signal import Signals
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Protocol
+
+from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
+    EXIT_DONE,
+    EXIT_SIGNAL,
+    EXIT_SOLVER_FAILED,
+    failure_class,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -248,8 +257,58 @@ class Column(NamedTuple):
     values: list[Any]
 
 
+class Segments(Protocol):
+    """The segments of a run, numbered from 0."""
+
+    @property
+    def name(self) -> str:
+        """Tells these segments from those of other runs."""
+
+    @property
+    def checksum(self) -> int:
+        """Depends on the content of all segments."""
+
+    @property
+    def place(self) -> Any:
+        """Where they are, for messages."""
+
+    def free_bytes(self) -> int:
+        """Return how much there may still be written."""
+
+    def write(self, number: int, recorded: dict[str, Any], kept: dict[str, Any]) -> None:
+        """Write a segment: recorded channels, and what only the summary needs."""
+
+    def rows(self, number: int, name: str, start: int, stop: int) -> Any:
+        """Return rows of an array of a segment."""
+
+    def compressed(self, number: int, name: str) -> list[bytes] | None:
+        """Return the chunks of a recorded channel; None if it is not stored in chunks."""
+
+    def restore(self, count: int, checksum: int) -> None:
+        """Take over the first segments of a run that is resumed, and drop the others."""
+
+
+class StoredSamples(NamedTuple):
+    """The segments of a run that is not over.
+
+    Attributes
+    ----------
+    segments : Segments
+    number : int
+        How many there are.
+    rows : int
+        The samples of each.
+    """
+
+    segments: Segments
+    number: int
+    rows: int
+
+
 class Record(NamedTuple):
-    """The content of a result file, from which tables, pictures and comparisons are made.
+    """The results of a run, just solved or read from its file.
+
+    Tables, pictures and comparisons are made of it.
 
     Attributes
     ----------
@@ -271,6 +330,10 @@ class Record(NamedTuple):
     checks : dict of Check
     statistics : SolverStatistics or None
         None, as no quantities and checks, of a file of format version 1.
+    checkpoint : dict of arrays or None
+        The state to resume from, of a run that was just solved and can be resumed.
+    stored : StoredSamples or None
+        The segments of samples on the disk, of a run that was just solved and has any.
     """
 
     attributes: dict[str, str]
@@ -285,6 +348,43 @@ class Record(NamedTuple):
     quantities: Quantities = {}  # noqa: RUF012
     checks: dict[str, Check] = {}  # noqa: RUF012
     statistics: SolverStatistics | None = None
+    checkpoint: dict[str, Any] | None = None
+    stored: StoredSamples | None = None
+
+    @property
+    def time(self) -> "Array":
+        """The times of the samples, (n,), s."""
+        return self.channels["time"]
+
+    @property
+    def status(self) -> str:
+        """`done`, `failed` or `interrupted`."""
+        return self.attributes["status"]
+
+    @property
+    def reason(self) -> str:
+        """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
+        return self.attributes["reason"]
+
+    @property
+    def failure(self) -> str:
+        """The kind of failure, as `chattering`; empty if not failed."""
+        return self.attributes.get("failure", "")
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to doubt the quantities: of the scenario, then of the run."""
+        return tuple(filter(None, self.attributes.get("warnings", "").split("\n")))
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this run."""
+        if self.status == "interrupted":
+            named = [signal for signal in Signals if signal.name in self.reason.split()]
+            return EXIT_SIGNAL + named[0] if named else EXIT_SOLVER_FAILED
+        if self.status != "done":
+            return failure_class(self.failure).exit_code
+        return EXIT_AUDIT_FAILED if failures(self.checks) else EXIT_DONE
 
     @property
     def transitions(self) -> list[Transition]:

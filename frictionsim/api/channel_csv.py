@@ -25,11 +25,6 @@ def write_channels(record: "Record", file: Writable) -> None:
 
     A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.
     Numbers have as many digits as they need to be read back exactly.
-
-    Parameters
-    ----------
-    record : Record
-    file : text file
     """
     headings, row_bytes = [], 0
     # A file of format version 1 has its channels in the order of their names.

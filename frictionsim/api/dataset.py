@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from frictionsim.io.result_format import is_numbered
 from frictionsim.results import Channel
@@ -12,6 +14,30 @@ from frictionsim.simulation.stored_channel import StoredChannel
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
+
+class _LazyArray(BackendArray):
+    """A stored channel as xarray wants what a file holds."""
+
+    def __init__(self, channel: StoredChannel) -> None:
+        self.shape, self.dtype, self._channel = channel.shape, channel.dtype, channel
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self._read
+        )
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        rows, *columns = key
+        # One axis after the other: numpy takes lists of both for pairs.
+        found = self._channel[rows]
+        return found[(*(() if isinstance(rows, int) else (slice(None),)), *columns)]
+
+
+def lazy_array(channel: StoredChannel) -> Any:
+    """Return a channel as data of an `xarray.Variable`; only what is selected is read."""
+    return indexing.LazilyIndexedArray(_LazyArray(channel))
+
+
 OF_THE_FORMAT = ("format_version", "Conventions")
 
 
@@ -19,14 +45,6 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
     """Return the channels over time, with the axes of their columns as coordinates.
 
     Data and attributes are those of the file, without the version of its format.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    xarray.Dataset
     """
     time = _fixed(record.channels["time"])
     coordinates: dict[str, Any] = {"time": ("time", time, _of(record, "time"))}
@@ -48,16 +66,7 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
 
 
 def events_dataset(record: "Record") -> xarray.Dataset:
-    """Return the events along the dimension `event`, with the names of the contacts.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    xarray.Dataset
-    """
+    """Return the events along the dimension `event`, with the names of the contacts."""
     variables: dict[str, Any] = {
         name: (("event",), _fixed(values), _attributes(record.of_event(name)))
         for name, values in record.events.items()
@@ -93,8 +102,6 @@ def _empty(record: "Record") -> dict[str, Any]:
 def _fixed(values: Any) -> Any:
     """Return a view of an array that cannot be changed: results are not changed."""
     if isinstance(values, StoredChannel):
-        from frictionsim.api.lazy_array import lazy_array
-
         return lazy_array(values)
     view = values.view()
     view.flags.writeable = False

@@ -17,10 +17,6 @@ def result_json(result: "Result") -> dict[str, Any]:
     ----------
     result : Result
         With estimated errors, each quantity gets an `error`, and the object `error_estimate`.
-
-    Returns
-    -------
-    dict
     """
     attributes = result.record.attributes
     statistics = result.statistics

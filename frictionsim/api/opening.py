@@ -97,10 +97,6 @@ class SweepFile(NamedTuple):
 def result_or_sweep(path: Path) -> results.Result | SweepFile:
     """Read a file.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     InputError

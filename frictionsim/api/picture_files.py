@@ -179,20 +179,28 @@ def _views(choice: Choice) -> list[str]:
 def _save_views(
     result: results.Result, place: _Place, choice: Choice, look: "Appearance", shown: "Extent"
 ) -> Saved:
-    from frictionsim import plots
+    from frictionsim.plots import (
+        ALL,
+        check_applies,
+        check_view,
+        draw,
+        path_of,
+        plot_all,
+        views_of,
+    )
 
     views, body = _views(choice), choice.body
-    known = plots.views_of(result.kind)
-    if views == [plots.ALL]:
-        place.check([plots.path_of(place.path, name) for name in known])
-        written, reasons = plots.plot_all(result.record, place.path, body, look, shown)
+    known = views_of(result.kind)
+    if views == [ALL]:
+        place.check([path_of(place.path, name) for name in known])
+        written, reasons = plot_all(result.record, place.path, body, look, shown)
         return Saved(list(written), reasons, _faults(written.values()))
     for view in views:
-        plots.check_view(result.kind, view)
-        plots.check_applies(result.kind, view, shown)
+        check_view(result.kind, view)
+        check_applies(result.kind, view, shown)
     return _save(
         {
-            path: _drawing(plots.draw, result.record, view, body, None, None, look, shown)
+            path: _drawing(draw, result.record, view, body, None, None, look, shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         look,
@@ -202,19 +210,19 @@ def _save_views(
 def _save_overlays(
     found: Any, place: _Place, choice: Choice, look: "Appearance", shown: "Extent"
 ) -> Saved:
-    from frictionsim import plots
+    from frictionsim.plots import ALL, check_overlaid, draw_overlay, views_of_overlay
     from frictionsim.plots.overlay import check_overlay
 
     views = _views(choice)
     kind = found[0].record.attributes["kind"]
     check_overlay(found)
-    if views == [plots.ALL]:
-        views = plots.views_of_overlay(kind)
+    if views == [ALL]:
+        views = views_of_overlay(kind)
     for view in views:
-        plots.check_overlaid(kind, view)
+        check_overlaid(kind, view)
     return _save(
         {
-            path: _drawing(plots.draw_overlay, found, view, None, look, shown)
+            path: _drawing(draw_overlay, found, view, None, look, shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         look,

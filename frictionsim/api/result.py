@@ -4,15 +4,11 @@ import logging
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from signal import Signals
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.arguments import as_path
 from frictionsim.errors import (
-    EXIT_AUDIT_FAILED,
     EXIT_DONE,
-    EXIT_SIGNAL,
-    EXIT_SOLVER_FAILED,
     AuditError,
     BudgetExceeded,
     InputError,
@@ -24,7 +20,6 @@ if TYPE_CHECKING:
     import xarray
 
     from frictionsim.scenario.settings import Origin, Scenario
-    from frictionsim.simulation.simulate import RunResult
     from frictionsim.work_precision.error_estimate import Estimate
 
 LOG = logging.getLogger(__name__)
@@ -42,75 +37,63 @@ class Result:
         The file that holds it.
     record : Record
         What the file holds, see `frictionsim.io.hdf5_writer`.
-    checkpoint : dict of arrays or None
-        The state of a run that was just solved and can be resumed; `load_checkpoint` also reads
-        that of a file.
     """
 
     def __init__(
         self,
-        record: Record | None,
+        record: Record,
         path: Path | None = None,
-        run: "RunResult | None" = None,
+        scenario: "Scenario | None" = None,
         estimate: "Estimate | None" = None,
     ) -> None:
-        if record is not None:
-            self.record = record
-        self.path, self._run, self._estimate = path, run, estimate
-        self.checkpoint = None if run is None else run.checkpoint
-        self._exit_code = _exit_code_of(run, estimate)
-
-    @classmethod
-    def of_run(
-        cls, run: "RunResult", path: Path | None = None, estimate: "Estimate | None" = None
-    ) -> Self:
-        """Return the result of a run that has stopped; `path` is the file that holds it."""
-        return cls(None, path, run, estimate)
+        self._record, self.path, self._scenario = record, path, scenario
+        self._estimate = estimate
 
     @cached_property
     def record(self) -> Record:
-        from frictionsim.simulation.record import record_of
-
-        assert self._run is not None, "a result has a record or a run"
-        if self._run.stored is not None and self.path is not None:
+        if self._record.stored is not None and self.path is not None:
             from frictionsim.io.hdf5_reader import read
 
             return read(self.path)  # the segments of the run are gone
-        return record_of(self._run)
+        return self._record
+
+    @property
+    def checkpoint(self) -> dict[str, Any] | None:
+        """The state of a run that was just solved and can be resumed.
+
+        `load_checkpoint` also reads that of a file.
+        """
+        return self._record.checkpoint
 
     @property
     def status(self) -> str:
         """`done`, `failed` or `interrupted`."""
-        return self._run.status if self._run else self.record.attributes["status"]
+        return self._record.status
 
     @property
     def reason(self) -> str:
         """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
-        return self._run.reason if self._run else self.record.attributes["reason"]
+        return self._record.reason
 
     @property
     def failure(self) -> str:
         """The kind of failure, as `chattering`; empty if not failed."""
-        if self._run:
-            return self._run.failure
-        return self.record.attributes.get("failure", "")
+        return self._record.failure
 
     @property
     def kind(self) -> str:
         """The kind of mechanism."""
-        return self._run.scenario.kind if self._run else self.record.attributes["kind"]
+        return self._record.attributes["kind"]
 
     @property
     def title(self) -> str:
         """The title of the scenario; empty if it has none."""
-        return self._run.scenario.title if self._run else self.record.attributes["title"]
+        return self._record.attributes["title"]
 
     @property
     def effects(self) -> tuple[str, ...]:
         """The effects that were simulated."""
-        if self._run:
-            return self._run.effects
-        found = self.record.attributes.get("effects")
+        found = self._record.attributes.get("effects")
         if found is None:  # of a file of format version 1
             return self.scenario.effect_names
         return tuple(found.split())
@@ -118,11 +101,7 @@ class Result:
     @property
     def quantities(self) -> Quantities:
         """The quantities of the summary by name, each with `value` and `unit`."""
-        if self._run is None:
-            return self.record.quantities
-        from frictionsim.results import defined
-
-        return defined(self._run.quantities)
+        return self._record.quantities
 
     @property
     def errors(self) -> dict[str, float | None]:
@@ -137,19 +116,17 @@ class Result:
     @property
     def audit(self) -> dict[str, Check]:
         """The checks of the self-audit by name, each with `value`, `limit` and `ok`."""
-        return self._run.checks if self._run else self.record.checks
+        return self._record.checks
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Reasons to doubt the quantities."""
-        if self._run:
-            return self._run.warnings
-        return tuple(filter(None, self.record.attributes.get("warnings", "").split("\n")))
+        return self._record.warnings
 
     @property
     def statistics(self) -> SolverStatistics | None:
         """Counts of the solver and wall times; None of a file of format version 1."""
-        return self._run.statistics if self._run else self.record.statistics
+        return self._record.statistics
 
     @cached_property
     def scenario(self) -> "Scenario":
@@ -160,11 +137,11 @@ class Result:
         InputError
             If another version wrote the file, whose scenario is not valid any more.
         """
-        if self._run:
-            return self._run.scenario
+        if self._scenario is not None:
+            return self._scenario
         from frictionsim.scenario.loading import scenario_from_result
 
-        return scenario_from_result(self.path or Path("result"), self.record.attributes)
+        return scenario_from_result(self.path or Path("result"), self._record.attributes)
 
     @cached_property
     def dataset(self) -> "xarray.Dataset":
@@ -192,11 +169,11 @@ class Result:
     @property
     def origin(self) -> "Origin":
         """Where the scenario came from: its file and overrides."""
-        if self._run:
-            return self._run.scenario.origin
+        if self._scenario is not None:
+            return self._scenario.origin
         from frictionsim.scenario.loading import origin_of
 
-        return origin_of(self.record.attributes)
+        return origin_of(self._record.attributes)
 
     def load_checkpoint(self) -> dict[str, Any]:
         """Return the state to resume from; of a result from a file it is read and verified.
@@ -208,7 +185,7 @@ class Result:
         """
         if self.checkpoint is not None:
             return self.checkpoint
-        if self.path is None or self._run is not None:
+        if self.path is None or self._scenario is not None:
             raise InputError(f"cannot resume this run: it has no checkpoint ({self.status})")
         from frictionsim.io.hdf5_reader import read_checkpoint
 
@@ -217,13 +194,7 @@ class Result:
     @property
     def exit_code(self) -> int:
         """The exit code of the command line for this result."""
-        if self._exit_code is not None:
-            return self._exit_code
-        if self.status == "interrupted":
-            return _exit_code_of_signal(self.reason)
-        if self.status != "done":
-            return failure_class(self.failure).exit_code
-        return EXIT_AUDIT_FAILED if failures(self.audit) else EXIT_DONE
+        return self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.
@@ -257,10 +228,6 @@ class Result:
         no_clobber : bool
             Do not replace an existing file.
 
-        Returns
-        -------
-        Path
-
         Raises
         ------
         OutputError
@@ -277,7 +244,7 @@ class Result:
 
     def _checkpoint_to_save(self) -> dict[str, Any] | None:
         resumable = self.status == "interrupted" or self.failure == BudgetExceeded.failure
-        if self.checkpoint is not None or self._run is not None or not resumable:
+        if self.checkpoint is not None or self._scenario is not None or not resumable:
             return self.checkpoint
         try:
             return self.load_checkpoint()
@@ -309,36 +276,17 @@ class Result:
         return f"<frictionsim.Result {self.kind}{title}: {self.status}, {counts}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: the record instead of the run, which has functions."""
+        """Return what is pickled: the data, without the scenario, which has functions."""
         return {
-            "record": self.record,
+            "_record": self.record,
             "path": self.path,
-            "_run": None,
+            "_scenario": None,
             "_estimate": self._estimate,
-            "checkpoint": self.checkpoint,
-            "_exit_code": self._exit_code,
         }
-
-
-def _exit_code_of(run: "RunResult | None", estimate: "Estimate | None") -> int | None:
-    """Return the exit code of a run and of the estimate of its errors; None without a run."""
-    if run is None:
-        return None
-    return run.exit_code or (estimate.exit_code if estimate else EXIT_DONE)
-
-
-def _exit_code_of_signal(reason: str) -> int:
-    """Return the exit code of an interrupted run of a file, whose reason names the signal."""
-    named = [signal for signal in Signals if signal.name in reason.split()]
-    return EXIT_SIGNAL + named[0] if named else EXIT_SOLVER_FAILED
 
 
 def open(path: str | PathLike[str]) -> Result:
     """Read a result file.
-
-    Parameters
-    ----------
-    path : path
 
     Returns
     -------

@@ -19,8 +19,8 @@ from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
     from frictionsim.io.destination import Destination
+    from frictionsim.results import Record
     from frictionsim.scenario.overrides import Overrides
-    from frictionsim.simulation.simulate import RunResult
 
 LOG = logging.getLogger(__name__)
 
@@ -114,10 +114,6 @@ def resume(
     no_clobber, max_wall, max_steps, progress, check
         As of `solve`, of this part of the run; the file that is resumed is always replaced.
 
-    Returns
-    -------
-    Result
-
     Raises
     ------
     InputError
@@ -194,7 +190,7 @@ def _simulate(
     check: bool,
 ) -> Result:
     # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
-    done: RunResult | None = None
+    done: Record | None = None
     stop = nullcontext(None) if destination is None else StopAfterStep()
     with stop as interruption, _shown(progress, scenario) as shown:
         on_step = shown if interruption is None else interruption.after(shown)
@@ -212,14 +208,14 @@ def _simulate(
         if estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
-            estimate = estimate_errors(done, limited, steps)
+            estimate = estimate_errors(scenario, done, limited, steps)
     if interruption is not None and interruption.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
-    result = Result.of_run(done, path, estimate)
+    result = Result(done, path, scenario, estimate)
     return result.check() if check else result
 
 
-def _written(done: "RunResult", destination: "Destination") -> Path | None:
+def _written(done: "Record", destination: "Destination") -> Path | None:
     """Write a result; return the file."""
     try:
         return destination.write_last(done)
@@ -281,13 +277,13 @@ def _with_limit(
 
 def _checkpoint_writer(
     destination: "Destination | None",
-) -> "Callable[[RunResult], None] | None":
+) -> "Callable[[Record], None] | None":
     """Return the callback that writes checkpoints; a failed write only warns, once."""
     if destination is None:
         return None
     reported: set[str] = set()
 
-    def write(part: "RunResult") -> None:
+    def write(part: "Record") -> None:
         try:
             destination.write(part)
         except OutputError as error:

@@ -3,16 +3,20 @@
 from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
 
-from frictionsim.api.arguments import as_number, as_path, check_keywords
+from frictionsim.api.arguments import as_names, as_number, as_path, check_keywords
 from frictionsim.api.statics import with_overrides
-from frictionsim.api.study_plan import Choice, Meshes, plan_of
-from frictionsim.errors import ArgumentError, InputError
+from frictionsim.api.tables import Cells, Parts
+from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.methods import laws_of, methods_of
 from frictionsim.scenario.settings import Scenario
-from frictionsim.work_precision import outcome
+from frictionsim.scenario.variants import TOLERANCES, Mesh, Setting
+from frictionsim.work_precision import settings as ladder
 from frictionsim.work_precision import study as work_precision
+from frictionsim.work_precision.outcome import Plan, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.report import attributes, columns, study_json, write_csv
 
@@ -22,6 +26,207 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.scenario.overrides import Overrides
+    from frictionsim.work_precision.outcome import Row
+
+
+class Meshes(TypedDict, total=False):
+    """The arguments of `cost` on meshes."""
+
+    bodies: int | Iterable[int] | None
+    models: str | Iterable[str] | None
+
+
+class Choice(NamedTuple):
+    """What is asked for; None for the default."""
+
+    laws: str | Iterable[str] | None = None
+    backends: str | Iterable[str] | None = None
+    tolerances: float | Iterable[float] | None = None
+    bodies: int | Iterable[int] | None = None
+    models: str | Iterable[str] | None = None
+
+
+def plan_of(scenario: Scenario, choice: Choice) -> Plan:
+    """Return what to run.
+
+    Raises
+    ------
+    InputError
+        If the kind has no metrics, or something is asked for that there is not.
+    """
+    tolerances = _tolerances(choice.tolerances)
+    methods = _named("backends", "backend", choice.backends, methods_of(scenario.pairs))
+    laws = _named("laws", "friction law", choice.laws, laws_of(scenario.pairs))
+    kind = mechanism_module(scenario.kind)
+    if not hasattr(kind, "METRICS"):
+        raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
+
+    def over_time() -> list[Setting]:
+        found = _ladders(kind, scenario, tolerances)
+        return [s for s in found if s.backend in methods and (not s.law or s.law in laws)]
+
+    rtol = min(tolerances) * ladder.REFERENCE_REFINEMENT
+    meshes = _meshes(kind, scenario, choice)
+    if not meshes:
+        return Plan(over_time(), _references(kind, scenario, rtol), kind.METRICS)
+    study, settings = kind.mesh_study, []
+    own = study.own_mesh(scenario)
+    for mesh in meshes:
+        if mesh == own:
+            settings += [setting._replace(mesh=own) for setting in over_time()]
+        else:
+            settings += study.mesh_settings(scenario, mesh, methods, laws)
+    references: tuple[Setting, ...] = ()
+    if own in meshes:
+        references = tuple(s._replace(mesh=own) for s in _references(kind, scenario, rtol))
+    most = max(mesh.bodies for mesh in meshes)
+    return Plan(settings, references, study.METRICS, study.limits(scenario, most))
+
+
+def _meshes(kind: Any, scenario: Scenario, choice: Choice) -> list[Mesh]:
+    """Return the meshes to compare, one model after the other; none for a study over time alone."""
+    given = {"bodies": choice.bodies, "models": choice.models}
+    if not hasattr(kind, "mesh_study"):
+        for name, value in given.items():
+            if value is not None:
+                raise ArgumentError(name, f"the kind '{scenario.kind}' has no mesh; leave this out")
+        return []
+    study = kind.mesh_study
+    bodies = study.default_bodies(scenario) if choice.bodies is None else _counts(choice.bodies)
+    if not bodies:
+        if choice.models is not None:
+            raise ArgumentError("models", "without bodies there is no mesh to compare models on")
+        return []
+    possible = study.models_of(scenario)
+    for name in as_names("models", choice.models or ()):
+        if name in study.MODELS and name not in possible:
+            raise ArgumentError(
+                "models",
+                f"'{name}' needs [effects.contact], which the scenario leaves out;"
+                f" known here: {', '.join(possible)}",
+            )
+    models = _named("models", "model", choice.models, possible)
+    return [study.mesh_of(scenario, model, count) for model in models for count in bodies]
+
+
+def _counts(given: int | Iterable[int]) -> tuple[int, ...]:
+    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    for value in values:
+        if not isinstance(value, int) or isinstance(value, bool) or value < 2:
+            raise ArgumentError("bodies", f"expected whole numbers of at least 2, got {value!r}")
+    return tuple(sorted(set(values)))
+
+
+def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:
+    if hasattr(kind, "ladders"):
+        found: list[Setting] = kind.ladders(scenario, tolerances)
+        return found
+    return ladder.ladders(scenario, tolerances, kind.build(scenario))
+
+
+def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ...]:
+    if hasattr(kind, "references"):
+        found: tuple[Setting, ...] = kind.references(scenario, rtol)
+        return found
+    return ladder.references(scenario, kind.build(scenario), rtol)
+
+
+def _tolerances(given: float | Iterable[float] | None) -> tuple[float, ...]:
+    if given is None:
+        return TOLERANCES
+    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    try:
+        found = tuple(map(float, values))
+    except (TypeError, ValueError):
+        found = ()
+    if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
+        raise ArgumentError(
+            "tolerances",
+            f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
+            f" got '{','.join(map(str, values))}'",
+        )
+    return tuple(sorted(set(found), reverse=True))
+
+
+def _named(
+    argument: str, what: str, given: str | Iterable[str] | None, known: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the names that are given; all known ones if none are."""
+    if given is None:
+        return known
+    names = tuple(as_names(argument, given))
+    for name in names:
+        if name not in known:
+            raise ArgumentError(argument, unknown(what, name, list(known)))
+    return names
+
+
+def study_parts(study: WorkPrecision) -> Parts:
+    """Yield the reference uncertainty, the table and the recommendations of a study."""
+    scenario = study.scenario
+    yield f"{scenario.title or scenario.kind}: error against run time ({study.status})"
+    yield from _reference_lines(study)
+    names = [metric.name for metric in study.metrics]
+    of_mesh, in_time = (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
+    headings = [
+        *(*of_mesh, "law", "method", "setting", ">error", *in_time),
+        *(f">{name}" for name in names),
+        *(">events", ">ms", ">spread", ">steps", ">rejected", ">rhs", ""),
+    ]
+    yield Cells(headings, [_cells(study, row, names) for row in study.rows])
+    yield from (advice.sentence for advice in recommendations(study))
+
+
+def _reference_lines(study: WorkPrecision) -> list[str]:
+    reference = study.reference
+    if reference is None:
+        return []
+    lines = [f"reference: {' and '.join(reference.names)}"]
+    if reference.floor:
+        parts = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
+        lines.append(
+            f"reference uncertainty: {study.floor:.1e}, the difference of the references ({parts});"
+            " smaller errors cannot be resolved"
+        )
+    elif len(reference.names) == 1:
+        lines.append("reference uncertainty: unknown, the second reference failed")
+    if study.time_reference is not None:
+        lines.append(
+            f"`in time`: error against {' and '.join(study.time_reference.names)}, which differ by"
+            f" {study.time_reference.uncertainty:.1e}"
+        )
+    return [
+        *lines,
+        "errors are relative, `error` is the largest; * below the reference uncertainty; spread:"
+        " largest minus least ms of the repeats; rhs: evaluations of the right-hand side",
+    ]
+
+
+def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
+    below, of_meshes = study.below_uncertainty(row), study.of_meshes
+
+    def marked(name: str, error: float | None) -> str:
+        return "" if error is None else f"{error:.1e}{'*' if name in below else ''}"
+
+    mesh = row.setting.mesh
+    spread = row.wall_spread
+    return [
+        *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if of_meshes else ()),
+        row.setting.law,
+        row.setting.backend,
+        row.setting.label,
+        marked("error", row.error) or "failed",
+        *((marked("time_error", row.time_error),) if of_meshes else ()),
+        *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
+        str(row.events),
+        f"{1e3 * row.wall_seconds:.3g}",
+        "" if spread is None else f"{1e3 * spread:.2g}",
+        str(row.steps),
+        "" if row.rejected is None else str(row.rejected),
+        str(row.rhs_evaluations),
+        row.reason,
+    ]
+
 
 CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 
@@ -31,11 +236,11 @@ class Study:
 
     Attributes
     ----------
-    data : frictionsim.work_precision.outcome.Study
+    data : frictionsim.work_precision.outcome.WorkPrecision
         Its rows, reference and metrics.
     """
 
-    def __init__(self, data: outcome.Study) -> None:
+    def __init__(self, data: WorkPrecision) -> None:
         self.data = data
 
     @property
@@ -113,7 +318,6 @@ class Study:
 
     def summary(self) -> str:
         """Return the table as text, as the command line prints it."""
-        from frictionsim.api.study_table import study_parts
         from frictionsim.api.tables import as_text
 
         return as_text(study_parts(self.data))
@@ -128,7 +332,6 @@ class Study:
         return f"<frictionsim.Study {scenario.kind}{title}: {self.status}, {rows} settings>"
 
     def _repr_html_(self) -> str:
-        from frictionsim.api.study_table import study_parts
         from frictionsim.api.tables import as_html
 
         return as_html(study_parts(self.data))
@@ -168,10 +371,6 @@ def cost(
         Of belts only. `bodies`, int or iterable of int: numbers of bodies to compare; none, `[]`,
         for a study over time alone. `models`, str or iterable of str: of `string`, `corrected` and
         `polygon`. By default all models, and from 0.4 to 4 times the scenario's bodies.
-
-    Returns
-    -------
-    Study
 
     Raises
     ------

@@ -161,10 +161,6 @@ def resume_sweep(
 def open_sweep(path: str | PathLike[str]) -> "xarray.Dataset":
     """Read the file of a sweep.
 
-    Parameters
-    ----------
-    path : path
-
     Returns
     -------
     xarray.Dataset

@@ -8,10 +8,10 @@ from typing import Annotated, Any, TypeVar
 import typer
 from typer.core import TyperCommand
 
-from frictionsim import __version__
 from frictionsim.cli.messages import print_text
 from frictionsim.errors import EXIT_BAD_INPUT, InputError
 from frictionsim.io.terminal import print_on_stderr
+from frictionsim.version import __version__
 
 
 class Process:

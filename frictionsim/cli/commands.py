@@ -55,9 +55,7 @@ def register_all() -> None:
         file_commands,
         fit_command,
         plot_command,
-        report_command,
         sweep_command,
-        warm_up,
     )
 
     order = [*OF_THIS_MODULE, *OF_OTHERS]

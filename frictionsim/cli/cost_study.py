@@ -92,15 +92,6 @@ def _draw(study: "fs.Study", path: Path) -> None:
 def run_study(scenario: "Scenario", wanted: Wanted) -> "fs.Study":
     """Run the study that the options ask for.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    wanted : Wanted
-
-    Returns
-    -------
-    Study
-
     Raises
     ------
     InputError

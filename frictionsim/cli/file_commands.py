@@ -2,12 +2,12 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import AsJson, ResultFile, app
+from frictionsim.cli.app import AsJson, NoClobber, Quiet, ResultFile, app
 from frictionsim.cli.completion import kinds, kinds_and_scenarios
 from frictionsim.cli.messages import (
     print_beside_files,
@@ -16,8 +16,96 @@ from frictionsim.cli.messages import (
     print_text,
     warn,
 )
+from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
+
+if TYPE_CHECKING:
+    from frictionsim.api.opening import SweepFile
+
+
+@app.command()
+def report(
+    result: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULT...",
+            help="Result files in HDF5; several of one kind are compared.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Report in HTML. [RESULT.html, of the first]"
+        ),
+    ] = None,
+    no_clobber: NoClobber = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a report in one HTML file, which any browser shows without a network.
+
+    Of the result of a run, several of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
+    """
+    # What has no name, as a folder that is given as '/', is refused when it is read.
+    target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
+    written = fs.report(list(result), target, no_clobber=no_clobber)
+    if not quiet:
+        print_beside_files(str(written))
+
+
+@app.command("warm-up")
+def warm_up(
+    kind: Annotated[
+        str | None,
+        typer.Argument(help="Kind of mechanism. [all that have kernels]", show_default=False),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Compile the kernels of the shipped scenarios ahead of their use, for containers and CI."""
+    from frictionsim.api.warming import warming
+
+    total, found = 0.0, False
+    with monitor_run(1.0, with_progress=False, quiet=True) as monitor:
+        for scenario, backend, seconds in warming(kind, monitor):
+            total, found = total + seconds, True
+            if not quiet:
+                took = f"compiled in {seconds:.1f} s" if seconds else "compiled already"
+                print_beside_files(f"{scenario}, {backend}: {took}")
+    if not quiet:
+        print_beside_files(f"{total:.1f} s of compilation" if found else "no kernels to compile")
+
+
+def show_sweep(
+    sweep: "SweepFile",
+    *,
+    as_json: bool = False,
+    as_csv: bool = False,
+    scenario: bool = False,
+    study: bool = False,
+) -> None:
+    """Print the summary of a sweep, or what an option asks for instead.
+
+    Parameters
+    ----------
+    sweep : SweepFile
+    as_json, as_csv, scenario, study : bool
+        The options of `frictionsim show`, of which at most one is true.
+    """
+    if scenario or study:
+        print_text(sweep.toml("study" if study else "scenario"))
+        return
+    if as_json:
+        print_json(sweep.to_json())
+    elif as_csv:
+        stdout = Stdout()
+        with suppress(ReaderGone):
+            sweep.write_csv(stdout)
+            stdout.flush()
+    else:
+        print_text(sweep.summary())
+    if sweep.left:
+        print_error(sweep.left)
 
 
 @app.command()
@@ -39,8 +127,6 @@ def show(
 
     found = result_or_sweep(result)
     if not isinstance(found, fs.Result):
-        from frictionsim.cli.show_sweep import show_sweep
-
         show_sweep(found, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
         return
     if study:

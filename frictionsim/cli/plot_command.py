@@ -5,10 +5,75 @@ from typing import Annotated
 
 import typer
 
+import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, app
 from frictionsim.cli.completion import styles, views
 from frictionsim.cli.messages import print_beside_files, print_error, warn
+from frictionsim.cli.status_line import StatusLine
 from frictionsim.errors import InputError
+
+
+def write_animation(
+    results: list[Path],
+    animation: Path,
+    fps: float | None,
+    speed: float | None,
+    *,
+    no_clobber: bool,
+    as_json: bool,
+) -> None:
+    """Write an animation, with its progress on a terminal.
+
+    Raises
+    ------
+    InputError
+        If there are several results, or it is not valid.
+    """
+    if len(results) > 1:
+        raise InputError(
+            f"--animate shows one result, got {len(results)}; 'frictionsim report' shows several"
+            " moving side by side"
+        )
+    result = results[0]
+    with StatusLine() as line:
+        fs.animate(
+            result,
+            animation,
+            fps=fps,
+            speed=speed,
+            no_clobber=no_clobber,
+            progress=lambda done, count: line(f"frame {done} of {count}"),
+        )
+    if as_json:
+        print_beside_files({"result": str(result), "pictures": [str(animation)], "skipped": []})
+    else:
+        print_beside_files(str(animation))
+
+
+def check_options(animate: Path | None, others: dict[str, object]) -> None:
+    """Check that options of animations come with --animate, and those of pictures without it.
+
+    Parameters
+    ----------
+    animate : Path or None
+    others : dict
+        By option its value, None if it is not given.
+
+    Raises
+    ------
+    InputError
+    """
+    given = [name for name, value in others.items() if value is not None]
+    if animate is None:
+        wrong = [name for name in given if name in ("--fps", "--speed")]
+        if wrong:
+            raise InputError(f"{wrong[0]} is for an animation: give --animate FILE.gif as well")
+        return
+    wrong = [name for name in given if name not in ("--fps", "--speed")]
+    if wrong:
+        raise InputError(
+            f"{wrong[0]} is for a picture and --animate for an animation: give one of them"
+        )
 
 
 @app.command()
@@ -101,8 +166,6 @@ def plot(
     as_json: AsJson = False,
 ) -> None:
     """Draw views of a result, or a sweep; each that is named is drawn into FILE-<view>.png."""
-    from frictionsim.cli import animation_option
-
     of_pictures: dict[str, object] = {
         "--output": output,
         "--view": view,
@@ -118,11 +181,9 @@ def plot(
         "--style": style,
         "--no-title": no_title or None,
     }
-    animation_option.check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
+    check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
     if animate is not None:
-        animation_option.animate(
-            result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json
-        )
+        write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
         return
     from frictionsim.api.picture_files import Choice, save_pictures
 

@@ -64,12 +64,6 @@ class EndedFromOutside(ChildFailed):
 def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Any:
     """Return what a function returns, called in a child process.
 
-    Parameters
-    ----------
-    work : function of a module
-    arguments : tuple
-    limits : Limits
-
     Returns
     -------
     object

@@ -47,13 +47,7 @@ class Row(NamedTuple):
 
 @dataclass
 class Comparison:
-    """The rows of a comparison, the largest ratio first, and notes that do not affect the verdict.
-
-    Attributes
-    ----------
-    rows : list of Row
-    notes : list of str
-    """
+    """The rows of a comparison, the largest ratio first, and notes outside the verdict."""
 
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -88,10 +82,6 @@ def compare_records(
     tolerances : Tolerances
     ignore : list of str
         Names or patterns of channels to leave out.
-
-    Returns
-    -------
-    Comparison
 
     Raises
     ------

@@ -19,7 +19,7 @@ from frictionsim.io.replaceable import RESULT, check_target
 from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
 
 if TYPE_CHECKING:
-    from frictionsim.simulation.simulate import RunResult
+    from frictionsim.results import Record
 
 LOG = logging.getLogger(__name__)
 
@@ -124,7 +124,7 @@ class Destination:
         if part != self.whole:
             check_target(part, RESULT)
 
-    def write(self, run: "RunResult") -> Path | None:
+    def write(self, run: "Record") -> Path | None:
         """Write a result.
 
         Returns
@@ -161,7 +161,7 @@ class Destination:
         self._written.add(place)
         return place
 
-    def write_last(self, run: "RunResult") -> Path | None:
+    def write_last(self, run: "Record") -> Path | None:
         """Write the result of a run that has stopped; if it cannot be, elsewhere.
 
         Returns
@@ -183,7 +183,7 @@ class Destination:
         except OutputError as error:
             raise OutputError(f"{error}{self._rescued(run)}{self._resumable(before)}") from None
 
-    def _rescued(self, run: "RunResult") -> str:
+    def _rescued(self, run: "Record") -> str:
         """Write a result that could not be written, and return where it is for the message.
 
         It is beside the target or, where the folder takes no file, in a private folder for

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from frictionsim import __version__
 from frictionsim.errors import InputError
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
@@ -41,6 +40,7 @@ from frictionsim.io.stored_array import FileSource, stamp_of
 from frictionsim.io.sweep_table import VERSION_NAME as OF_SWEEPS
 from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.simulation.stored_channel import StoredChannel
+from frictionsim.version import __version__
 
 ATTRIBUTES = (
     "backend",

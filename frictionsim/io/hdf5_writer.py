@@ -102,14 +102,13 @@ from frictionsim.io.result_format import (
     state_digest,
 )
 from frictionsim.results import Channel, Record
-from frictionsim.simulation.record import record_of, scenario_attributes
+from frictionsim.simulation.record import scenario_attributes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import RunResult
 
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
@@ -117,15 +116,10 @@ TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
-def write(run: "RunResult", path: Path) -> None:
+def write(run: "Record", path: Path) -> None:
     """Write the result file of a run atomically: on any error the existing file is kept.
 
     If the run can be resumed, samples in segments stay there, and the file refers to them.
-
-    Parameters
-    ----------
-    run : RunResult
-    path : Path
 
     Raises
     ------
@@ -134,14 +128,14 @@ def write(run: "RunResult", path: Path) -> None:
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
-        write_record(record_of(run), path, run.checkpoint)
+        write_record(run, path, run.checkpoint)
         return
     before = stored.number * stored.rows
     tail = {name: values[before:] for name, values in run.channels.items()}
-    record = record_of(run._replace(time=run.time[before:], channels=tail))
     numbers = stored.number, stored.rows, stored.segments.checksum
     reference = {SEGMENTS: " ".join([stored.segments.name, *map(str, numbers)])}
-    write_record(record._replace(attributes=record.attributes | reference), path, run.checkpoint)
+    part = run._replace(channels=tail, attributes=run.attributes | reference)
+    write_record(part, path, run.checkpoint)
 
 
 def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None = None) -> None:

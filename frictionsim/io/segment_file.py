@@ -89,10 +89,6 @@ def open_regular(path: Path) -> Any:
 class SegmentFile:
     """A segment that is open for reading.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     OSError, ValueError

@@ -25,10 +25,6 @@ MOTIONS: Mapping[str, str] = {
 def motion_of(result: "Record") -> Motion | None:
     """Return the mechanism of a result in motion; None if there is no drawing of its kind.
 
-    Parameters
-    ----------
-    result : Record
-
     Raises
     ------
     InputError

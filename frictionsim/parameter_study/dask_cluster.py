@@ -16,13 +16,13 @@ from threading import Thread
 from time import monotonic
 from typing import Any
 
-from frictionsim import __version__
 from frictionsim.errors import InputError, SolverError
 from frictionsim.parameter_study import dispatch
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.dispatch import CHECK, RUN, Answer, Job
 from frictionsim.parameter_study.single_run import Task, run_task
 from frictionsim.parameter_study.sweep import SweepPlan
+from frictionsim.version import __version__
 
 LOCAL = "local:"
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
@@ -265,10 +265,10 @@ def _probe() -> Callable[[], str]:
 
     def version() -> str:
         try:
-            import frictionsim
+            from frictionsim.version import __version__
         except ImportError:
             return ""
-        return frictionsim.__version__
+        return __version__
 
     return version
 

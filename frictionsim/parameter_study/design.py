@@ -107,10 +107,6 @@ def design_of(
     sampling : Sampling, optional
         Of distributions.
 
-    Returns
-    -------
-    Design
-
     Raises
     ------
     InputError

@@ -22,8 +22,8 @@ from frictionsim.simulation.simulate import run
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.results import Record
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import RunResult
 
     Array = npt.NDArray[np.float64]
 
@@ -178,7 +178,7 @@ class FitProblem:
                 into[here] = part
         return Model(np.concatenate(found), doubt=doubt, warnings=warnings)
 
-    def _run(self, values: Mapping[str, float]) -> "tuple[RunResult | None, str]":
+    def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str]":
         self.runs += 1
         try:
             scenario = self._base.replace(expanded(values))
@@ -190,16 +190,16 @@ class FitProblem:
         self._on_run(self.runs)
         return (result if result.status == "done" else None), result.reason
 
-    def _channel(self, target: Target, result: "RunResult") -> "Array":
+    def _channel(self, target: Target, result: "Record") -> "Array":
         name, _, member = target.name.partition(".")
-        if name not in result.channels:
+        channels = [known for known in result.channels if known != "time"]
+        if name not in channels:
             raise ArgumentError(
-                "channels",
-                f"this scenario has no channel '{name}'; it has {', '.join(result.channels)}",
+                "channels", f"this scenario has no channel '{name}'; it has {', '.join(channels)}"
             )
         channel = np.asarray(result.channels[name])
         if member:
-            members = result.axes[result.channel_info[name].axis]
+            members = result.members[result.axes[name]]
             if member not in members:
                 raise ArgumentError(
                     "channels", f"{name}: {unknown('member', member, list(members))}"
@@ -207,14 +207,14 @@ class FitProblem:
             channel = channel[:, members.index(member)]
         places = np.searchsorted(result.time, target.times)
         found = channel[np.minimum(places, len(channel) - 1)].astype(np.float64)
-        after = result.sides.get(f"{name}_after")
+        after = result.events.get(f"{name}_after")
         if after is not None:
             for transition, value in zip(result.transitions, after, strict=True):
                 near = np.abs(target.times - transition.time) <= SAME_TIME * transition.time
                 found[near] = value
         return found
 
-    def _quantity(self, target: Target, result: "RunResult") -> "float | None":
+    def _quantity(self, target: Target, result: "Record") -> "float | None":
         if target.name not in result.quantities:
             raise ArgumentError(
                 "quantities", unknown("quantity", target.name, list(result.quantities))

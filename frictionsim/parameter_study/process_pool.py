@@ -42,12 +42,7 @@ def local_execution(workers: int, runs: int) -> Execution:
 
 
 class ProcessPool:
-    """An `Execution` with worker processes, which are started when they are needed.
-
-    Parameters
-    ----------
-    count : int
-    """
+    """An `Execution` with worker processes, which are started when they are needed."""
 
     seconds_of_a_block = 0.3
 

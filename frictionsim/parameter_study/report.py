@@ -41,11 +41,6 @@ class Writable(Protocol):
 def write_csv(table: SweepTable, path: Path) -> None:
     """Write a sweep as CSV, each file whole or not at all.
 
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path
-
     Raises
     ------
     OutputError
@@ -76,13 +71,7 @@ def _write_indices(found: SobolIndices, file: Writable) -> None:
 
 
 def write_lines(table: SweepTable, file: Writable) -> None:
-    """Write the heading and a line for each run.
-
-    Parameters
-    ----------
-    table : SweepTable
-    file : text file
-    """
+    """Write the heading and a line for each run."""
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(
         [

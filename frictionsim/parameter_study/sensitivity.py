@@ -75,11 +75,6 @@ class Indices(NamedTuple):
 def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
     """Return the Sobol indices of some quantities of a sample.
 
-    Parameters
-    ----------
-    table : SweepTable
-    names : list of str
-
     Raises
     ------
     InputError

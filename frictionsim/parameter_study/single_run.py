@@ -14,9 +14,9 @@ from frictionsim.parameter_study.block import (
     block_of,
 )
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
-from frictionsim.results import SimulationResult, defined, failures
+from frictionsim.results import Record, SimulationResult, defined, failures
 from frictionsim.scenario.settings import Scenario
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 
 INTERNAL = "internal_error"
 DIGITS = 7  # of the number in the name of a result
@@ -57,10 +57,6 @@ def run_task(
         The folder for the result of each run.
     on_step : callable
         Called with the time after each step of each run.
-
-    Returns
-    -------
-    Block
 
     Raises
     ------
@@ -171,12 +167,12 @@ def without_samples(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"output": scenario.output.model_copy(update=changed)})
 
 
-def _outcome(scenario: Scenario, done: RunResult) -> Outcome:
+def _outcome(scenario: Scenario, done: Record) -> Outcome:
     status = DONE if done.status == "done" else FAILED
     if done.exit_code == EXIT_AUDIT_FAILED:
         status = AUDIT_FAILED
     warnings = _lasting(done.warnings)
-    return Outcome(status, defined(done.quantities), done.failure, done.reason, warnings)
+    return Outcome(status, done.quantities, done.failure, done.reason, warnings)
 
 
 def _lasting(warnings: Iterable[str]) -> str:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from frictionsim import __version__
 from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
@@ -17,6 +16,7 @@ from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
 from frictionsim.scenario.overrides import toml_value
 from frictionsim.scenario.settings import Scenario
+from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -72,10 +72,6 @@ def plan_of(
     together, sampling
         As of `design_of`.
     series : Path, optional
-
-    Returns
-    -------
-    SweepPlan
 
     Raises
     ------

@@ -42,13 +42,7 @@ class Levels(NamedTuple):
 
 
 class Distribution(NamedTuple):
-    """The distribution of a key.
-
-    Attributes
-    ----------
-    name : str
-    arguments : tuple of float
-    """
+    """The distribution of a key."""
 
     name: str
     arguments: tuple[float, ...]
@@ -108,10 +102,6 @@ def values_of(key: str, given: Any) -> Values:
         For messages.
     given : str or iterable
         Text as above, or in Python anything that has values one after the other.
-
-    Returns
-    -------
-    Levels or Distribution
 
     Raises
     ------

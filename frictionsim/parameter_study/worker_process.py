@@ -32,10 +32,6 @@ TO_PARENT = ("SIGINT", "SIGHUP")
 class Worker:
     """A process that does jobs one after the other.
 
-    Parameters
-    ----------
-    plan : SweepPlan
-
     Attributes
     ----------
     jobs : deque of Job

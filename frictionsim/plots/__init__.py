@@ -243,10 +243,6 @@ def draw_overlay(
     view, ax, look, shown
         As of `draw`.
 
-    Returns
-    -------
-    Figure
-
     Raises
     ------
     InputError

@@ -73,10 +73,6 @@ def first_free_body(touched: "Array") -> int:
     ----------
     touched : (n,)
         Index of the pulley that each body touches; -1 if none.
-
-    Returns
-    -------
-    int
     """
     on = np.flatnonzero(touched == 0)
     if not on.size:
@@ -173,11 +169,6 @@ class BeltLine:
 
     def mean(self, result: "Record", samples: Any) -> "Array":
         """Return the mean tension over samples at the positions `place`, which are fixed in space.
-
-        Parameters
-        ----------
-        result : Record
-        samples : sequence of int
 
         Returns
         -------

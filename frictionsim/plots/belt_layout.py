@@ -1,6 +1,7 @@
 """The layout of a belt drive: tension, forces on the contact arcs, sticking and slipping."""
 
 from collections.abc import Sequence
+from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from frictionsim.plots.belt_forces import draw_forces, force_handles, largest_force, mark_modes
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.slip import senses_of
+from frictionsim.motion.belt_path import path_of
 from frictionsim.plots.belt_geometry import Pulley, has_friction, pulleys_of
-from frictionsim.plots.belt_motion import draw_belt_motion, draw_rotation, speeds_of
 from frictionsim.plots.belt_shape import (
     TENSION_COLOURS,
     Belt,
@@ -21,9 +23,12 @@ from frictionsim.plots.belt_shape import (
     contact_arc,
     patch_of,
 )
+from frictionsim.plots.belt_slip import recorded_speed_at_rest
 from frictionsim.plots.style import (
     BLACK,
+    BLUE,
     GREY,
+    VERMILION,
     Style,
     add_legend,
     axis_label,
@@ -36,9 +41,186 @@ from frictionsim.plots.style import (
 )
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.figure import SubFigure
 
     from frictionsim.results import Record
+
+    Array = npt.NDArray[np.float64]
+
+MAX_BAR = 0.6  # radii
+GAP = 0.11  # radii, between the belt and the bars
+FULL_WIDTH_PITCH = 5.0  # points between bodies; bars are thinner where there is less
+MARKED_PITCH = 3.0  # points between bodies; bars that are closer have no marks at their ends
+MIN_MARKED = 0.02  # of the largest force
+
+# Normal force and both directions of friction differ in their ends too, for grey print.
+NORMAL: Style = {"color": BLUE, "linewidth": 1.8}
+FORWARD: Style = {"color": VERMILION, "linewidth": 1.8, "marker": "o", "markersize": 4.5}
+BACKWARD: Style = FORWARD | {"marker": "s", "markerfacecolor": "white", "linewidth": 1.0}
+EDGED = [withStroke(linewidth=3.6, foreground=BLACK)]
+STICK: Style = {"color": BLACK, "linewidth": 2.4, "path_effects": EDGED}
+SLIP: Style = STICK | {"color": "white"}
+
+
+def largest_force(touches: "Sequence[ContactArc]") -> float:
+    """Return the largest normal force or friction of all pulleys, N; 0 without any."""
+    forces = [np.abs([touch.normal_force, touch.friction]) for touch in touches]
+    return max((float(force.max()) for force in forces if force.size), default=0.0)
+
+
+def draw_forces(
+    ax: Any, pulley: "Pulley", touch: "ContactArc", force: float, pitch_points: float
+) -> None:
+    """Draw forces and modes of the bodies on a pulley.
+
+    Parameters
+    ----------
+    ax : Axes
+    pulley : Pulley
+    touch : ContactArc
+    force : float, N
+        The largest force, which has the longest bar.
+    pitch_points : float
+        From body to body, in points.
+    """
+    if force > 0.0:
+        _draw_bars(ax, touch, pulley.radius, MAX_BAR * pulley.radius / force, pitch_points)
+        _draw_scale_bar(ax, pulley, force)
+    mark_modes(ax, touch, width=2.2)
+
+
+def _draw_bars(
+    ax: Any, touch: "ContactArc", radius: float, per_force: float, pitch_points: float
+) -> None:
+    """Draw the normal forces outwards from the belt and the friction forces inwards."""
+    forward = touch.friction > 0.0
+    least = MIN_MARKED * MAX_BAR * radius / per_force
+    for style, which, lengths in (
+        (NORMAL, touch.normal_force > 0.0, touch.normal_force),
+        (FORWARD, forward, -touch.friction),
+        (BACKWARD, ~forward, touch.friction),
+    ):
+        foot = touch.place + GAP * radius * np.sign(lengths)[:, None] * touch.normal
+        tip = foot + (per_force * lengths)[:, None] * touch.normal
+        width = style["linewidth"] * min(1.0, pitch_points / FULL_WIDTH_PITCH)
+        bars = np.stack([foot, tip], axis=1)[which]
+        ax.add_collection(LineCollection(bars, colors=style["color"], linewidths=width))
+        ends = tip[which & (np.abs(lengths) > least)]
+        if "marker" in style and pitch_points >= MARKED_PITCH and ends.size:
+            ax.plot(*ends.T, **(style | {"linestyle": ""}))
+
+
+def _draw_scale_bar(ax: Any, pulley: "Pulley", force: float) -> None:
+    """Draw a scale bar of a round force at the centre of the pulley."""
+    value = round_below(force)
+    half = 0.5 * MAX_BAR * pulley.radius * value / force
+    ends = [pulley.x - half, pulley.x + half]
+    ax.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
+    ax.annotate(
+        f"{value:g} N",
+        (pulley.x, pulley.y),
+        (0.0, 4.0),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize="x-small",
+    )
+
+
+def round_below(value: float) -> float:
+    """Return the largest of ..., 1, 2, 5, 10, ... that does not exceed a value."""
+    power = 10.0 ** floor(log10(value))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
+
+
+def mark_modes(ax: Any, touch: "ContactArc", width: float) -> None:
+    """Draw a strip on the bodies: black where they stick, white with a black edge elsewhere."""
+    slips = [line for line, sticks in zip(touch.lines, touch.sticks, strict=True) if not sticks]
+    edge = LineCollection(touch.lines, colors=BLACK, linewidths=width + 1.0, zorder=5)
+    strip = LineCollection(slips, colors="white", linewidths=width, zorder=5)
+    ax.add_collection(edge)
+    ax.add_collection(strip)
+
+
+def force_handles(has_friction: bool) -> list[Any]:
+    """Return what the legend says of forces and modes."""
+    handles = [Line2D([], [], **NORMAL, label="normal force")]
+    if not has_friction:
+        return [*handles, Line2D([], [], **SLIP, label="touching")]
+    for style, words in ((FORWARD, "counter-clockwise"), (BACKWARD, "clockwise")):
+        handles.append(Line2D([], [], **style, label=f"friction on the belt, {words}"))
+    for style, words in ((STICK, "sticking"), (SLIP, "slipping")):
+        handles.append(Line2D([], [], **style, label=words))
+    return handles
+
+
+AT = 0.3  # radii, from the centre of a pulley to the arrow of its motion
+HALF = np.radians(60.0)  # half the angle of that arrow, which is below the centre
+MIN_SHARE = 1e-6  # of the largest speed in the run: slower is at rest
+TRIANGLE = 3  # of a triangle
+
+
+def speeds_of(result: "Record", pulleys: "list[Pulley]") -> "Array":
+    """Return the speed of each rim at the last sample, m/s; 0 at rest or if not recorded."""
+    if "pulley_speed" not in result.channels:
+        return np.zeros(len(pulleys))
+    rims = result.channels["pulley_speed"] * np.array([p.radius for p in pulleys])
+    at_rest = max(recorded_speed_at_rest(result), MIN_SHARE * float(np.max(np.abs(rims))))
+    return np.where(np.abs(rims[-1]) > at_rest, rims[-1], 0.0)
+
+
+def draw_belt_motion(ax: Any, result: "Record", belt: "Belt", rims: "Array") -> None:
+    """Draw a triangle on each span that points where the belt moves; none if it is at rest.
+
+    Parameters
+    ----------
+    ax : Axes
+    result : Record
+    belt : Belt
+    rims : (pulleys,), m/s
+        Of `speeds_of`.
+    """
+    try:
+        path = path_of(result)
+    except InputError:
+        path = None
+    if path is None:
+        return
+    along = float(np.mean(rims * senses_of(path)))
+    if along == 0.0:
+        return
+    for span in path.spans:
+        start, stop = np.array(span.start), np.array(span.end)
+        middle = 0.5 * (start + stop)
+        place = belt.bodies[np.argmin(np.hypot(*(belt.bodies - middle).T))]
+        ahead = np.sign(along) * (stop - start)
+        turned = float(np.degrees(np.arctan2(ahead[1], ahead[0]))) - 90.0  # it points upwards
+        style = {"markersize": 11, "mfc": "white", "mec": BLACK, "mew": 1.2, "zorder": 7}
+        ax.plot(*place, marker=(TRIANGLE, 0, turned), linestyle="", **style)
+
+
+def draw_rotation(ax: Any, pulley: "Pulley", rim: float) -> None:
+    """Draw a curved arrow inside a pulley the way it turns; none at rest.
+
+    Parameters
+    ----------
+    ax : Axes
+    pulley : Pulley
+    rim : float, m/s
+        Positive counter-clockwise.
+    """
+    if rim == 0.0:
+        return
+    sign, centre = np.sign(rim), np.array([pulley.x, pulley.y])
+    tail, tip = (
+        centre + AT * pulley.radius * np.array([np.sin(turn), -np.cos(turn)])
+        for turn in (-sign * HALF, sign * HALF)
+    )
+    bend = {"arrowstyle": "-|>", "connectionstyle": f"arc3,rad={sign * np.tan(0.5 * HALF):.4f}"}
+    arrow = bend | {"color": BLACK, "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
+    ax.annotate("", tuple(tip), tuple(tail), arrowprops=arrow)
+
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
 PULLEY_COLOUR = "#EEEEEE"
@@ -49,7 +231,7 @@ MIN_HEIGHT, HIGH, MAX_HEIGHT = 0.8, 2.0, 4.0  # inches, of the whole drive
 MARGIN = 0.8  # inches, for the title and the colour bar
 TITLE = 0.5  # inches, of a detail
 WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
-POINTS = 72.0  # per inch
+POINTS_PER_INCH = 72.0  # per inch
 WHOLE, DETAIL = 4.5, 6.0  # points, width of the belt in the whole and in a detail
 HALO = [withStroke(linewidth=2.0, foreground="white")]
 # Teeth on both sides of the belt, which are seen in grey too.
@@ -96,7 +278,7 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
         ax = figure.add_subplot(parts[1 + i // columns, i % columns])
         ax.set_axis_off()
         details.append(ax)
-        pitch_points = POINTS * 0.5 * side / WINDOW * belt.pitch / pulley.radius
+        pitch_points = POINTS_PER_INCH * 0.5 * side / WINDOW * belt.pitch / pulley.radius
         caption = ax.set_title(_caption(result, i, pulley), fontsize="small")
         if not isinstance(figure, Figure):
             shrink(caption, relative * MAX_IN_A_ROW / columns)

@@ -1,17 +1,30 @@
-"""The pictures of an epicyclic gear."""
+"""The pictures of an epicyclic gear.
+
+Samples between the recorded ones, for curves over an angle that turns far from sample to sample.
+
+What is drawn remains what the file says: the angle between two samples follows from its velocities
+at these (a cubic polynomial), torques from the equations of the scenario at that angle, if these
+give the recorded torques at both samples. Other channels are linear in between, as their drawn
+lines are, and so is everything next to events, where torques may jump.
+"""
 
 from collections.abc import Sequence
 from math import pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patches import Circle
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.mechanisms.epicyclic.tracer_point import (
+    TracerPoint,
+    cusp_angles,
+    pace,
+    place_of_longest_dwell,
+    tracer_position,
+)
 from frictionsim.plots import time_history
-from frictionsim.plots.finer_samples import refined
-from frictionsim.plots.path_marks import draw_marks
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -20,6 +33,7 @@ from frictionsim.plots.style import (
     SKY,
     VERMILION,
     WIDTH,
+    Style,
     add_legend,
     grid,
     line_style,
@@ -27,12 +41,189 @@ from frictionsim.plots.style import (
     set_up,
     width_of,
 )
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
+
+    Array = npt.NDArray[np.float64]
+
+CUSP: Style = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 6, "linestyle": ""}
+DWELL: Style = {"color": ORANGE, "linewidth": 5.0, "alpha": 0.8, "solid_capstyle": "butt"}
+PLACE: Style = {
+    "marker": "o",
+    "mfc": "none",
+    "mec": ORANGE,
+    "mew": 2.5,
+    "markersize": 14,
+    "linestyle": "",
+}
+FINE = 200  # points of the path of a dwell
+SAME = 1e-9  # of the length of the crank: cusps of several turns that lie in one place
+
+
+def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -> list[Any]:
+    """Mark the cusps of a path, and the part of it where its point dwells longest.
+
+    Both are as the summary counts them: only the path of a point of the rim has cusps, where it
+    touches the sun; a point dwells within `dwell_distance` of a position of least speed.
+
+    Parameters
+    ----------
+    plane : Axes
+    result : Record
+    sun_radius, radius : float, m
+        Of sun and planet.
+    """
+    channels = result.channels
+    point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
+    length = sun_radius + radius
+    angles = cusp_angles(sun_radius, radius, point, channels["angle"])
+    handles = []
+    if angles.size:
+        x, y = tracer_position(length, length / radius, point, angles)
+        places = np.round(np.column_stack([x, y]) / (SAME * length)).astype(np.int64)
+        _, first = np.unique(places, axis=0, return_index=True)
+        count = f"{angles.size} cusp{'' if angles.size == 1 else 's'}"
+        handles += plane.plot(x[first], y[first], **CUSP, zorder=3.5, label=count)
+    if "angular_velocity" in channels:
+        handles += _draw_dwell(plane, result, length, radius, point)
+    return handles
+
+
+def _draw_dwell(
+    plane: Any, result: "Record", length: float, radius: float, point: TracerPoint
+) -> list[Any]:
+    channels, turns = result.channels, length / radius
+    time, angle = channels["time"], channels["angle"]
+    speed = pace(length, turns, point, angle, channels["angular_velocity"])
+    x, y = channels["tracer_x"], channels["tracer_y"]
+    found = place_of_longest_dwell(time, speed, x, y, point.dwell_distance)
+    if found is None or found.stop <= found.start:
+        return []
+    turned = np.interp(np.linspace(found.start, found.stop, FINE), time, angle)
+    path = tracer_position(length, turns, point, turned)
+    words = f"longest dwell, {found.stop - found.start:.4g} s"
+    plane.plot(*path, **DWELL, zorder=2.5)
+    at = x[found.sample], y[found.sample]
+    return list(plane.plot(*at, **PLACE, zorder=4.5, label=words))
+
+
+FAR = 0.06  # rad, between two samples: there are finer ones in between
+ANGLE_STEP = 0.04  # rad, from one of these to the next
+MAX_POINTS = 20_000
+AGREES = 1e-6  # of the largest torque: the equations give what is recorded
+NEEDED = ("angle", "angular_velocity", "mode")
+
+
+def refined(result: "Record") -> "Record":
+    """Return a record with finer samples where the angle turns far between its own.
+
+    Parameters
+    ----------
+    result : Record
+        Of one coordinate. Without `angle`, `angular_velocity` or `mode` it is returned as it is.
+    """
+    channels = result.channels
+    if not set(NEEDED) <= channels.keys() or channels["time"].size < 2:
+        return result
+    mechanism = _mechanism_of(result)
+    fine, interval = _fine_times(result)
+    if mechanism is None or fine.size == channels["time"].size:
+        return result
+    time = channels["time"]
+    angle, velocity = _hermite(
+        time, channels["angle"], channels["angular_velocity"], fine, interval
+    )
+    found: dict[str, Any] = {}
+    for name, values in channels.items():
+        if result.axes.get(name):
+            found[name] = np.stack([np.interp(fine, time, column) for column in values.T], axis=1)
+        elif np.asarray(values).dtype.kind in "iub":
+            found[name] = values[interval]
+        else:
+            found[name] = np.interp(fine, time, values)
+    found |= {"time": fine, "angle": angle, "angular_velocity": velocity}
+    mode = found["mode"]
+    at_samples = _torques(
+        mechanism, channels["angle"], channels["angular_velocity"], channels["mode"]
+    )
+    between = _torques(mechanism, angle, velocity, mode)
+    for name in at_samples.keys() & channels.keys():
+        off = np.abs(at_samples[name] - channels[name])
+        agree = off <= AGREES * float(np.max(np.abs(channels[name])))
+        after = np.minimum(interval + 1, time.size - 1)
+        sound = agree[interval] & agree[after] & ~np.isin(fine, time)
+        found[name] = np.where(sound, between[name], found[name])
+    return result._replace(channels=found)
+
+
+def _mechanism_of(result: "Record") -> Mechanism | None:
+    """Return the mechanism of the scenario; None if another version wrote it."""
+    try:
+        scenario = validate(scenario_of(result), Path())
+    except (InputError, ValidationFailure):
+        return None
+    build = getattr(mechanism_module(scenario.kind), "build", None)
+    found = None if build is None else build(scenario)
+    return found if isinstance(found, Mechanism) else None
+
+
+def _fine_times(result: "Record") -> tuple["Array", Any]:
+    """Return all times, s, those of the samples among them, and the sample before each."""
+    time, angle = result.channels["time"], result.channels["angle"]
+    turned = np.abs(np.diff(angle))
+    at_event = np.isin(time, result.events["time"])
+    smooth = ~(at_event[1:] | at_event[:-1]) & np.isfinite(turned) & (turned > FAR)
+    counts = np.where(smooth, np.ceil(turned / ANGLE_STEP), 1.0).astype(int)
+    if counts.sum() > MAX_POINTS:
+        counts = np.minimum(counts, max(1, MAX_POINTS // counts.size))
+    interval = np.repeat(np.arange(counts.size), counts)
+    within = np.arange(interval.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = within / counts[interval]
+    fine = time[interval] + share * np.diff(time)[interval]
+    fine = np.where(within == 0, time[interval], fine)
+    return np.append(fine, time[-1]), np.append(interval, time.size - 1)
+
+
+def _hermite(
+    time: "Array", angle: "Array", velocity: "Array", fine: "Array", interval: Any
+) -> tuple["Array", "Array"]:
+    """Return angle and velocity at fine times, by the cubic polynomial between two samples."""
+    first = np.minimum(interval, time.size - 2)
+    step = np.diff(time)[first]
+    u = np.divide(fine - time[first], step, out=np.zeros_like(fine), where=step > 0.0)
+    start, stop = angle[first], angle[first + 1]
+    rise, end_rise = step * velocity[first], step * velocity[first + 1]
+    rest = 3.0 * (stop - start) - 2.0 * rise - end_rise
+    cubic = rise + end_rise - 2.0 * (stop - start)
+    found = start + u * (rise + u * (rest + u * cubic))
+    slope = np.divide(
+        rise + u * (2.0 * rest + 3.0 * u * cubic), step, out=velocity[first] * 1.0, where=step > 0.0
+    )
+    return found, slope
+
+
+def _torques(mechanism: Mechanism, angle: "Array", velocity: "Array", mode: Any) -> dict[str, Any]:
+    """Return the torques that follow from angle, velocity and mode, N m, by channel."""
+    none = np.zeros_like(angle)
+    trajectory = Trajectory(
+        none, none, angle, velocity, none, none, np.asarray(mode, dtype=float), {}, {}, []
+    )
+    found = dict(mechanism.channels(trajectory))
+    found.pop("drive_torque", None)  # of the time
+    if mechanism.contact is not None:
+        forward = mechanism.contact.kinetic_limit(0.0, angle, velocity, 1)
+        backward = mechanism.contact.kinetic_limit(0.0, angle, velocity, -1)
+        found["friction_torque"] = np.where(mode > 0, -forward, np.where(mode < 0, backward, none))
+    return found
+
 
 TORQUES = {
     "drive_torque": "drive",
@@ -44,7 +235,10 @@ PATH_SPARE = 1.6  # inches beside the plane, in a picture of WIDTH
 TURN = 2.0 * pi
 PARTS = ("sun", "planet")
 SUN_COLOUR = "#D0D0D0"
-STEP, MAX_POINTS = 0.02, 20_000  # of a path: crank angle between points, rad; number of points
+PATH_STEP, MAX_PATH_POINTS = (
+    0.02,
+    20_000,
+)  # of a path: crank angle between points, rad; number of points
 
 
 def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
@@ -136,7 +330,7 @@ def _path(result: "Record", sun_radius: float, radius: float) -> tuple[Any, Any]
     if "angle" not in result.channels:
         return result.channels["tracer_x"], result.channels["tracer_y"]
     low, high = np.min(result.channels["angle"]), np.max(result.channels["angle"])
-    count = int(min(2 + (high - low) / STEP, MAX_POINTS))
+    count = int(min(2 + (high - low) / PATH_STEP, MAX_PATH_POINTS))
     point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
     length = sun_radius + radius
     return tracer_position(length, length / radius, point, np.linspace(low, high, count))

@@ -44,10 +44,6 @@ def diagram(found: "Outcome", figure: "Figure | SubFigure | None" = None, ax: An
     figure, ax : optional
         As in `frictionsim.plots.draw`.
 
-    Returns
-    -------
-    Figure
-
     Raises
     ------
     InputError

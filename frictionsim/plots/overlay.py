@@ -221,12 +221,7 @@ def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
 
 
 def labels_of(results: Sequence[Overlaid]) -> list[str]:
-    """Return labels that tell results apart: values of the keys in which they differ, or names.
-
-    Parameters
-    ----------
-    results : sequence of Overlaid
-    """
+    """Return labels that tell results apart: values of the keys in which they differ, or names."""
     by_key = _labels_by_key([one.record for one in results])
     if by_key and len(set(by_key)) == len(results):
         return by_key

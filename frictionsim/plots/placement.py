@@ -1,23 +1,203 @@
-"""Where a view is drawn: a new figure, a given figure or subfigure, or the place of given Axes."""
+"""Where a view is drawn: a new figure, a given figure or subfigure, or the place of given Axes.
+
+The parts of a picture in a size and style of the user: texts in lines that fit, lines, room.
+
+Views are arranged for a picture of WIDTH with the usual text. In another one their texts may be
+wider or higher than what they belong to; such are broken into lines, and the picture becomes higher
+for them.
+"""
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
 
+import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots.appearance import USUAL, Appearance
-from frictionsim.plots.arrangement import arrange
+from frictionsim.plots.appearance import LINE, USUAL, Appearance
 from frictionsim.plots.glyphs import faults_of
 from frictionsim.plots.literal_text import literally
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import FONTS, png, rendering
-from frictionsim.plots.style import WIDTH
+from frictionsim.plots.style import POINTS, WIDTH, text_scale
+from frictionsim.plots.text_size import LINE_SPACING, points_of, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.gridspec import SubplotSpec
+
+TITLE_ROOM = 0.9  # of the width of a panel: there may be another one beside it
+MIN_SIDE = 0.25  # inches, of a panel that shows anything
+MARGIN = 0.08  # inches, beside the title
+TITLE_SIZE = "medium"
+COLLAPSED = "collapsed to zero"  # what matplotlib says if there is no room
+COLOUR_BAR = "<colorbar>"  # the label that matplotlib gives to its axes
+INCHES_TO_MM = 25.4
+
+
+def arrange(figure: "Figure", look: Appearance) -> None:
+    """Make a drawn figure fit its size and style.
+
+    Raises
+    ------
+    InputError
+        If there is no room for its panels.
+    """
+    _scale_lines(figure)
+    _set_title(figure, look.title)
+    if look.height is not None:
+        figure.set_figheight(look.height)
+    # The first layout says how much room there is for the labels; the second has them in lines.
+    _lay_out(figure, look)
+    further = _break_labels(figure)
+    if further and look.height is None:
+        figure.set_figheight(figure.get_figheight() + further / POINTS)
+    _lay_out(figure, look)
+    if _hold_ticks(figure) | _thin_ticks(figure):
+        _lay_out(figure, look)
+    _hide_overlapping(figure)
+
+
+def _hold_ticks(figure: "Figure") -> bool:
+    """Keep the ticks of axes whose labels leave the figure; return whether there are any.
+
+    Ticks depend on the size of a panel and this on the labels of the ticks: the layout may go to
+    and fro between two choices, and stop where the labels of one have the room of the other.
+    """
+    found = False
+    for ax in figure.axes:
+        box = ax.get_tightbbox()
+        if box is not None and (box.x1 > figure.bbox.x1 + 1.0 or box.x0 < figure.bbox.x0 - 1.0):
+            low, high = sorted(ax.get_xlim())
+            ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
+            found = True
+    return found
+
+
+def _thin_ticks(figure: "Figure") -> bool:
+    """Take away every second tick where their labels overlap; return whether there are such."""
+    found = False
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        while True:
+            low, high = sorted(axis.get_view_interval())
+            ticks = [tick for tick in axis.get_majorticklocs() if low <= tick <= high]
+            shown = [label for label in axis.get_ticklabels() if label.get_text()]
+            boxes = [label.get_window_extent() for label in shown if label.get_visible()]
+            if len(ticks) < 2 or not any(a.overlaps(b) for a, b in pairwise(boxes)):
+                break
+            axis.set_ticks(ticks[::2])
+            axis.set_minor_locator(NullLocator())
+            found = True
+    return found
+
+
+def _hide_overlapping(figure: "Figure") -> None:
+    """Hide labels above panels that overlap others: a view cannot know how wide its panels are."""
+    for ax in figure.axes:
+        top, kept = ax.get_window_extent().y1, list[Any]()
+        above = [text for text in ax.texts if text.get_window_extent().y0 >= top]
+        for text in sorted(above, key=lambda text: float(text.get_window_extent().x0)):
+            box = text.get_window_extent()
+            if any(box.overlaps(other) for other in kept):
+                text.set_visible(False)
+            else:
+                kept.append(box)
+
+
+def _scale_lines(figure: "Figure") -> None:
+    """Give lines and markers the width and size of the style, where a view has set its own."""
+    width, size = float(rcParams["lines.linewidth"]), float(rcParams["lines.markersize"])
+    factor, larger = width / LINE, text_scale()
+    if factor == 1.0 and larger == 1.0:
+        return
+    drawn: list[Any] = [*figure.legends]
+    for ax in figure.axes:
+        drawn += [*ax.lines, *ax.collections, *ax.patches]
+    for artist in [found for one in drawn for found in one.findobj()]:
+        if artist.get_path_effects():  # their widths are those of what is drawn over them
+            continue
+        if isinstance(artist, Line2D):
+            if artist.get_linewidth() != width:
+                artist.set_linewidth(factor * artist.get_linewidth())
+            if artist.get_markersize() != size:
+                artist.set_markersize(larger * artist.get_markersize())
+        elif isinstance(artist, LineCollection):
+            widths: Any = np.atleast_1d(artist.get_linewidth())
+            artist.set_linewidth(factor * widths)
+        elif isinstance(artist, Patch) and artist.get_linewidth() != rcParams["patch.linewidth"]:
+            artist.set_linewidth(factor * artist.get_linewidth())
+
+
+def _set_title(figure: "Figure", shown: bool) -> None:
+    """Break the title into lines that fit, or remove it; the height follows."""
+    title = figure.get_suptitle()
+    if not title:
+        return
+    line = LINE_SPACING * points_of(TITLE_SIZE) / POINTS
+    if not shown:
+        # An empty title would have a margin of its own.
+        figure.suptitle("").set_in_layout(False)
+        figure.set_figheight(figure.get_figheight() - line * (title.count("\n") + 1))
+        return
+    available = POINTS * (figure.get_figwidth() - 2.0 * MARGIN)
+    text = wrapped(title, available, TITLE_SIZE)
+    further = text.count("\n") - title.count("\n")
+    if further:
+        figure.suptitle(text, fontsize=TITLE_SIZE)
+        figure.set_figheight(figure.get_figheight() + line * further)
+
+
+def _break_labels(figure: "Figure") -> float:
+    """Break labels that are longer than their panels; return the height of new lines in points."""
+    further = 0.0
+    for ax in figure.axes:
+        box = ax.get_window_extent()
+        width, height = (POINTS * float(side) / figure.dpi for side in (box.width, box.height))
+        for text, available in (
+            (ax.xaxis.label, width),
+            (ax.title, TITLE_ROOM * width),
+            (ax.yaxis.label, height),
+        ):
+            size = float(text.get_fontsize())
+            broken = wrapped(text.get_text(), available, size)
+            lines = broken.count("\n") - text.get_text().count("\n")
+            if lines:
+                text.set_text(broken)
+            if text is not ax.yaxis.label:
+                further = max(further, LINE_SPACING * size * lines)
+    return further
+
+
+def _lay_out(figure: "Figure", look: Appearance) -> None:
+    with catch_warnings(record=True) as said:
+        simplefilter("always")
+        figure.draw_without_rendering()
+    # One with equal scales is as low as what it shows.
+    panels = [
+        ax
+        for ax in figure.axes
+        if ax.get_label() != COLOUR_BAR and (ax.get_aspect() == "auto" or not ax.axison)
+    ]
+    sides = [float(side) for ax in panels for side in ax.get_window_extent().size]
+    collapsed = any(COLLAPSED in str(warning.message) for warning in said)
+    if not collapsed and all(side >= MIN_SIDE * figure.dpi for side in sides):
+        return
+    width, height = (INCHES_TO_MM * float(side) for side in figure.get_size_inches())
+    which = "wider" if look.height is None else "higher or wider"
+    raise InputError(
+        f"cannot draw this view in {width:.0f} mm x {height:.0f} mm: there is no room for its"
+        f" panels beside their labels; make the picture {which}, choose a style with smaller text"
+        " (paper), or leave out the title"
+    )
+
 
 View = Callable[[Figure | SubFigure], None]
 """Draws into an empty figure or subfigure."""
@@ -67,10 +247,6 @@ def drawn_in(
         Of a new figure.
     look : Appearance
         Only a title can be left out where there is no new figure.
-
-    Returns
-    -------
-    Figure
 
     Raises
     ------

@@ -1,23 +1,237 @@
 """The picture of a pulley: its response to force or torque, with the limits of static friction."""
 
 from collections.abc import Sequence
+from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from matplotlib.patches import Patch
 
-from frictionsim.plots import hanging_masses, time_history
-from frictionsim.plots.hanging_masses import traction as traction
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.pulley.schema import limiting_ratio
+from frictionsim.plots import time_history
 from frictionsim.plots.static_limit import LIMIT_LINE, draw_static_limit
-from frictionsim.plots.style import add_legend
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    Style,
+    add_legend,
+    axis_label,
+    line_style,
+    require_channels,
+)
+from frictionsim.plots.time_history import annotate_above, mark_modes, stacked_axes
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_of
+from frictionsim.scenario.recorded import scenario_of, scenario_value
 from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.simulation.jumps import with_jumps
+from frictionsim.simulation.phases import sticking_phases
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Quantities, Record
+
+CORD = "cord"
+CAR, COUNTERWEIGHT = "rope_tension_car", "rope_tension_counterweight"
+RIM, SLIDING, RATIO = "rim_speed", "slip_speed", "tension_ratio"
+CAR_GAP, COUNTERWEIGHT_GAP = "car_gap", "counterweight_gap"
+MIN_GAP = 1e-9  # of the cord radius: a smaller one is roundoff
+STICKS_COLOUR, SLIPS_COLOUR = "#DCEBF5", "#FBE0CC"
+STATIC: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.9}
+KINETIC: Style = {"color": GREY, "linestyle": (0, (1, 1.2)), "linewidth": 1.2}
+
+
+class Panel(NamedTuple):
+    """A panel: the channels in it, by what they are of, and its label if it has several."""
+
+    channels: dict[str, str]
+    words: str
+    unit: str
+
+
+# By name from top to bottom.
+PANELS = {
+    "drive_force": Panel({"drive_force": ""}, "drive force", "N"),
+    "drive_torque": Panel({"drive_torque": ""}, "drive torque", "N m"),
+    "tensions": Panel({CAR: "car", COUNTERWEIGHT: "counterweight"}, "tension of the rope", "N"),
+    "friction_torque": Panel({"friction_torque": ""}, "friction torque", "N m"),
+    "speeds": Panel({"car_velocity": "car", RIM: "rim of the pulley"}, "velocity", "m/s"),
+    "positions": Panel({"car_position": "car"}, "height above the start", "m"),
+    "slip": Panel({"cord_slip": ""}, "slip of the cord", "m"),
+    "gaps": Panel({CAR_GAP: "car", COUNTERWEIGHT_GAP: "counterweight"}, "slack rope", "m"),
+}
+LEFT_OUT_AT_ZERO = (
+    "drive_force",
+    "drive_torque",
+)  # panels that are left out where they are zero throughout
+LINES = ("car", "counterweight", "rim of the pulley")  # in the order of colours
+
+
+def has_masses(result: "Record") -> bool:
+    """Return whether the scenario of a result has hanging masses."""
+    return "hanging_masses" in scenario_of(result).get("effects", {})
+
+
+def draw_panels(result: "Record", figure: "Figure | SubFigure") -> tuple[dict[str, Any], list[Any]]:
+    """Draw drive, tensions, friction, speeds, height, and slip or slack over time.
+
+    Returns
+    -------
+    dict of Axes
+        By name of `PANELS`.
+    list of matplotlib artists
+        For the legend.
+    """
+    known = with_derived(result)
+    panels = {
+        name: {channel: of for channel, of in panel.channels.items() if channel in known.channels}
+        for name, panel in PANELS.items()
+    }
+    for name in LEFT_OUT_AT_ZERO:
+        if not np.any(known.channels.get(name, 0.0)):  # nothing drives it
+            del panels[name]
+    panels = {name: channels for name, channels in panels.items() if channels}
+    if not panels:
+        raise InputError("cannot draw this result: it has no channel that can be drawn over time")
+    axes = stacked_axes(result, figure, [f"{name} " for name in panels])
+    axes = dict(zip(panels, axes.values(), strict=True))
+    handles: dict[str, Any] = {}
+    for name, channels in panels.items():
+        axes[name].set_ylabel(axis_label(PANELS[name].words, PANELS[name].unit, 18))
+        for channel, of in channels.items():
+            style = line_style(LINES.index(of)) if of else {"color": BLUE, "linewidth": 1.5}
+            (line,) = axes[name].plot(*with_jumps(known, channel), **style, label=of)
+            if of:
+                handles.setdefault(of, line)
+    shown = list(handles.values())
+    if "tensions" in axes and {CAR, COUNTERWEIGHT} <= result.channels.keys():
+        shown += _shade_traction(axes["tensions"], result)
+    marks = mark_modes(result, list(axes.values()))
+    for mark in marks:
+        if mark.get_label() == "sticking":  # not the cord, which may slip meanwhile
+            mark.set_label("the shaft sticks")
+    return axes, [*shown, *marks]
+
+
+def traction(result: "Record", figure: "Figure | SubFigure") -> None:
+    """Draw the ratio of the tensions with its limits (Euler, Eytelwein), and slip of the cord.
+
+    Phases in which the cord slips are shaded.
+    """
+    limits = ratios(result)
+    if limits is None:
+        raise InputError(
+            "cannot draw the view 'traction': the scenario of this result has no"
+            " [effects.cord_friction], so that its cord never slips"
+        )
+    require_channels(result, "traction", (CAR, COUNTERWEIGHT))
+    known = with_derived(result)
+    words = {
+        RATIO: ("tension of the counterweight over that of the car", ""),
+        SLIDING: ("speed of slip", "m/s"),
+        "cord_slip": ("slip of the cord", "m"),
+    }
+    names = [name for name in words if name in known.channels]
+    axes = stacked_axes(result, figure, [f"{name} " for name in names])
+    for name, ax in zip(names, axes.values(), strict=True):
+        ax.set_ylabel(axis_label(*words[name], 18))
+        ax.plot(*with_jumps(known, name), color=BLUE, linewidth=1.5)
+    first = next(iter(axes.values()))
+    handles = []
+    for ratio, style, sort in zip(limits, (STATIC, KINETIC), ("static", "kinetic"), strict=True):
+        first.axhline(1.0 / ratio, **style)
+        text = f"limit of {sort} friction: {1.0 / ratio:.4g} and {ratio:.4g}"
+        handles.append(first.axhline(ratio, **style, label=text))
+    slips, ends = slipping_phases(result), result.channels["time"][[0, -1]]
+    for start, stop in slips:
+        for ax in axes.values():
+            ax.axvspan(start, stop, color=SLIPS_COLOUR, linewidth=0)
+        for at, row in ((start, 0), (stop, 1)):
+            if ends[0] < at < ends[1]:  # not where the run begins or ends
+                annotate_above(first, at, f"{at:.4g} s", row)
+    if slips:
+        handles.append(Patch(color=SLIPS_COLOUR, label="the cord slips"))
+    add_legend(figure, handles, columns=3)
+
+
+def ratios(result: "Record") -> tuple[float, float] | None:
+    """Return the largest ratios of tensions, static and kinetic; None if the cord cannot slip."""
+    if CORD + "_friction" not in scenario_of(result).get("effects", {}):
+        return None
+    cord = scenario_value(result, "effects", "cord_friction")
+    wrap = float(cord["wrap_deg"])
+    return limiting_ratio(float(cord["mu_s"]), wrap), limiting_ratio(float(cord["mu_k"]), wrap)
+
+
+def slipping_phases(result: "Record") -> list[tuple[float, float]]:
+    """Return start and end of each phase in which the cord slips, s; none if it is not recorded."""
+    time = result.channels["time"]
+    if "cord_mode" not in result.channels or not len(time):
+        return []
+    ends = [float(time[0])]
+    for start, stop in sticking_phases(result, CORD):
+        ends += [float(start), float(stop)]
+    ends.append(float(time[-1]))
+    return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b > a]
+
+
+def _shade_traction(ax: Any, result: "Record") -> list[Any]:
+    """Shade the tensions of the counterweight at which the cord sticks at that of the car."""
+    limits = ratios(result)
+    if limits is None:
+        return []
+    time, tension = with_jumps(result, CAR)
+    ax.fill_between(time, tension / limits[0], tension * limits[0], color=STICKS_COLOUR, zorder=1.1)
+    return [Patch(color=STICKS_COLOUR, label="counterweight's tension\nat which the cord sticks")]
+
+
+def with_derived(result: "Record") -> "Record":
+    """Return a result with speed of the rim, speed of slip, ratio of tensions and gaps of ropes.
+
+    Each is there if the channels are from which it follows; a gap only if the rope falls slack.
+    """
+    radius = float(scenario_value(result, "mechanism", "cord_radius"))
+    found = {name: np.asarray(values) for name, values in result.channels.items()}
+    start = radians(float(scenario_value(result, "mechanism", "initial_angle_deg")))
+
+    def derive(of: Any) -> dict[str, Any]:
+        new = {}
+        if "angular_velocity" in of:
+            new[RIM] = radius * of["angular_velocity"]
+            if "car_velocity" in of and "cord_slip" in of:
+                new[SLIDING] = of["car_velocity"] - new[RIM]
+        if {CAR, COUNTERWEIGHT} <= of.keys():
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new[RATIO] = of[COUNTERWEIGHT] / of[CAR]
+        if "angle" in of and "slack" in of:
+            rim = radius * (of["angle"] - start)
+            if "car_position" in of:
+                new[CAR_GAP] = of["car_position"] - rim
+            if "counterweight_position" in of:
+                new[COUNTERWEIGHT_GAP] = of["counterweight_position"] + rim
+        return new
+
+    new = derive(found)
+    for name in (CAR_GAP, COUNTERWEIGHT_GAP):
+        if name in new and np.max(new[name], initial=0.0) <= MIN_GAP * radius:
+            del new[name]
+    sides: dict[str, Any] = {}
+    for side in ("before", "after"):
+        names = {n: result.events.get("angle" if n == "angle" else f"{n}_{side}") for n in found}
+        at_events = derive({n: values for n, values in names.items() if values is not None})
+        sides |= {f"{n}_{side}": values for n, values in at_events.items() if n in new}
+    none = dict.fromkeys(new, "")
+    return result._replace(
+        channels={**result.channels, **new},
+        axes=result.axes | none,
+        units=result.units | none,
+        long_names=result.long_names | none,
+        events=result.events | sides,
+    )
+
 
 LIMITS = ("to hold", "to lift")
 DRIVES = {"drive_force": "force", "drive_torque": "torque"}
@@ -32,9 +246,9 @@ def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[
     Lines show the forces or torques of impending motion, from rest, and the static limit of the
     friction torque. Of masses on the cord tensions, speeds, height and slip or slack are drawn.
     """
-    masses = hanging_masses.has_masses(result)
+    masses = has_masses(result)
     if masses and not channels:
-        axes, handles = hanging_masses.draw_panels(result, figure)
+        axes, handles = draw_panels(result, figure)
     else:
         axes, handles = time_history.draw_channels(result, figure, channels)
     if masses or "friction_torque" in result.channels:

@@ -200,10 +200,6 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     result : Record
     axes : sequence of Axes
         Labels are written above the first.
-
-    Returns
-    -------
-    list of matplotlib artists
     """
     sticks = list(sticking_phases(result))
     handles = _mark_events(result, axes, row=1 if sticks else 0)

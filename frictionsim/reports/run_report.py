@@ -6,18 +6,67 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.spans import span_tensions
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Band, Motion
-from frictionsim.reports.charts import TimePool, chart_data, charts_of, undrawn
-from frictionsim.reports.event_table import events
+from frictionsim.reports.charts import Chart, Line, TimePool, chart_data, charts_of, line, undrawn
 from frictionsim.reports.page import page, text
-from frictionsim.reports.run_tables import overview, summary, warnings
-from frictionsim.reports.scenario_tables import differences, origins, scenarios
+from frictionsim.reports.run_tables import (
+    differences,
+    events,
+    origins,
+    overview,
+    scenarios,
+    summary,
+    warnings,
+)
 from frictionsim.reports.thinning import thinned
+from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.phases import event_names, sticking_phases
 
 if TYPE_CHECKING:
     from frictionsim.reports.reported_run import ReportedRun
+
+NEEDED = ("tension", "pulley_index")
+MAX_SAMPLES = 2001  # evenly spread over the run
+
+
+def span_charts(runs: "Sequence[ReportedRun]") -> list[Chart]:
+    """Return a chart of the mean tension of each span; none if the channels are not there."""
+    lines = tuple(found for number, run in enumerate(runs) for found in _lines(run, number))
+    if not lines:
+        return []
+    words = "mean tension of each span, between pulleys in the order of the scenario"
+    return [Chart("span_tension", words, "N", True, lines)]
+
+
+def _lines(run: "ReportedRun", number: int) -> list[Line]:
+    record = run.record
+    if any(name not in record.channels for name in NEEDED) or not record.channels["time"].size:
+        return []
+    try:
+        pulleys = scenario_value(record, "mechanism", "pulleys")
+        names = [str(pulley["name"]) for pulley in pulleys]
+    except (InputError, KeyError, TypeError):  # of another program, or edited
+        return []
+    time = record.channels["time"]
+    samples = np.unique(np.linspace(0, len(time) - 1, min(len(time), MAX_SAMPLES)).astype(int))
+    tension, touched = (record.channels[name][samples] for name in NEEDED)
+    if np.max(touched, initial=-1) >= len(names):
+        return []
+    spans = np.array(
+        [span_tensions(*sample, len(names)) for sample in zip(tension, touched, strict=True)]
+    )
+    return [
+        line(
+            "tension",
+            f"{names[i]} to {names[(i + 1) % len(names)]}",
+            (number, i),
+            (time[samples], values),
+        )
+        for i, values in enumerate(spans.T)
+    ]
+
 
 BELT = "belt_drive"
 MAX_MARKS = 60  # events; marks of more would hide the lines
@@ -71,8 +120,6 @@ def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
     times = TimePool()
     more = []
     if runs[0].attribute("kind") == BELT:
-        from frictionsim.reports.belt_charts import span_charts
-
         more = span_charts(runs)
     charts = chart_data(charts_of(runs, more), times)
     results = [_of_one(run, times) for run in runs]

@@ -1,14 +1,130 @@
 """The tables of a report of runs: what was solved, quantities, audit, counts."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from frictionsim.errors import InputError
 from frictionsim.reports.page import text
-from frictionsim.reports.tables import Html, number, paragraph, section, short, table
-from frictionsim.results import Check, Quantity
+from frictionsim.reports.tables import (
+    Cell,
+    Html,
+    number,
+    paragraph,
+    section,
+    short,
+    table,
+    with_minus,
+)
+from frictionsim.results import MODES, Check, Quantity
+from frictionsim.scenario.recorded import differing_keys
+from frictionsim.simulation.phases import event_names
 
 if TYPE_CHECKING:
     from frictionsim.reports.reported_run import ReportedRun
+
+MAX_EVENTS = 5000  # more make a page slow
+ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
+MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
+
+
+def events(runs: "Sequence[ReportedRun]") -> str:
+    """Return the events of runs by time, in a section of its own; empty if there are none."""
+    count = sum(len(run.record.events["time"]) for run in runs)
+    if not count:
+        return section("events", "Events", paragraph("There are no events."))
+    rows = sorted((row for run in runs for row in _rows(run)), key=lambda row: row[0])
+    placed = any("angle" in run.record.events for run in runs)
+    headings = ["time, s", "event", "contact", "from", "to"]
+    headings += [">angle, rad"] if placed else []
+    headings += ["result"] if len(runs) > 1 else []
+    shown = [_cells(row, placed, several=len(runs) > 1) for row in rows[:MAX_EVENTS]]
+    more = paragraph(f"The first {MAX_EVENTS} of {count} events.") if count > MAX_EVENTS else ""
+    found = table("Events; a button sets the clock to its time", headings, shown)
+    wrapped = (
+        f'<div class="scrolled" tabindex="0" role="region" aria-label="Events">{found}</div>\n'
+    )
+    return section("events", f"Events ({count})", wrapped + more)
+
+
+_Row = tuple[float, str, str, int, int, float | None, str]
+
+
+def _rows(run: "ReportedRun") -> Iterator[_Row]:
+    for e, name in zip(run.record.transitions, event_names(run.record), strict=True):
+        yield e.time, name, e.contact, e.mode_from, e.mode_to, e.position, run.label
+
+
+def _cells(row: _Row, placed: bool, several: bool) -> list[Cell]:
+    time, name, contact, before, after, angle, label = row
+    button = (
+        f'<button type="button" data-time="{time!r}">{text(with_minus(f"{time:.9g}"))}</button>'
+    )
+    cells: list[Cell] = [Html(button), name, contact, MODE_WORDS[before], MODE_WORDS[after]]
+    cells += ["" if angle is None else f"{angle:.{ANGLE_DIGITS}g}"] if placed else []
+    return [*cells, label] if several else cells
+
+
+ABSENT = "\N{EM DASH}"
+MAX_VALUE = 120  # characters of a value in a table
+
+
+def scenarios(runs: "Sequence[ReportedRun]") -> str:
+    """Return the scenarios of runs as TOML."""
+    parts = []
+    for run in runs:
+        toml = "\n".join(text(line) for line in run.attribute("scenario").split("\n")).strip()
+        words = f"Scenario of {run.label}" if len(runs) > 1 else "After overrides, as it was solved"
+        parts.append(
+            f"<details open><summary>{text(words)}</summary>\n"
+            f'<pre tabindex="0"><code>{toml}</code></pre></details>\n'
+        )
+    return section("scenario", "Scenario", "".join(parts))
+
+
+def differences(runs: "Sequence[ReportedRun]") -> str:
+    """Return the keys in which the scenarios of several runs differ, with their values."""
+    if len(runs) < 2:
+        return ""
+    try:
+        found = differing_keys([run.record for run in runs])
+    except InputError as error:
+        return section("differences", "Differing keys", paragraph(str(error)))
+    rows = [(name, *map(_cell, values)) for name, values in found.items()]
+    if not rows:
+        return section("differences", "Differing keys", paragraph("The scenarios are the same."))
+    headings = ["key", *(run.label for run in runs)]
+    caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
+    return section("differences", "Differing keys", table(caption, headings, rows))
+
+
+def _cell(value: Any) -> str:
+    text = ABSENT if value is None else _value(value)
+    return text if len(text) <= MAX_VALUE else f"{text[: MAX_VALUE - 3]}..."
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def origins(runs: "Sequence[ReportedRun]") -> str:
+    """Return how the results were made: version, file, command, overrides."""
+    names = [run.label if len(runs) > 1 else "value" for run in runs]
+    asked = {
+        "version of frictionsim": "frictionsim_version",
+        "format version": "format_version",
+        "scenario file": "source",
+        "overrides": "overrides",
+        "command": "command",
+    }
+    rows = [("result file", *("" if run.path is None else str(run.path) for run in runs))]
+    for words, attribute in asked.items():
+        values = [" ".join(run.attribute(attribute).split("\n")) for run in runs]
+        if any(values):
+            rows.append((words, *values))
+    return section("origin", "How it was made", table("Origin", ["property", *names], rows))
+
 
 # By status a sign, so that not only the colour tells it, and what it means.
 STATUSES = {

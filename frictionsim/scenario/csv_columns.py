@@ -85,10 +85,6 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
     no_gaps : sequence of str or int
         Those of them in which each cell must have a number.
 
-    Returns
-    -------
-    Columns
-
     Raises
     ------
     InputError

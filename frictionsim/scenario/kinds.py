@@ -36,10 +36,6 @@ def kind_names() -> tuple[str, ...]:
 def mechanism_module(kind: str) -> ModuleType:
     """Import the module of a kind, without the other kinds.
 
-    Parameters
-    ----------
-    kind : str
-
     Returns
     -------
     module

@@ -92,10 +92,6 @@ def loads(
     name : str
         For messages.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     ScenarioError
@@ -156,10 +152,6 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
         The result file, for messages.
     attributes : mapping of str
         The attributes of the file: the scenario as TOML, its source and overrides.
-
-    Returns
-    -------
-    Scenario
 
     Raises
     ------

@@ -116,13 +116,7 @@ GUIDED_BELT: Pairs = {
 
 
 def methods_of(pairs: Pairs, law: str = "") -> tuple[str, ...]:
-    """Return the methods that support a law; all methods without friction (law "").
-
-    Parameters
-    ----------
-    pairs : Pairs
-    law : str
-    """
+    """Return the methods that support a law; all methods without friction (law "")."""
     return tuple(dict.fromkeys(m for of, m in pairs if law in ("", of)))
 
 

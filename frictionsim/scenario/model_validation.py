@@ -59,10 +59,6 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | No
     folder : Path or None
         Base of relative file names in the data; None if they may not refer to files.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     ValidationFailure

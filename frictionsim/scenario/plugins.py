@@ -40,10 +40,6 @@ def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
     reserved : tuple of str
         The built-in kinds, which a package must not provide.
 
-    Returns
-    -------
-    tuple of str
-
     Raises
     ------
     InputError
@@ -63,14 +59,6 @@ def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
 
 def module_of(kind: str) -> ModuleType | None:
     """Import and check the module of a kind; None if no installed package provides the kind.
-
-    Parameters
-    ----------
-    kind : str
-
-    Returns
-    -------
-    module or None
 
     Raises
     ------

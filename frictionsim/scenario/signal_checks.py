@@ -96,10 +96,6 @@ def shorter(period: float, duration: float, max_samples: int) -> str:
     ----------
     period, duration : float, s
     max_samples : int
-
-    Returns
-    -------
-    str
     """
     interval = period / SAMPLES_PER_PERIOD
     unit = 10.0 ** (floor(log10(interval)) - 1)

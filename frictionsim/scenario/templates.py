@@ -69,10 +69,6 @@ def new_scenario(kind: str) -> str:
     Its values are those of the shipped scenario of that name, or of the text `EXAMPLE` in the
     module of the kind. Other keys and effects are there as comments, with their defaults.
 
-    Parameters
-    ----------
-    kind : str
-
     Returns
     -------
     str

@@ -18,10 +18,6 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 
     Lines are added to a statement until tomllib can parse it.
 
-    Parameters
-    ----------
-    text : str
-
     Returns
     -------
     dict

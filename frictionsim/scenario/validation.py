@@ -22,10 +22,6 @@ def validate(data: dict[str, Any], folder: Path | None) -> "Scenario":
     folder : Path or None
         Base of relative file names in the data; None if they may not refer to files.
 
-    Returns
-    -------
-    Scenario
-
     Raises
     ------
     ValidationFailure

@@ -74,13 +74,7 @@ class Setting(NamedTuple):
         return (*(self.mesh.overrides if self.mesh else ()), *self.laws, *self.overrides)
 
     def with_law(self, law: str, scenario: "Scenario") -> "Setting":
-        """Return the setting with a friction law for all friction effects of a scenario.
-
-        Parameters
-        ----------
-        law : str
-        scenario : Scenario
-        """
+        """Return the setting with a friction law for all friction effects of a scenario."""
         effects = scenario.friction_effects
         laws = tuple(f"effects.{name}.law={law}" for name in effects)
         return self._replace(law=law, laws=laws) if effects else self

@@ -64,10 +64,6 @@ def audit(
         Energy scale of the scenario: its kinetic energy at the start plus the work of the largest
         applied torque over one radian.
     stops : EndStops or None
-
-    Returns
-    -------
-    dict of Check
     """
     found = {"energy_balance": energy_check(trajectory, energy_limit, atol, size)}
     if contact is not None:

@@ -23,17 +23,7 @@ MISFITS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def dump_part(owner: Any, name: str) -> Arrays:
-    """Return the CHECKPOINT_FIELDS of an object as arrays of float64, by `name.attribute`.
-
-    Parameters
-    ----------
-    owner : object with CHECKPOINT_FIELDS
-    name : str
-
-    Returns
-    -------
-    dict of arrays
-    """
+    """Return the CHECKPOINT_FIELDS of an object as arrays of float64, by `name.attribute`."""
     return {
         f"{name}.{attribute}": np.array(getattr(owner, attribute), dtype=np.float64)
         for attribute in owner.CHECKPOINT_FIELDS
@@ -69,17 +59,6 @@ def load_part(owner: Any, name: str, state: Arrays, duration: float) -> None:
 
 def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
     """Return an array of a state.
-
-    Parameters
-    ----------
-    state : dict of arrays
-    name : str
-    dtype : numpy dtype
-    ndim : int
-
-    Returns
-    -------
-    array
 
     Raises
     ------

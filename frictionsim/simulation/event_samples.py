@@ -48,10 +48,6 @@ def samples_of(
         Add a sample at each event to the regular ones.
     several : bool
         The columns are those of several coordinates and contacts.
-
-    Returns
-    -------
-    Samples
     """
     rows = np.array(buffer.rows).reshape(-1, width)
     sides = np.array(buffer.sides).reshape(-1, 2, width)

@@ -1,13 +1,44 @@
-"""The simulation of a mechanism of several coordinates and contacts, and its results."""
+"""The simulation of a mechanism of several coordinates and contacts, and its results.
 
+The self-audit of a run of several coordinates and contacts.
+
+energy_balance      energy input = change of kinetic and potential energy + dissipated energy
+friction_law        the friction of each contact is within its static limits while it sticks, and
+                    has its kinetic limit while it slides
+dissipation_sign    the power of dry friction is never positive, to within the roundoff of its
+                    limits, and no impact gives energy
+stick_drift         the coordinate of a contact that holds is constant
+release             what leaves stick was at its static limit just before; or else, at a jump of the
+                    load, an impact, a change of another contact or its slip passing zero at that
+                    instant, no combination in which more contacts hold is within all limits
+"""
+
+from itertools import product
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionsim.results import Check, SimulationResult, Transition
-from frictionsim.simulation.audit import allowed_residual
+from frictionsim.results import (
+    BACKWARD,
+    FORWARD,
+    SLACK,
+    STICK,
+    TAUT,
+    Check,
+    SimulationResult,
+    Transition,
+)
+from frictionsim.simulation.audit import (
+    RELEASE_DISTANCE,
+    ROUNDING,
+    allowed_residual,
+    energy_check,
+    just_before,
+    leaves_stick,
+    relative_margin,
+)
 from frictionsim.simulation.event_samples import Samples, samples_of
-from frictionsim.simulation.multi_contact_audit import audit, release_check
 from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.single_dof import (
     OF_EVENTS,
@@ -15,13 +46,231 @@ from frictionsim.simulation.single_dof import (
     final_quantities,
     quantities_of_transitions,
 )
-from frictionsim.solvers.multi_contact import MultiContactMechanism, MultiContactTrajectory
+from frictionsim.solvers.multi_contact import (
+    HOLDING,
+    FrictionContact,
+    Modes,
+    MultiContactMechanism,
+    MultiContactTrajectory,
+    Vector,
+)
 from frictionsim.solvers.multi_contact_solver import MODE, MultiContactSolver
 
 if TYPE_CHECKING:
-    from frictionsim.results import Quantities
+    from frictionsim.results import Array, Quantities
     from frictionsim.scenario.settings import Scenario
+    from frictionsim.solvers.multi_contact import Contact
     from frictionsim.solvers.state_values import Values
+
+
+def audit(
+    trajectory: "MultiContactTrajectory",
+    mechanism: "MultiContactMechanism",
+    energy_limit: float,
+    atol: float,
+) -> dict[str, Check]:
+    """Return the checks by name; all are relative except the drift, in the coordinate's unit.
+
+    Parameters
+    ----------
+    trajectory : MultiContactTrajectory
+    mechanism : MultiContactMechanism
+    energy_limit : float
+        Allowed residual of the energy balance.
+    atol : float
+        Absolute tolerance of the integration.
+    """
+    found = {"energy_balance": energy_check(trajectory, energy_limit, atol, mechanism.energy_scale)}
+    frictions = mechanism.frictions
+    if frictions:
+        violation = max(friction_violation(trajectory, c, i) for i, c in frictions)
+        found["friction_law"] = Check(violation, ROUNDING)
+    power = max((driving_power(trajectory, c) for _, c in frictions), default=0.0)
+    if frictions or "energy_impact" in trajectory.energy_integrals:
+        found["dissipation_sign"] = Check(max(power, _gain(trajectory)), 0.0)
+    if mechanism.contacts:
+        drifts = (
+            held_drift(trajectory, i, c.coordinate, c.name)
+            for i, c in enumerate(mechanism.contacts)
+        )
+        found["stick_drift"] = Check(max(drifts), 0.0)
+    return found | mechanism.checks(trajectory)
+
+
+def friction_violation(
+    trajectory: "MultiContactTrajectory", contact: "FrictionContact", index: int
+) -> float:
+    """Return the largest violation of a friction law, relative to the largest static limit."""
+    forces, mode = trajectory.forces, trajectory.modes[index]
+    friction = contact.force(forces)
+    forward, backward = (contact.static_limit(forces, s) for s in (1, -1))
+    roundoff = contact.roundoff(trajectory.drive, forces)
+    excess = np.maximum(-friction - forward, friction - backward) - roundoff
+    sliding = np.where(mode == STICK, 1, mode)
+    error = np.abs(friction + sliding * contact.kinetic_limit(forces, sliding)) - roundoff
+    worst = float(np.max(np.where(mode == STICK, excess, error), initial=0.0))
+    largest = float(np.max(np.maximum(forward, backward), initial=0.0))
+    return worst / largest if largest > 0.0 else worst
+
+
+def driving_power(trajectory: "MultiContactTrajectory", contact: "FrictionContact") -> float:
+    """Return the largest positive power of a contact, relative to the largest magnitude."""
+    velocity = trajectory.velocity[contact.coordinate]
+    power = contact.force(trajectory.forces) * velocity
+    # A rope is taut down to a tension that is below zero by its roundoff.
+    beyond = power - contact.roundoff(trajectory.drive, trajectory.forces) * np.abs(velocity)
+    largest = float(np.max(np.abs(power), initial=0.0))
+    return max(0.0, float(np.max(beyond, initial=0.0)) / largest) if largest > 0.0 else 0.0
+
+
+def _gain(trajectory: "MultiContactTrajectory") -> float:
+    """Return the largest energy gained in an impact, relative to the largest energy of impacts."""
+    lost = trajectory.energy_integrals.get("energy_impact", np.zeros(0))
+    gained = -float(np.min(np.diff(lost), initial=0.0))
+    return gained / float(np.max(np.abs(lost))) if gained > 0.0 else 0.0
+
+
+def held_drift(
+    trajectory: "MultiContactTrajectory", index: int, coordinate: int, name: str
+) -> float:
+    """Return the largest change of a coordinate between samples at which its contact holds."""
+    holds = np.isin(trajectory.modes[index], HOLDING)
+    moved: Array = np.abs(np.diff(trajectory.position[coordinate]))
+    between = np.searchsorted(_releases(trajectory.transitions, name), trajectory.time)
+    same = holds[1:] & holds[:-1] & (between[1:] == between[:-1])
+    return float(np.max(moved[same], initial=0.0))
+
+
+def release_check(
+    mechanism: "MultiContactMechanism",
+    before: "MultiContactTrajectory",
+    after: "MultiContactTrajectory",
+    end: float,
+) -> Check:
+    """Return the check of the breakaways.
+
+    Parameters
+    ----------
+    mechanism : MultiContactMechanism
+    before, after : MultiContactTrajectory
+        The samples immediately before and after each transition.
+    end : float, s
+        Duration of the run, which sets the roundoff of the time.
+    """
+    events, frictions = after.transitions, {c.name: (i, c) for i, c in mechanism.frictions}
+    margin = {
+        k: _margin(frictions[e.contact][1], before.drive[k], before.forces[:, k], e.mode_to)
+        for k, e in enumerate(events)
+        if leaves_stick(e)
+    }
+    distance = {k: abs(value) for k, value in margin.items()}
+    for k in margin:
+        event, early = events[k], just_before(events[k].time, end)
+        if distance[k] <= RELEASE_DISTANCE and event.time > 0.0:
+            continue
+        index, contact = frictions[event.contact]
+        others = [
+            i
+            for i, other in enumerate(events)
+            if other.contact != event.contact and early <= other.time <= 2.0 * event.time - early
+        ]
+        _, q, v, modes = _state(before, k)
+        sides = [
+            _margin(contact, u, mechanism.balance(u, q, v, modes).forces, event.mode_to)
+            for u in (mechanism.drive(early), mechanism.drive(event.time))
+        ]
+        jumps = sides[0] >= 0.0 >= sides[1]
+        if event.time == 0.0 or others or jumps or _another_turns(mechanism, q, v, modes):
+            # Those that cannot hold: slack now, or at their limits just before.
+            gone = {
+                events[i].contact
+                for i in others
+                if events[i].mode_to == SLACK
+                or (event.time > 0.0 and abs(margin.get(i, inf)) <= RELEASE_DISTANCE)
+            }
+            distance[k] = _margin_if_held(mechanism, _state(after, k), index, gone)
+    return Check(max(distance.values(), default=0.0), RELEASE_DISTANCE)
+
+
+def _margin(contact: "FrictionContact", u: float, forces: Vector, direction: int) -> float:
+    """Return the margin of a contact to its static limit in a direction, relative to the limit."""
+    limit, force = contact.static_limit(forces, direction), -direction * contact.force(forces)
+    return float(relative_margin(limit, force, contact.roundoff(u, forces)))
+
+
+State = tuple[float, list[float], list[float], Modes]
+"""The drive, positions, velocities and modes of a sample."""
+
+
+def _state(at: "MultiContactTrajectory", sample: int) -> State:
+    modes = tuple(int(mode) for mode in at.modes[:, sample])
+    position, velocity = (x[:, sample].tolist() for x in (at.position, at.velocity))
+    return float(at.drive[sample]), position, velocity, modes
+
+
+def _another_turns(
+    mechanism: "MultiContactMechanism", q: list[float], v: list[float], modes: Modes
+) -> bool:
+    """Return whether a contact gives way that may hold: its slip passes zero, without an event."""
+    return any(
+        mode not in HOLDING and len(_modes_of(c, q[c.coordinate], v[c.coordinate])) > 1
+        for c, mode in zip(mechanism.contacts, modes, strict=True)
+    )
+
+
+def _margin_if_held(
+    mechanism: "MultiContactMechanism", after: State, index: int, gone: set[str]
+) -> float:
+    """Return the margin of a contact in a combination in which it and more contacts hold; else 0.
+
+    Whatever the solver does, all combinations are tried here, in the state after the event.
+    """
+    u, q, v, modes = after
+    options = [
+        (mode,)
+        if contact.name in gone
+        else _modes_of(contact, q[contact.coordinate], v[contact.coordinate])
+        for contact, mode in zip(mechanism.contacts, modes, strict=True)
+    ]
+    options[index] = tuple(mode for mode in options[index] if mode in HOLDING)
+    margins = [
+        _smallest_margin(mechanism, (u, q, v, combination), gone)
+        for combination in product(*options)
+        if np.isin(combination, HOLDING).sum() > np.isin(modes, HOLDING).sum()
+    ]
+    return max([0.0, *margins])
+
+
+def _modes_of(contact: "Contact", q: float, v: float) -> Modes:
+    """Return the modes that a contact may have at a slip or gap q with its rate v."""
+    if isinstance(contact, FrictionContact):
+        return (STICK, FORWARD, BACKWARD) if v == 0.0 else (FORWARD if v > 0.0 else BACKWARD,)
+    return (SLACK,) if q > 0.0 or v > 0.0 else (TAUT, SLACK)
+
+
+def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set[str]) -> float:
+    """Return the smallest margin of the contacts that stick in a combination of modes.
+
+    Not above zero where a rope pushes, or a contact at rest does not move as its mode says.
+    """
+    u, q, v, modes = state
+    acceleration, forces = mechanism.balance(u, q, v, modes)
+    margins = []
+    for contact, mode in zip(mechanism.contacts, modes, strict=True):
+        c = contact.coordinate
+        if mode == STICK and isinstance(contact, FrictionContact):
+            margins += [_margin(contact, u, forces, s) for s in (FORWARD, BACKWARD)]
+        elif mode == TAUT:
+            margins += [0.0] if contact.force(forces) < -contact.roundoff(u, forces) else []
+        elif v[c] == 0.0 and not (mode == SLACK and q[c] > 0.0) and contact.name not in gone:
+            way = FORWARD if mode == SLACK else mode
+            margins += [] if way * acceleration[c] > 0.0 else [0.0]
+    return min(margins)
+
+
+def _releases(transitions: "list[Transition]", name: str) -> "Array":
+    """Return the times at which a contact was released, s: it may hold again before a sample."""
+    return np.array([e.time for e in transitions if e.contact == name and e.mode_to not in HOLDING])
 
 
 class MultiContactSimulation(RecordedSimulation):

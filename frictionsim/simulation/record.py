@@ -1,53 +1,42 @@
-"""The content of a result file, from a run."""
+"""The record of a run, from its simulation."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim import __version__
 from frictionsim.results import Record, defined
 from frictionsim.simulation.stored_channel import StoredChannel
+from frictionsim.version import __version__
 
 if TYPE_CHECKING:
-    from frictionsim.results import Channel
+    from frictionsim.results import Channel, SimulationResult
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.simulate import RunResult
+    from frictionsim.simulation.base import Simulation
 
 
-def record_of(run: "RunResult") -> Record:
-    """Return the content of the result file of a run.
+def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationResult") -> Record:
+    """Return the results of a simulation, with the channels in `output.channels`.
 
-    Parameters
-    ----------
-    run : RunResult
-
-    Returns
-    -------
-    Record
-        Integer channels are converted to integers.
+    Integer channels are converted to integers. How the run ended is not in it yet.
     """
-    info = {name: run.channel_info[name] for name in run.channels}
-    attributes = scenario_attributes(run.scenario) | {
-        "effects": " ".join(run.effects),
-        "status": run.status,
-        "reason": run.reason,
-        "failure": run.failure,
-        "warnings": "\n".join(run.warnings),
+    wanted = scenario.output.channels
+    channels = {
+        name: channel for name, channel in data.channels.items() if wanted is None or name in wanted
     }
+    info = {name: simulation.channel_info[name] for name in channels}
     axes = {channel.axis for channel in info.values() if channel.axis}
     return Record(
-        attributes=attributes,
-        channels={"time": run.time, **{n: _typed(info[n], v) for n, v in run.channels.items()}},
+        attributes=scenario_attributes(scenario) | {"effects": " ".join(simulation.effects)},
+        channels={"time": data.time, **{n: _typed(info[n], v) for n, v in channels.items()}},
         units={"time": "s", **{name: channel.unit for name, channel in info.items()}},
         long_names={"time": "time", **{name: channel.long_name for name, channel in info.items()}},
         axes={"time": "", **{name: channel.axis for name, channel in info.items()}},
-        members={axis: run.axes[axis] for axis in sorted(axes)},
-        **_events(run, info),
+        members={axis: simulation.axes[axis] for axis in sorted(axes)},
+        **_events(data, info),
         flags={name: channel.flags for name, channel in info.items() if channel.flags},
-        quantities=defined(run.quantities),
-        checks=run.checks,
-        statistics=run.statistics,
+        quantities=defined(data.quantities),
+        checks=data.checks,
     )
 
 
@@ -86,9 +75,9 @@ def _is_small(channel: "Channel") -> bool:
     return bool(channel.flags) and all(abs(value) < 128 for value, _ in channel.flags)
 
 
-def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
+def _events(data: "SimulationResult", info: "dict[str, Channel]") -> dict[str, Any]:
     """Return the events as arrays, and the names of their contacts."""
-    transitions = run.transitions
+    transitions = data.transitions
     contacts = sorted({e.contact for e in transitions})
     number = {name: i for i, name in enumerate(contacts)}
     events = {
@@ -102,7 +91,7 @@ def _events(run: "RunResult", info: "dict[str, Channel]") -> dict[str, Any]:
     angles = [e.position for e in transitions]
     if None not in angles:
         events["angle"] = np.array(angles, dtype=np.float64)
-    for name, values in run.sides.items():
+    for name, values in data.sides.items():
         channel = info.get(name.rpartition("_")[0])
         if channel is not None:
             events[name] = _typed(channel, values)

@@ -38,10 +38,6 @@ def hidden_stick_slip(
     ----------
     transitions : sequence of Transition
     interval, duration : float, s
-
-    Returns
-    -------
-    list of str
     """
     changes = [e for e in transitions if e.mode_from != e.mode_to]
     apart = SAME_EVENT_ULPS * ulp(duration)
@@ -57,17 +53,7 @@ def hidden_stick_slip(
 
 
 def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]:
-    """Warn if a mechanism did not move, with the largest ratio of torque to static limit.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    trajectory : Trajectory
-
-    Returns
-    -------
-    list of str
-    """
+    """Warn if a mechanism did not move, with the largest ratio of torque to static limit."""
     if mechanism.prescribed or np.any(trajectory.velocity) or np.ptp(trajectory.position) > 0.0:
         return []
     u = np.concatenate((trajectory.drive, _at_extrema(mechanism.drive, trajectory.time[-1])))
@@ -105,10 +91,6 @@ def hidden_turns(
     position : (n,), rad
     velocity : (n,), rad/s
     interval, duration : float, s
-
-    Returns
-    -------
-    list of str
     """
     fastest = float(np.max(np.abs(velocity), initial=0.0))
     if np.ptp(position) * SAMPLES_PER_PERIOD <= 2.0 * pi or interval * fastest == 0.0:
@@ -132,10 +114,6 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
     torque : (n,) or scalar, N m
         Torque of the drive.
     position : (n,), rad
-
-    Returns
-    -------
-    str
     """
     mean = float(time_mean(time, np.broadcast_to(torque, time.shape)))
     displacement = float(position[-1] - position[0])

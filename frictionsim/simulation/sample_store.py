@@ -8,10 +8,11 @@ samples since the last segment, however long the run is.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 
+from frictionsim.results import Segments, StoredSamples
 from frictionsim.simulation.checkpoint import (
     Arrays,
     require_array,
@@ -40,54 +41,6 @@ def rows_per_segment(row_bytes: int) -> int:
 def power_of_two(number: int) -> int:
     """Return the largest power of two that is not above a number, 1 at least."""
     return 1 << (max(number, 1).bit_length() - 1)
-
-
-class Segments(Protocol):
-    """The segments of a run, numbered from 0."""
-
-    @property
-    def name(self) -> str:
-        """Tells these segments from those of other runs."""
-
-    @property
-    def checksum(self) -> int:
-        """Depends on the content of all segments."""
-
-    @property
-    def place(self) -> Any:
-        """Where they are, for messages."""
-
-    def free_bytes(self) -> int:
-        """Return how much there may still be written."""
-
-    def write(self, number: int, recorded: Arrays, kept: Arrays) -> None:
-        """Write a segment: recorded channels, and what only the summary needs."""
-
-    def rows(self, number: int, name: str, start: int, stop: int) -> Any:
-        """Return rows of an array of a segment."""
-
-    def compressed(self, number: int, name: str) -> list[bytes] | None:
-        """Return the chunks of a recorded channel; None if it is not stored in chunks."""
-
-    def restore(self, count: int, checksum: int) -> None:
-        """Take over the first segments of a run that is resumed, and drop the others."""
-
-
-class StoredSamples(NamedTuple):
-    """The segments of a run that is not over.
-
-    Attributes
-    ----------
-    segments : Segments
-    number : int
-        How many there are.
-    rows : int
-        The samples of each.
-    """
-
-    segments: Segments
-    number: int
-    rows: int
 
 
 class SampleStore:

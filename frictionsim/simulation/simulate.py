@@ -1,15 +1,13 @@
-"""Simulation of one scenario: returns channels, transitions, quantities, checks and statistics."""
+"""Simulation of one scenario: returns its record."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from math import inf
 from time import perf_counter
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.errors import (
-    EXIT_AUDIT_FAILED,
     OUT_OF_RANGE,
     BudgetExceeded,
     InputError,
@@ -18,14 +16,7 @@ from frictionsim.errors import (
     SolverError,
     overflow_refused,
 )
-from frictionsim.results import (
-    Channel,
-    Check,
-    Quantities,
-    SolverStatistics,
-    Transition,
-    failures,
-)
+from frictionsim.results import MODES, Record, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import (
@@ -34,15 +25,54 @@ from frictionsim.simulation.checkpoint import (
     of_checkpoint,
     require_same_arrays,
 )
-from frictionsim.simulation.run_log import log_end, log_scenario
+from frictionsim.simulation.record import recorded
 from frictionsim.simulation.space import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, SimulationResult
+    from frictionsim.results import Segments, SimulationResult, StoredSamples
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
-    from frictionsim.simulation.sample_store import Segments, StoredSamples
+
+
+def log_scenario(scenario: "Scenario") -> None:
+    """Log what is simulated, and how."""
+    solver = scenario.solver
+    LOG.info(
+        "scenario %s: kind %s, effects %s, law %s, backend %s",
+        scenario.origin.source or scenario.title or scenario.kind,
+        scenario.kind,
+        ", ".join(scenario.effect_names) or "none",
+        scenario.law or "none",
+        solver.backend,
+    )
+    for override in scenario.origin.overrides:
+        LOG.debug("overridden: %s", override)
+    LOG.debug("limit: %d steps", solver.max_steps)
+
+
+def log_end(run: "Record") -> None:
+    """Log how a run ended."""
+    if LOG.isEnabledFor(logging.DEBUG):
+        modes = dict(MODES)
+        for e in run.transitions:
+            before, after = modes[e.mode_from], modes[e.mode_to]
+            LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, before, after)
+        for name, check in run.checks.items():
+            LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
+    statistics = run.statistics
+    assert statistics is not None, "a run that was just solved has them"
+    LOG.info(
+        "run %s at t = %.9g s: samples %d, events %d, steps %d, rejected %d, wall time %.3g s",
+        run.status,
+        run.time[-1] if run.time.size else 0.0,
+        run.time.size,
+        len(run.transitions),
+        statistics.steps,
+        statistics.rejected,
+        statistics.wall_seconds or 0.0,
+    )
+
 
 LOG = logging.getLogger(__name__)
 
@@ -50,65 +80,6 @@ NO_SUMMARY = (
     "this is a checkpoint of a long run: quantities, events, audit and other warnings are left out;"
     " 'frictionsim resume' continues the run, and they are there when it stops"
 )
-
-
-class RunResult(NamedTuple):
-    """The results of a run as plain data.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    effects : tuple of str
-        The effects that were simulated.
-    channel_info : mapping of name to Channel
-        For each channel; it may hold further ones.
-    axes : mapping of name to tuple of str
-        The names of the members of each axis.
-    time : (n,), s
-    channels : dict of (n,) or (n, members of the channel's axis)
-        All channels, or those in `output.channels`.
-    transitions : list of Transition
-    quantities : Quantities
-        The quantities of the summary.
-    checks : dict of Check
-        The audit.
-    statistics : SolverStatistics
-    status : str
-        `done`, `failed` or `interrupted`.
-    reason : str
-        Why the run stopped, or which checks of the audit failed; empty if done and sound.
-    exit_code : int
-        Exit code of the command line, which includes the verdict of the audit.
-    warnings : tuple of str
-        Reasons to doubt the quantities: of the scenario, then of the run.
-    failure : str
-        The kind of failure, such as `chattering`; empty if not failed.
-    checkpoint : dict of arrays or None
-        The state to resume from, if the run can be resumed.
-    sides : dict of (m,)
-        The recorded channels immediately before and after each transition.
-    stored : StoredSamples or None
-        The segments of samples on the disk, if there are any.
-    """
-
-    scenario: "Scenario"
-    effects: tuple[str, ...]
-    channel_info: Mapping[str, Channel]
-    axes: Mapping[str, tuple[str, ...]]
-    time: "Array"
-    channels: dict[str, "Array"]
-    transitions: list[Transition]
-    quantities: Quantities
-    checks: dict[str, Check]
-    statistics: SolverStatistics
-    status: str
-    reason: str
-    exit_code: int
-    warnings: tuple[str, ...] = ()
-    failure: str = ""
-    checkpoint: "dict[str, Any] | None" = None
-    sides: "Mapping[str, Array]" = MappingProxyType({})
-    stored: "StoredSamples | None" = None
 
 
 class _Clock:
@@ -132,7 +103,6 @@ class _Termination(NamedTuple):
 
     status: str = "done"
     reason: str = ""
-    exit_code: int = 0
     failure: str = ""
     resumable: bool = False
 
@@ -140,12 +110,12 @@ class _Termination(NamedTuple):
 def run(
     scenario: "Scenario",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[RunResult], Any] | None" = None,
+    on_checkpoint: "Callable[[Record], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
     segments: "Segments | None" = None,
     max_steps: int | None = None,
     sample_times: "Sequence[float] | None" = None,
-) -> RunResult:
+) -> Record:
     """Simulate a scenario.
 
     Parameters
@@ -169,7 +139,7 @@ def run(
 
     Returns
     -------
-    RunResult
+    Record
         If the run failed or was interrupted, with the samples up to that time.
 
     Raises
@@ -234,7 +204,7 @@ def _with_checkpoints(
     scenario: "Scenario",
     simulation: "Simulation",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[RunResult], Any]",
+    on_checkpoint: "Callable[[Record], Any]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
     """Return an `on_step` that also calls `on_checkpoint`.
@@ -285,12 +255,12 @@ def _solve(
             finally:
                 clock.stop()
     except Interrupted as stop:
-        return _Termination("interrupted", str(stop), stop.exit_code, resumable=True)
+        return _Termination("interrupted", str(stop), resumable=True)
     except SolverError as error:
         resumable = isinstance(error, BudgetExceeded)
-        return _Termination("failed", str(error), error.exit_code, error.failure, resumable)
+        return _Termination("failed", str(error), error.failure, resumable)
     except ArithmeticError:
-        return _Termination("failed", OUT_OF_RANGE, NonFinite.exit_code, NonFinite.failure)
+        return _Termination("failed", OUT_OF_RANGE, NonFinite.failure)
     return _Termination()
 
 
@@ -300,45 +270,29 @@ def _run_of(
     outcome: _Termination,
     clock: _Clock,
     at_checkpoint: bool = False,
-) -> RunResult:
+) -> Record:
     """Return the results of a simulation that has stopped, or pauses."""
     stored = _stored(simulation)
     data = _observed(simulation, only_channels=at_checkpoint and stored is not None)
     if data.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
-        outcome = _Termination("failed", reason, NonFinite.exit_code, NonFinite.failure)
+        outcome = _Termination("failed", reason, NonFinite.failure)
     failed = failures(data.checks)
     if outcome.status == "done" and failed:
-        outcome = _Termination("done", f"self-audit failed: {failed}", EXIT_AUDIT_FAILED)
-    wanted = scenario.output.channels
-    return RunResult(
-        scenario=scenario,
-        effects=simulation.effects,
-        channel_info=simulation.channel_info,
-        axes=simulation.axes,
-        time=data.time,
-        channels={
-            name: channel
-            for name, channel in data.channels.items()
-            if wanted is None or name in wanted
-        },
-        transitions=data.transitions,
-        quantities=data.quantities,
-        checks=data.checks,
+        outcome = _Termination("done", f"self-audit failed: {failed}")
+    record = recorded(scenario, simulation, data)
+    ended = {
+        "status": outcome.status,
+        "reason": outcome.reason,
+        "failure": outcome.failure,
+        "warnings": "\n".join(_warnings(scenario, simulation, data)),
+    }
+    return record._replace(
+        attributes=record.attributes | ended,
         statistics=SolverStatistics(
             *simulation.statistics(), simulation.states, clock.solving, clock.compiling
         ),
-        status=outcome.status,
-        reason=outcome.reason,
-        exit_code=outcome.exit_code,
-        warnings=_warnings(scenario, simulation, data),
-        failure=outcome.failure,
         checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
-        sides={
-            name: values
-            for name, values in data.sides.items()
-            if wanted is None or name.rpartition("_")[0] in wanted
-        },
         stored=stored,
     )
 

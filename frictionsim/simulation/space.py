@@ -10,9 +10,9 @@ from frictionsim.simulation import sample_store
 from frictionsim.simulation.record import stored_type
 
 if TYPE_CHECKING:
+    from frictionsim.results import Segments
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
-    from frictionsim.simulation.sample_store import Segments
 
 LOG = logging.getLogger(__name__)
 

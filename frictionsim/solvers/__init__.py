@@ -22,12 +22,6 @@ def new_solver(
 ) -> "Solver":
     """Return the solver for the friction law of a mechanism and the method of its settings.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-
     Returns
     -------
     Solver

@@ -184,13 +184,7 @@ def subject_of(mechanism: "Mechanism") -> str:
 
 
 def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
-    """Return the integrator for a mechanism, with the settings of the scenario.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    """
+    """Return the integrator for a mechanism, with the settings of the scenario."""
     integrator = METHODS[settings.backend].scipy_class
     if integrator:
         # Imported here because SciPy takes 0.3 s to import.

@@ -34,10 +34,6 @@ def bracket_roots(
     wanted : (runs,) of bool
         For the others the result is a, b.
     resolution : float or (runs,)
-
-    Returns
-    -------
-    Brackets
     """
     x, f_x, y, f_y = a, f(a), b, f(b)
     hidden = wanted & ((f_x > 0.0) == (f_y > 0.0))

@@ -111,10 +111,6 @@ def consistent_modes(
         Zeros of velocities and gaps are exact.
     released : Released
 
-    Returns
-    -------
-    tuple of int
-
     Raises
     ------
     SolverError

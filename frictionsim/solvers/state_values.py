@@ -66,12 +66,7 @@ class Values(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What each row of an array may hold, by its number; of all others any finite number.
-
-    Attributes
-    ----------
-    rows : dict of int to Values
-    """
+    """What each row of an array may hold, by its number; of all others any finite number."""
 
     rows: dict[int, Values]
 

@@ -8,11 +8,12 @@ that the second run has half of it (Richardson).
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from frictionsim.results import Record
 from frictionsim.scenario.friction_law import TRANSITION_SPEED
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.variants import Setting, short
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,28 +45,28 @@ class Estimate(NamedTuple):
 
 
 def estimate(
-    first: RunResult, on_step: "Callable[[float], Any]", max_steps: int | None = None
+    scenario: "Scenario",
+    first: Record,
+    on_step: "Callable[[float], Any]",
+    max_steps: int | None = None,
 ) -> Estimate:
-    """Solve the scenario of a run again, more accurately, and compare the quantities.
+    """Solve a scenario again, more accurately, and compare the quantities.
 
     Parameters
     ----------
-    first : RunResult
-        A run that is done.
+    scenario : Scenario
+    first : Record
+        Its run that is done.
     on_step : callable
         Called with the time after each step.
     max_steps : int, optional
         Limit of steps of the second run.
-
-    Returns
-    -------
-    Estimate
     """
-    setting = tighter(first.scenario)
+    setting = tighter(scenario)
     overrides = list(setting.overrides)
     if first.stored is not None:  # the second run has no file for what the memory cannot hold
         overrides.append(FEW_CHANNELS)
-    second = run(first.scenario.replace(overrides), on_step, max_steps=max_steps)
+    second = run(scenario.replace(overrides), on_step, max_steps=max_steps)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
@@ -80,7 +81,7 @@ def estimate(
     )
 
 
-def _difference(value: float | None, second: RunResult, name: str, factor: float) -> float | None:
+def _difference(value: float | None, second: Record, name: str, factor: float) -> float | None:
     other = second.quantities[name].value if name in second.quantities else None
     return None if value is None or other is None else factor * abs(value - other)
 

@@ -50,10 +50,6 @@ def metric_errors(
         Sampled at the same times.
     duration : float, s
         Scale of the errors of event times.
-
-    Returns
-    -------
-    dict of Error
     """
     return {metric.name: _error(metric, found, reference, duration) for metric in metrics}
 

@@ -106,7 +106,7 @@ class Reference(NamedTuple):
         return max_relative_error(self.floor)
 
 
-class Study(NamedTuple):
+class WorkPrecision(NamedTuple):
     """The results of a study; if interrupted, of the settings run before.
 
     `time_reference` is the scenario's own mesh converged in time, in a study of meshes.

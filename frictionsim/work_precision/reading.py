@@ -12,12 +12,12 @@ from frictionsim.work_precision.recommendation import Advice, recommended
 from frictionsim.work_precision.report import attributes, columns
 
 if TYPE_CHECKING:
-    from frictionsim.work_precision.outcome import Study
+    from frictionsim.work_precision.outcome import WorkPrecision
 
 RELATIVE = "_relative"
 
 
-def table_of(study: "Study") -> CostTable:
+def table_of(study: "WorkPrecision") -> CostTable:
     """Return the table of a study, as its file in HDF5 has it."""
     scenario = study.scenario
     about = {"title": scenario.title, "kind": scenario.kind, **attributes(study)}

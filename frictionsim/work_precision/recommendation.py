@@ -7,7 +7,7 @@ ranked by evaluations of the right-hand side, which are the same every time.
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from frictionsim.work_precision.outcome import Row, Study
+from frictionsim.work_precision.outcome import Row, WorkPrecision
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
 QUANTITY_TARGETS = (1e-2, 1e-3)  # of a single quantity
@@ -58,7 +58,7 @@ class Advice(NamedTuple):
         )
 
 
-def recommendations(study: Study) -> list[Advice]:
+def recommendations(study: WorkPrecision) -> list[Advice]:
     """Return what a study recommends; of meshes for each of the quantities, too.
 
     Meshes are not equally good at all quantities, and few may have all of them right.
@@ -124,10 +124,6 @@ def advise(rows: Iterable[Row], floor: float) -> list[Advice]:
     rows : iterable of Row
     floor : float
         Reference uncertainty.
-
-    Returns
-    -------
-    list of Advice
     """
     done = [(row, row.error) for row in rows if row.error is not None]
     return [

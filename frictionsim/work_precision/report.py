@@ -12,21 +12,17 @@ from frictionsim.results import Column, finite
 from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
-    from frictionsim.work_precision.outcome import Row, Study
+    from frictionsim.work_precision.outcome import Row, WorkPrecision
 
 
-def study_json(study: "Study", source: str) -> dict[str, Any]:
+def study_json(study: "WorkPrecision", source: str) -> dict[str, Any]:
     """Return the JSON object of a study.
 
     Parameters
     ----------
-    study : Study
+    study : WorkPrecision
     source : str
         Path of the scenario.
-
-    Returns
-    -------
-    dict
     """
     reference = study.reference
     return {
@@ -94,7 +90,7 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def attributes(study: "Study") -> dict[str, str]:
+def attributes(study: "WorkPrecision") -> dict[str, str]:
     """Return what a study says beside its rows, as texts.
 
     `status` and `reason`; `references` and `time_references`, one per line;
@@ -114,7 +110,7 @@ def attributes(study: "Study") -> dict[str, str]:
     }
 
 
-def columns(study: "Study") -> list[Column]:
+def columns(study: "WorkPrecision") -> list[Column]:
     """Return the table of a study as columns; unknown values are NaN."""
     rows, nan = study.rows, float("nan")
 
@@ -174,13 +170,8 @@ def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
     )
 
 
-def write_csv(study: "Study", path: Path) -> None:
+def write_csv(study: "WorkPrecision", path: Path) -> None:
     """Write the table of a study as CSV, with units in the header line; whole or not at all.
-
-    Parameters
-    ----------
-    study : Study
-    path : Path
 
     Raises
     ------

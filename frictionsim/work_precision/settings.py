@@ -105,10 +105,6 @@ def ladders(
     tolerances : iterable of float
         Relative tolerances.
     mechanism : Mechanism or MultiContactMechanism
-
-    Returns
-    -------
-    list of Setting
     """
     if _is_smooth(mechanism):
         names = methods_of(scenario.pairs)
@@ -133,16 +129,6 @@ def references(
     """Return two references with different methods for a mechanism without a mesh.
 
     Where there is one method only, the second has short steps, too.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    mechanism : Mechanism or MultiContactMechanism
-    rtol : float
-
-    Returns
-    -------
-    tuple of Setting
     """
     if methods_of(scenario.pairs) == ("events",):
         step = REFERENCE_STEP * scenario.solver.duration

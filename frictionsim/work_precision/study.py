@@ -4,22 +4,63 @@ import gc
 from collections.abc import Callable, Iterable
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, SolverError
-from frictionsim.results import failures
+from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from frictionsim.simulation.wall_time import WallTimeLimit
 from frictionsim.work_precision.errors import Comparable, Error, metric_errors
-from frictionsim.work_precision.mesh_limit import extrapolated
-from frictionsim.work_precision.outcome import Plan, Reference, Row, Study
+from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
 from frictionsim.work_precision.settings import ScenarioVariants
 
 if TYPE_CHECKING:
-    from frictionsim.results import Metric
+    from frictionsim.results import Array, Check, Metric, Transition
     from frictionsim.scenario.settings import Scenario
+
+# A belt of fine bodies converges with the square of their length.
+ORDER = 2
+
+
+class Extrapolated(NamedTuple):
+    """What two runs are extrapolated to; see `frictionsim.work_precision.errors.Comparable`."""
+
+    channels: "dict[str, Array]"
+    transitions: "list[Transition]"
+    quantities: dict[str, Quantity]
+    checks: "dict[str, Check]"
+
+
+def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Extrapolated:
+    """Return the limit of two runs on meshes of ratio 2, by Richardson.
+
+    Parameters
+    ----------
+    fine, coarse : Record
+        Sampled at the same times.
+    metrics : iterable of Metric
+        Only their channels are extrapolated, and all quantities that both runs have.
+
+    Returns
+    -------
+    Extrapolated
+        Its events and checks are those of the fine run.
+    """
+    share = 1.0 / (2**ORDER - 1)
+    channels = {
+        name: fine.channels[name] + share * (fine.channels[name] - coarse.channels[name])
+        for name in (metric.source for metric in metrics if metric.what == "channel")
+    }
+    quantities = {}
+    for name, quantity in fine.quantities.items():
+        other = coarse.quantities.get(name)
+        if quantity.value is not None and other is not None and other.value is not None:
+            value = quantity.value + share * (quantity.value - other.value)
+            quantities[name] = Quantity(value, quantity.unit)
+    return Extrapolated(channels, fine.transitions, quantities, fine.checks)
+
 
 # A setting is not repeated after this total time, s: the timing is accurate enough.
 SECONDS_OF_REPEATS = 1.0
@@ -34,7 +75,7 @@ OnStep = Callable[[float], Any]
 class Stopped(Exception):
     """A signal stopped a run of the study."""
 
-    def __init__(self, run: RunResult) -> None:
+    def __init__(self, run: Record) -> None:
         super().__init__(run.reason)
         self.run = run
 
@@ -59,19 +100,10 @@ class Benchmark:
         self._checks = {m.source for m in self._metrics if m.what == "check"}
         self._max_wall, self._repeats = max_wall, repeats
         self._warm: set[str] = set()
-        self._of_limits: dict[Setting, RunResult] = {}
+        self._of_limits: dict[Setting, Record] = {}
 
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
-
-        Parameters
-        ----------
-        settings : tuple of Setting
-        on_step : callable
-
-        Returns
-        -------
-        Reference
 
         Raises
         ------
@@ -93,21 +125,12 @@ class Benchmark:
                 reasons.append(f"{name}: {result.reason}")
         if not runs:
             raise SolverError(f"all reference runs failed: {'; '.join(reasons)}")
-        duration = runs[0].scenario.solver.duration
+        duration = self._variants.duration
         floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
     def limit(self, limits: tuple[Limit, ...], on_step: OnStep) -> Reference:
         """Solve on the meshes of the limits; the first limit that is known is the reference.
-
-        Parameters
-        ----------
-        limits : tuple of Limit
-        on_step : callable
-
-        Returns
-        -------
-        Reference
 
         Raises
         ------
@@ -138,7 +161,7 @@ class Benchmark:
         floor = metric_errors(self._metrics, found[1], found[0], duration) if several else {}
         return Reference(found[0], tuple(names), floor)
 
-    def _of_limit(self, setting: Setting, on_step: OnStep) -> RunResult:
+    def _of_limit(self, setting: Setting, on_step: OnStep) -> Record:
         if setting not in self._of_limits:
             self._warm_up(setting, on_step)
             limit = self._max_wall * LIMIT_TIME_FACTOR
@@ -162,10 +185,6 @@ class Benchmark:
         in_time : Comparable, optional
             The same mesh, converged in time.
 
-        Returns
-        -------
-        Row
-
         Raises
         ------
         Stopped
@@ -181,13 +200,13 @@ class Benchmark:
         errors: dict[str, Error] = {}
         time_errors: dict[str, Error] = {}
         if judged.status == "done":
-            duration = judged.scenario.solver.duration
+            duration = scenario.solver.duration
             last, seconds = self._timed(setting, on_step)
             if last.status == "done":
                 errors = metric_errors(self._metrics, judged, reference, duration)
             if last.status == "done" and in_time is not None:
                 time_errors = metric_errors(self._metrics, judged, in_time, duration)
-        statistics = last.statistics
+        statistics = _statistics(last)
         tells = METHODS[setting.backend].tells_rejected
         return Row(
             setting=setting,
@@ -211,7 +230,7 @@ class Benchmark:
             _run(self._variants.warm_up(setting), on_step, inf)
             self._warm.add(setting.line)
 
-    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[RunResult, list[float]]:
+    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[Record, list[float]]:
         scenario = self._variants.timed(setting)
         gc.collect()  # automatic garbage collection is off
         seconds: list[float] = []
@@ -223,7 +242,7 @@ class Benchmark:
                 return result, seconds
 
 
-def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
+def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
     solver = scenario.solver
     limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
 
@@ -239,7 +258,7 @@ def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> RunResult:
     return result
 
 
-def _audit_text(result: RunResult, metrics: set[str]) -> str:
+def _audit_text(result: Record, metrics: set[str]) -> str:
     """Return the failed checks of the audit, except those that are metrics."""
     failed = failures({name: c for name, c in result.checks.items() if name not in metrics})
     return f"self-audit failed: {failed}" if failed and result.status == "done" else ""
@@ -252,7 +271,7 @@ def study(
     repeats: int,
     on_step: OnStep,
     show: Callable[[str], Any],
-) -> Study:
+) -> WorkPrecision:
     """Run all settings.
 
     Parameters
@@ -270,7 +289,7 @@ def study(
 
     Returns
     -------
-    Study
+    WorkPrecision
         If a signal stopped it, with the rows of the settings before.
 
     Raises
@@ -300,8 +319,10 @@ def study(
             rows.append(benchmark.row(setting, reference.outcome, on_step, same))
     except Stopped as stop:
         reason, code = stop.run.reason, stop.run.exit_code
-        return Study(scenario, metrics, reference, rows, "interrupted", reason, code, in_time)
-    return Study(scenario, metrics, reference, rows, "done", "", 0, in_time)
+        return WorkPrecision(
+            scenario, metrics, reference, rows, "interrupted", reason, code, in_time
+        )
+    return WorkPrecision(scenario, metrics, reference, rows, "done", "", 0, in_time)
 
 
 def _refused(setting: Setting, reason: str) -> Row:
@@ -314,5 +335,10 @@ def in_one_line(error: Exception) -> str:
     return "; ".join(str(error).splitlines())
 
 
-def _seconds(run: RunResult) -> float:
-    return run.statistics.wall_seconds or 0.0  # None is of files only
+def _seconds(run: Record) -> float:
+    return _statistics(run).wall_seconds or 0.0  # None is of files only
+
+
+def _statistics(run: Record) -> SolverStatistics:
+    assert run.statistics is not None, "a run that was just solved has them"
+    return run.statistics

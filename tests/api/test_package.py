@@ -35,7 +35,7 @@ def run_code(code: str) -> str:
     return done.stdout
 
 
-def test_the_bare_package_imports_nothing() -> None:
+def test_the_bare_package_imports_nothing_but_its_version() -> None:
     code = """
 before = set(sys.modules)
 import frictionsim
@@ -43,7 +43,7 @@ print(sorted(set(sys.modules) - before))
 dir(frictionsim), frictionsim.__version__
 print(sorted(set(sys.modules) - before))
 """
-    assert run_code(code) == "['frictionsim']\n" * 2
+    assert run_code(code) == "['frictionsim', 'frictionsim.version']\n" * 2
 
 
 def test_names_are_imported_when_they_are_used() -> None:
@@ -139,7 +139,7 @@ def test_the_command_line_uses_the_interface_for_python(path: Path) -> None:
         module, names = str(node.module), {alias.name for alias in node.names}
         allowed = (
             module == "frictionsim"
-            or module == "frictionsim.errors"
+            or module in ("frictionsim.errors", "frictionsim.version")
             or module.startswith(("frictionsim.api", "frictionsim.cli"))
             or names <= LEAVES.get(module, set())
         )

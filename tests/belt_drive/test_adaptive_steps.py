@@ -19,7 +19,7 @@ from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
     STABILITY_POLYNOMIAL,
     max_stable_step,
 )
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
 from tests.attacks.checkpoints import craft, write_original
 from tests.support.belt_scenarios import pair, scenario_of, shipped
@@ -152,7 +152,7 @@ def longest_steps(data: dict[str, Any]) -> float:
     return float(data["solver"]["duration"]) * frequency / 4.0
 
 
-def speed_error(done: RunResult, reference: RunResult) -> float:
+def speed_error(done: Record, reference: Record) -> float:
     """Return the largest difference of the pulleys' speeds, rad/s."""
     return float(np.max(np.abs(done.channels["pulley_speed"] - reference.channels["pulley_speed"])))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, creep
 from tests.support.belt_scenarios import shipped
 from tests.support.drawn_drives import drawn_drive, scenario_of_drive, steady
@@ -12,7 +12,7 @@ from tests.support.scenarios import simulate
 POINTS = (30, 60, 120)
 
 
-def arcs(done: RunResult) -> list[float]:
+def arcs(done: Record) -> list[float]:
     """Return the adhesion arcs of driver and driven, rad."""
     assert done.status == "done", done.reason
     found = [done.quantities[f"adhesion_arc_{name}"].value for name in ("driver", "driven")]

@@ -209,9 +209,9 @@ def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
 def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
     done = simulate(pulley())
     statistics = done.statistics._replace(wall_seconds=2.1)
-    assert "solved in 2.1 s: " in Result.of_run(done._replace(statistics=statistics)).summary()
+    assert "solved in 2.1 s: " in Result(done._replace(statistics=statistics)).summary()
     compiled = statistics._replace(compile_seconds=24.0)
-    text = Result.of_run(done._replace(statistics=compiled)).summary()
+    text = Result(done._replace(statistics=compiled)).summary()
     assert "solved in 2.1 s after 24 s of compilation: " in text
 
 

@@ -20,7 +20,7 @@ from tests.support.belt_scenarios import (
     stepped,
     trio,
 )
-from tests.support.scenarios import Scenario, changed, simulate
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
 # One pulley as the common table has it, two of their own.
 UNLIKE = {
@@ -52,7 +52,7 @@ def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
     data = every_effect(effects__contact__pulleys=UNLIKE, **times)
     done = simulate(changed(data, solver__backend="moreau"))
     assert done.checks["energy_balance"].ok
-    belt = reference(done.scenario, assemble(done.scenario).system.chain.length)
+    belt = reference(scenario_run(done), assemble(scenario_run(done)).system.chain.length)
     c = done.channels
     found = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
     stored = c["energy_potential"]

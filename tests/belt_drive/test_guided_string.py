@@ -10,12 +10,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
+from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
 from tests.support.drawn_belts import drawn
-from tests.support.scenarios import Scenario, changed, simulate
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 from tests.support.string_reference import arcs_of, end_state
 
 CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}  # the resistance
@@ -30,7 +30,7 @@ def string(**changes: Any) -> Scenario:
 
 
 @cache
-def loaded(bodies: int, backend: str = "moreau") -> RunResult:
+def loaded(bodies: int, backend: str = "moreau") -> Record:
     data = string(
         mechanism__belt__bodies=bodies,
         solver__backend=backend,
@@ -42,7 +42,7 @@ def loaded(bodies: int, backend: str = "moreau") -> RunResult:
     return done
 
 
-def value(done: RunResult, name: str) -> float:
+def value(done: Record, name: str) -> float:
     found = done.quantities[name].value
     assert found is not None
     return float(found)
@@ -113,10 +113,10 @@ def test_a_belt_that_slips_does_the_same_backward() -> None:
     assert np.max(np.abs(speeds[0] + speeds[1])) < 5e-3 * np.max(np.abs(speeds[0]))
 
 
-def belt_speed(done: RunResult) -> float:
+def belt_speed(done: Record) -> float:
     """Return the speed of the belt, m/s, that its kinetic energy tells."""
     inertia = 2.4e-4 * (value(done, "drive_speed") ** 2 + value(done, "driven_speed") ** 2)
-    mass = RHO * float(equilibrium_quantities(done.scenario)["belt_length"].value or 0.0)
+    mass = RHO * float(equilibrium_quantities(scenario_run(done))["belt_length"].value or 0.0)
     return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
 
 
@@ -261,16 +261,16 @@ def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> 
     done = simulate(data)
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values()), done.checks
-    channels, friction = done.channels, done.scenario.effects.belt_friction
-    names = done.scenario.mechanism.names
+    channels, friction = done.channels, scenario_run(done).effects.belt_friction
+    names = scenario_run(done).mechanism.names
     size = max(friction.mu_s, *(own.mu_s for own in friction.pulleys.values()))
     limit = size * channels["normal_force"]
     assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)
     # What sticks has no slip, to rounding of the speeds, which are of some m/s.
     assert np.max(np.abs(channels["slip_velocity"][channels["sticking"] > 0.0]), initial=0.0) < 1e-9
     # The channels alone: each pulley's own momentum, from the friction of its points.
-    inertia = np.array([p.inertia for p in done.scenario.mechanism.pulleys])
-    radius = np.array([p.radius for p in done.scenario.mechanism.pulleys])
+    inertia = np.array([p.inertia for p in scenario_run(done).mechanism.pulleys])
+    radius = np.array([p.radius for p in scenario_run(done).mechanism.pulleys])
     for j in range(len(names)):
         on = channels["pulley_index"] == j
         pull = np.sum(channels["friction_force"] * on, axis=1)
@@ -295,7 +295,7 @@ def test_positions_are_on_the_line_after_many_rounds() -> None:
     assert np.all(np.abs(turned) > 6.0 * pi)  # 8 m of belt have passed, of 1.2 m
     on = np.hypot(x - np.clip(x, 0.0, 0.515), y)
     np.testing.assert_allclose(on, R, rtol=1e-12)
-    arcs, length = arcs_of(done.scenario)
+    arcs, length = arcs_of(scenario_run(done))
     assert length == pytest.approx(2.0 * (0.515 + pi * R))
     assert value(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)
 

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_scenarios import Array, pair, scenario_of, trio
-from tests.support.scenarios import Scenario, changed, simulate
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
 BACKENDS = ["rkf45", "moreau"]
 
 
-def on(backend: str, data: Scenario, **changes: Any) -> RunResult:
+def on(backend: str, data: Scenario, **changes: Any) -> Record:
     done = simulate(changed(data, solver__backend=backend, **changes))
     assert done.status == "done", done.reason
     return done
@@ -23,7 +23,7 @@ RUNS = [f"{backend} {name}" for backend, name in product(BACKENDS, ["pair", "tri
 
 
 @pytest.fixture(scope="module", params=RUNS)
-def done(request: pytest.FixtureRequest) -> RunResult:
+def done(request: pytest.FixtureRequest) -> Record:
     """A run with bodies that stick and slide."""
     backend, name = request.param.split()
     data = {"pair": pair(drive__driver__torque=-15.0), "trio": trio()}[name]
@@ -33,7 +33,7 @@ def done(request: pytest.FixtureRequest) -> RunResult:
 # --- energies and friction -----------------------------------------------------------------------
 
 
-def test_energies_add_up(done: RunResult) -> None:
+def test_energies_add_up(done: Record) -> None:
     energy = {name: channel for name, channel in done.channels.items() if name.startswith("energy")}
     assert len(energy) == 5
     change = {name: channel - channel[0] for name, channel in energy.items()}
@@ -50,9 +50,9 @@ def test_energies_add_up(done: RunResult) -> None:
     assert np.all(np.diff(energy["energy_damping"]) >= 0.0)
 
 
-def limits(done: RunResult) -> Array:
+def limits(done: Record) -> Array:
     """Return mu_s N of each body in each sample."""
-    scenario, normal = done.scenario, done.channels["normal_force"]
+    scenario, normal = scenario_run(done), done.channels["normal_force"]
     belt, law, patch = (
         scenario.mechanism.belt,
         scenario.effects.belt_friction,
@@ -69,7 +69,7 @@ def limits(done: RunResult) -> Array:
     return mu * normal
 
 
-def test_friction_never_exceeds_its_limit(done: RunResult) -> None:
+def test_friction_never_exceeds_its_limit(done: Record) -> None:
     friction, limit = done.channels["friction_force"], limits(done)
     assert np.all(np.abs(friction) <= limit * (1.0 + 1e-12))
     assert np.any(done.channels["sticking"] == 0.0)
@@ -77,7 +77,7 @@ def test_friction_never_exceeds_its_limit(done: RunResult) -> None:
     assert done.checks["friction_law"].ok
 
 
-def test_friction_brakes_what_slides(done: RunResult) -> None:
+def test_friction_brakes_what_slides(done: Record) -> None:
     """Force on the body and rim less body have one sign, but for the tail of what sticks."""
     friction, slip = done.channels["friction_force"], done.channels["slip_velocity"]
     sliding = (done.channels["sticking"] == 0.0) & (np.abs(slip) > 1e-3)
@@ -85,7 +85,7 @@ def test_friction_brakes_what_slides(done: RunResult) -> None:
     assert np.all(friction[sliding] * slip[sliding] >= 0.0)
 
 
-def test_bodies_apart_from_pulleys_feel_none(done: RunResult) -> None:
+def test_bodies_apart_from_pulleys_feel_none(done: Record) -> None:
     apart = done.channels["pulley_index"] < 0.0
     assert np.any(apart)
     for name in ("normal_force", "friction_force", "slip_velocity", "sticking"):
@@ -234,7 +234,7 @@ def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> 
 def test_channels_change_neither_figures_nor_audit(backend: str) -> None:
     everything = on(backend, pair())
     few = on(backend, pair(output__channels=["tension", "pulley_speed"]))
-    assert set(few.channels) == {"tension", "pulley_speed"}
+    assert set(few.channels) == {"time", "tension", "pulley_speed"}
     assert few.quantities == everything.quantities
     assert few.checks == everything.checks
     assert few.statistics[:4] == everything.statistics[:4]

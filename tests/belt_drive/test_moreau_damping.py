@@ -30,7 +30,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     solve_damping_and_friction,
     stiff_damping,
 )
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_reference import Belt, corners, gap, gap_rate
 from tests.support.belt_scenarios import (
     GENTLY,
@@ -298,7 +298,7 @@ def test_the_tension_has_the_share_of_implicit_dampers() -> None:
 
 
 @pytest.fixture(scope="module")
-def hardly_moving() -> RunResult:
+def hardly_moving() -> Record:
     """A belt whose dampers are a thousand times as stiff, for many steps of the default length."""
     return simulate(
         damped(
@@ -309,11 +309,11 @@ def hardly_moving() -> RunResult:
     )
 
 
-def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: RunResult) -> None:
+def test_it_is_stable_at_the_default_step_for_any_damping(hardly_moving: Record) -> None:
     assert hardly_moving.status == "done"
     assert np.max(hardly_moving.channels["tension"]) < 500.0
     assert np.max(np.abs(hardly_moving.channels["pulley_speed"])) < 50.0
 
 
-def test_its_energies_add_up(hardly_moving: RunResult) -> None:
+def test_its_energies_add_up(hardly_moving: Record) -> None:
     assert hardly_moving.checks["energy_balance"].ok

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from frictionsim.results import Record
 from frictionsim.scenario.validation import ValidationFailure, validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, Scenario
-from tests.support.second_way import Record, Seen
+from tests.support.second_way import Recorded, Seen
 from tests.support.second_way_belt import (
     belt_drive,
     body_length,
@@ -123,7 +124,7 @@ def drives(
     return data
 
 
-def recorded(data: Scenario, duration: float, interval: float) -> tuple[RunResult, Record]:
+def recorded(data: Scenario, duration: float, interval: float) -> tuple[Record, Recorded]:
     """Run a drive; one whose pulleys overlap, or leave no way for a belt, is not drawn."""
     data["solver"]["duration"], data["output"] = duration, {"interval": interval}
     try:
@@ -133,10 +134,10 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[RunResul
     done = run(scenario, lambda t: None)
     assert done.status == "done", done.reason
     scenario = tomllib.loads(scenario.to_toml())
-    return done, Record(scenario, done.time, dict(done.channels), [])
+    return done, Recorded(scenario, done.time, dict(done.channels), [])
 
 
-def disagreements(done: RunResult, seen: dict[str, Seen]) -> dict[str, Any]:
+def disagreements(done: Record, seen: dict[str, Seen]) -> dict[str, Any]:
     """Return the quantities that the reader does not find; it must know each, and no other."""
     assert done.quantities.keys() == seen.keys()
     found = done.quantities.items()
@@ -205,7 +206,7 @@ def tensions(quantities: dict[str, Any]) -> dict[str, Any]:
     return {name: quantity for name, quantity in quantities.items() if name.startswith("tension")}
 
 
-def is_steady(record: Record) -> bool:
+def is_steady(record: Recorded) -> bool:
     """Return whether no pulley changes its speed by a tenth of the largest in the last fifth."""
     speeds = last(record).channels["pulley_speed"]
     return bool(np.max(np.abs(speeds[-1] - speeds[0])) < STEADY * np.max(np.abs(speeds)))

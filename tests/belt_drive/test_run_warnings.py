@@ -5,19 +5,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_scenarios import pair, shipped, trio
-from tests.support.scenarios import Scenario, simulate
+from tests.support.scenarios import Scenario, scenario_run, simulate
 from tests.support.second_way_belt import walked
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
 
 
-def full_slip(done: RunResult, name: str) -> float:
+def full_slip(done: Record, name: str) -> float:
     """Return the share of samples in which all bodies on a pulley slide with all their friction."""
-    c, scenario = done.channels, done.scenario.model_dump(by_alias=True)
+    c, scenario = done.channels, scenario_run(done).model_dump(by_alias=True)
     law, patch = scenario["effects"]["belt_friction"], scenario["effects"]["patch"]
-    j = done.axes["pulley"].index(name)
+    j = done.members["pulley"].index(name)
     mu_k = np.full(c["x"].shape[1], law["pulleys"].get(name, law)["mu_k"])
     if patch is not None:
         belt = scenario["mechanism"]["belt"]
@@ -59,15 +59,15 @@ DRAWN: dict[str, Scenario] = {
 def test_a_belt_that_slips_as_a_whole_is_told_of(name: str) -> None:
     done = simulate(DRAWN[name])
     assert done.status == "done"
-    told = {p for p in done.axes["pulley"] if any(f"slips on '{p}'" in w for w in done.warnings)}
-    assert told == {p for p in done.axes["pulley"] if full_slip(done, p) > 0.01}
+    told = {p for p in done.members["pulley"] if any(f"slips on '{p}'" in w for w in done.warnings)}
+    assert told == {p for p in done.members["pulley"] if full_slip(done, p) > 0.01}
     if name.startswith("overloaded"):
         assert "driver" in told
     if name in ("moderate", "at rest"):
         assert told == set()
 
 
-def warned(done: RunResult, words: str) -> bool:
+def warned(done: Record, words: str) -> bool:
     return any(words in warning for warning in done.warnings)
 
 

@@ -12,9 +12,9 @@ import xarray
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_writer
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_scenarios import pair, scenario_of, trio
-from tests.support.scenarios import Scenario, simulate
+from tests.support.scenarios import Scenario, scenario_run, simulate
 
 OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
 OF_BODIES = ["x", "y", "angle", "normal_force", "friction_force", "slip_velocity", "sticking"]
@@ -29,7 +29,7 @@ DIMENSIONS = {
 
 
 @pytest.fixture(scope="module", params=["rkf45", "moreau"])
-def done(request: pytest.FixtureRequest) -> RunResult:
+def done(request: pytest.FixtureRequest) -> Record:
     return simulate(trio(solver__backend=request.param, solver__duration=0.02))
 
 
@@ -38,13 +38,13 @@ SUMMARY = ("audit", "quantities", "solver")
 
 
 @pytest.fixture(scope="module")
-def result(done: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def result(done: Record, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "belt.h5"
     hdf5_writer.write(done, path)
     return path
 
 
-def test_channels_and_their_axes(done: RunResult, result: Path) -> None:
+def test_channels_and_their_axes(done: Record, result: Path) -> None:
     sizes = {"time": 21, "pulley": 3, "body": 60, "joint": 60}
     with h5py.File(result) as file:
         assert set(file) == {*DIMENSIONS, *sizes, *SUMMARY}
@@ -83,7 +83,7 @@ def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
         assert set(file) == {"time", "body", "sticking", "energy_input", *SUMMARY}
 
 
-def test_what_the_channels_mean(done: RunResult) -> None:
+def test_what_the_channels_mean(done: Record) -> None:
     c = done.channels
     assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
     assert set(np.unique(c["sticking"])) == {0.0, 1.0}
@@ -92,7 +92,7 @@ def test_what_the_channels_mean(done: RunResult) -> None:
     # The prescribed speed is that of the scenario: 8 rad/s, 20 Hz.
     speed = 8.0 * np.sin(40.0 * np.pi * done.time)
     # Between two fixed steps a sample is interpolated: 1.3e5 rad/s^3 at most, by h^2/8 at 8e-5 s.
-    close = 1e-12 if done.scenario.solver.backend == "rkf45" else 2e-4
+    close = 1e-12 if scenario_run(done).solver.backend == "rkf45" else 2e-4
     assert c["pulley_speed"][:, 0] == pytest.approx(speed, abs=close)
     # Bodies are one length and one stretch of a joint apart.
     apart = np.hypot(np.diff(c["x"], axis=1), np.diff(c["y"], axis=1))

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.quantities import torque_balance
 from frictionsim.mechanisms.belt_drive.spans import span_tensions
-from frictionsim.mechanisms.belt_drive.torque_balance import torque_balance
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
-from tests.support.scenarios import SCENARIOS
+from frictionsim.simulation.simulate import run
+from tests.support.scenarios import SCENARIOS, scenario_run
 from tests.support.second_way_belt import walked
 
 Array = Any
@@ -54,11 +55,11 @@ def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
 
 
 @pytest.fixture(scope="module")
-def tensioner() -> RunResult:
+def tensioner() -> Record:
     return run(load(SCENARIOS / "belt_tensioner.toml", backend="moreau"), lambda t: None)
 
 
-def seen_of(done: RunResult, spans: Array) -> dict[str, Array]:
+def seen_of(done: Record, spans: Array) -> dict[str, Array]:
     """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
     c = done.channels
     pulleys = c["pulley_speed"].shape[1]
@@ -80,9 +81,9 @@ def seen_of(done: RunResult, spans: Array) -> dict[str, Array]:
     }
 
 
-def nearest_line_tensions(done: RunResult) -> Array:
+def nearest_line_tensions(done: Record) -> Array:
     """Return what stood in summaries once: means of the joints next to the infinite line."""
-    spans = done.scenario.mechanism.path().spans  # type: ignore[attr-defined]
+    spans = scenario_run(done).mechanism.path().spans  # type: ignore[attr-defined]
     starts = np.array([s.start for s in spans])
     ways = np.array([s.end for s in spans]) - starts
     lengths = np.hypot(*ways.T)
@@ -97,8 +98,8 @@ def nearest_line_tensions(done: RunResult) -> Array:
     return np.array(found)
 
 
-def test_the_balance_of_torques_catches_wrong_spans(tensioner: RunResult) -> None:
-    scenario: Any = tensioner.scenario
+def test_the_balance_of_torques_catches_wrong_spans(tensioner: Record) -> None:
+    scenario: Any = scenario_run(tensioner)
     model = assemble(scenario)
     pulleys = len(scenario.mechanism.pulleys)
     c = tensioner.channels
@@ -114,15 +115,15 @@ def test_the_balance_of_torques_catches_wrong_spans(tensioner: RunResult) -> Non
     assert check.value > 5.0 * check.limit
 
 
-def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: RunResult) -> None:
-    scenario: Any = tensioner.scenario
+def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: Record) -> None:
+    scenario: Any = scenario_run(tensioner)
     spans = np.tile([300.0, 200.0, 250.0, 280.0], (len(tensioner.time), 1))
     seen = seen_of(tensioner, spans[:, : len(scenario.mechanism.pulleys)])
     seen["_friction"] = 0.9 * seen["_friction"]
     assert not torque_balance(scenario, assemble(scenario), tensioner.time, seen).ok
 
 
-def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: RunResult) -> None:
+def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Record) -> None:
     value = {name: q.value for name, q in tensioner.quantities.items()}
     # 8 N m on a radius of 0.06 m; without wrap factors, as published, corners miss a part of it.
     tight, slack = value["tension_tight"], value["tension_slack"]

@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS
 
 by_both = pytest.mark.parametrize("backend", ["rkf45", "moreau"])
@@ -14,7 +15,7 @@ STEP, RAMP = "-4.0", "{time = [0.0, 0.01], value = [0.0, -4.0]}"
 
 
 @cache
-def belt(backend: str, torque: str, mu_k: float, *overrides: str) -> RunResult:
+def belt(backend: str, torque: str, mu_k: float, *overrides: str) -> Record:
     """Run the shipped belt for 50 ms; its static friction could carry 27 N m at its start."""
     scenario = load(
         SCENARIOS / "belt_drive.toml",

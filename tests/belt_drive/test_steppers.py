@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_reference import integrate, pack
 from tests.support.belt_scenarios import (
     SHORT,
@@ -50,7 +50,7 @@ def test_a_short_way_is_that_of_the_reference() -> None:
 PARTS = np.cumsum([12] * 6 + [2])
 
 
-def published(backend: str) -> RunResult:
+def published(backend: str) -> Record:
     """Run the drive as published up to where its torque has risen."""
     return simulate(
         shipped(
@@ -65,11 +65,11 @@ def published(backend: str) -> RunResult:
 
 
 @pytest.fixture(scope="module")
-def both() -> dict[str, RunResult]:
+def both() -> dict[str, Record]:
     return {backend: published(backend) for backend in ("rkf45", "moreau")}
 
 
-def spans(done: RunResult) -> Array:
+def spans(done: Record) -> Array:
     """Return the tensions of the upper and the lower span at the end, in their middle."""
     x, y, tension = (done.channels[name][-1] for name in ("x", "y", "tension"))
     middle = np.abs(x - 0.2575) < 0.1
@@ -77,7 +77,7 @@ def spans(done: RunResult) -> Array:
 
 
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-def test_the_published_drive_at_full_torque(backend: str, both: dict[str, RunResult]) -> None:
+def test_the_published_drive_at_full_torque(backend: str, both: dict[str, Record]) -> None:
     done = both[backend]
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values())
@@ -86,7 +86,7 @@ def test_the_published_drive_at_full_torque(backend: str, both: dict[str, RunRes
     assert done.channels["pulley_speed"][-1, 1] == pytest.approx(-25.0670, rel=1e-3)
 
 
-def test_backends_agree_on_span_tensions(both: dict[str, RunResult]) -> None:
+def test_backends_agree_on_span_tensions(both: dict[str, Record]) -> None:
     assert spans(both["moreau"]) == pytest.approx(spans(both["rkf45"]), rel=1e-4)
     for name in ("tension_tight", "tension_slack", "drive_speed", "driven_speed"):
         found, expected = (both[b].quantities[name].value for b in ("moreau", "rkf45"))

@@ -6,20 +6,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.belt_scenarios import Array, pair, shipped
 from tests.support.scenarios import Scenario, changed, simulate
 
 MODELS = ("corrected", "polygon")
 
 
-def late(done: RunResult, name: str) -> Array:
+def late(done: Record, name: str) -> Array:
     """Return the last fifth of a channel."""
     found: Array = done.channels[name][done.time >= 0.8 * done.time[-1]]
     return found
 
 
-def joints_on(done: RunResult, pulley: int) -> Any:
+def joints_on(done: Record, pulley: int) -> Any:
     """Return which joints are between two bodies on a pulley, or on none, -1."""
     on = late(done, "pulley_index") == pulley
     return on & np.roll(on, 1, axis=1)
@@ -33,7 +33,7 @@ CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}  # th
 
 
 @cache
-def paper(wrap: str, bending: str, loaded: bool) -> RunResult:
+def paper(wrap: str, bending: str, loaded: bool) -> Record:
     """Run the drive of 150 bodies, at 15 N m or without load, until it is steady."""
     changes: dict[str, Any] = {"drive__driven__torque": CONTINUED}
     if not loaded:
@@ -57,18 +57,18 @@ def paper(wrap: str, bending: str, loaded: bool) -> RunResult:
     return done
 
 
-def quantity(done: RunResult, name: str) -> float:
+def quantity(done: Record, name: str) -> float:
     value = done.quantities[name].value
     assert value is not None
     return value
 
 
-def transmitted(done: RunResult) -> float:
+def transmitted(done: Record) -> float:
     """Return T1 - T2 over the torque of the driver over its radius."""
     return (quantity(done, "tension_tight") - quantity(done, "tension_slack")) * 0.027 / 15.0
 
 
-def slip_over_creep(done: RunResult) -> float:
+def slip_over_creep(done: Record) -> float:
     """Return the slip over the creep of a string, (T1 - T2)/EA."""
     tight, slack = (quantity(done, f"tension_{name}") for name in ("tight", "slack"))
     return quantity(done, "slip_percent") / 100.0 * 1.52e5 / (tight - slack)
@@ -95,7 +95,7 @@ def test_a_polygon_slips_by_far_more() -> None:
     assert slip_over_creep(paper("polygon", "with", True)) / LIMIT_OF_MESH["with"] > 1.4
 
 
-def arc_over_span(done: RunResult) -> float:
+def arc_over_span(done: Record) -> float:
     """Return the mean tension on the driver over that between the pulleys."""
     tension = late(done, "tension")
     return float(np.mean(tension[joints_on(done, 0)]) / np.mean(tension[joints_on(done, -1)]))

@@ -10,7 +10,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.problems import RETURN_FORCE, RETURN_STICK
 from tests.support.scenarios import pulley, simulate, with_method
 
@@ -18,7 +18,7 @@ REPEATS = 9
 PUBLISHED = ("published", "rkf45")
 
 
-def measured(law: str, backend: str, **solver: Any) -> tuple[RunResult, float]:
+def measured(law: str, backend: str, **solver: Any) -> tuple[Record, float]:
     """Return a run of the return profile and the median of its wall seconds."""
     data = pulley(drive__force=RETURN_FORCE, solver__duration=12.0, **solver)
     data = with_method(data, law, backend)

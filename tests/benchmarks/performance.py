@@ -29,8 +29,7 @@ from frictionsim.parameter_study.in_process import InProcess
 from frictionsim.parameter_study.process_pool import ProcessPool
 from frictionsim.parameter_study.sweep import Execution, SweepPlan, plan_of
 from frictionsim.parameter_study.values import values_of
-from frictionsim.results import Quantity
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Quantity, Record
 from tests.benchmarks.results_common import SCENARIOS, say, solve
 
 PULLEY, BELT = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "belt_drive.toml")
@@ -142,9 +141,7 @@ EFFECTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # keys set, eff
 }
 
 
-def stepped(
-    repeats: float, *overrides: str, without: tuple[str, ...] = ()
-) -> tuple[RunResult, float]:
+def stepped(repeats: float, *overrides: str, without: tuple[str, ...] = ()) -> tuple[Record, float]:
     """Return a run of `belt_drive.toml`, and the median time of its steps after one to warm up."""
     solve("belt_drive", *overrides, "solver.duration=1e-3", without=without)
     runs = [solve("belt_drive", *overrides, without=without) for _ in range(int(repeats))]

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionsim.plots.picture_file import save
-from frictionsim.results import failures
+from frictionsim.results import Record, failures
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from frictionsim.simulation.wall_time import LimitedSteps
 
 ROOT = Path(__file__).parents[2]
@@ -65,7 +65,7 @@ def say(text: str) -> None:
 
 def solve(
     base: str, *overrides: str, without: Iterable[str] = (), max_wall: float = UNLIMITED
-) -> RunResult:
+) -> Record:
     """Run a shipped scenario with keys set and effects left out, within a budget of wall time."""
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
@@ -78,13 +78,13 @@ def solve(
     return run(scenario, limited)
 
 
-def quantity_of(result: RunResult, name: str) -> float:
+def quantity_of(result: Record, name: str) -> float:
     """Return a figure of a run; nan where there is none."""
     found = result.quantities.get(name)
     return float("nan") if found is None or found.value is None else found.value
 
 
-def warning_on(found: RunResult) -> str:
+def warning_on(found: Record) -> str:
     """Return why a run failed, or what its self-audit found; nothing if all is well."""
     failed = failures(found.checks)
     return found.reason or (f"self-audit failed: {failed}" if failed else "")
@@ -103,25 +103,25 @@ def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
     return max(found), min(found)
 
 
-def late(found: RunResult, share: float = 0.4) -> Any:
+def late(found: Record, share: float = 0.4) -> Any:
     """Return which samples means are taken over: those of a steady motion."""
     return found.time >= share * found.time[-1]
 
 
-def slip(found: RunResult) -> float:
+def slip(found: Record) -> float:
     """Return the slip; a window that fades at its ends leaves nothing of the pulleys' swing."""
     speed = found.channels["pulley_speed"][late(found)]
     driver, driven = np.hanning(len(speed)) @ speed
     return float(1.0 - driven / driver)
 
 
-def _inside(found: RunResult, which: Any, pulley: float) -> Any:
+def _inside(found: Record, which: Any, pulley: float) -> Any:
     """Return which joints are between two bodies on a pulley, or on none, -1."""
     on = found.channels["pulley_index"][which] == pulley
     return on & np.roll(on, 1, axis=1)
 
 
-def where_it_sticks(found: RunResult, share: float = 0.4) -> float:
+def where_it_sticks(found: Record, share: float = 0.4) -> float:
     """Return the median tension of the joints on the driver whose body sticks there, N.
 
     Most of that arc has one tension; at its entry it rises, or falls, to it.
@@ -131,7 +131,7 @@ def where_it_sticks(found: RunResult, share: float = 0.4) -> float:
     return float(np.median(found.channels["tension"][which][inside]))
 
 
-def arc_over_span(found: RunResult) -> float:
+def arc_over_span(found: Record) -> float:
     """Return the mean tension on the driver over that of the joints that touch nothing."""
     tension = found.channels["tension"][late(found)]
     arc, span = (tension[_inside(found, late(found), pulley)] for pulley in (0.0, -1.0))

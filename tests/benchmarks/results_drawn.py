@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.results import Record
+from frictionsim.simulation.simulate import run
 from tests.benchmarks.results_common import Table, say, write
 from tests.support.belt_scenarios import scenario_of
 from tests.support.drawn_belts import drawn
-from tests.support.scenarios import Scenario, changed
+from tests.support.scenarios import Scenario, changed, scenario_run
 
 SEEDS = range(8)
 BODIES, POINTS = 600, 300
@@ -72,7 +73,7 @@ def with_contact(data: Scenario, depth: float) -> Scenario:
     return changed(data, effects__contact=contact, mechanism__belt__bodies=BODIES)
 
 
-def solved(data: Scenario) -> RunResult:
+def solved(data: Scenario) -> Record:
     """Run a scenario to its end."""
     done = run(scenario_of(data), lambda t: None)
     assert done.status == "done", done.reason
@@ -81,14 +82,14 @@ def solved(data: Scenario) -> RunResult:
     return done
 
 
-def spans(done: RunResult) -> Any:
+def spans(done: Record) -> Any:
     """Return the mean tension of each span, N."""
-    names = done.scenario.mechanism.names
+    names = scenario_run(done).mechanism.names
     pairs = zip(names, (*names[1:], names[0]), strict=True)
     return np.array([done.quantities[f"tension_{a}_to_{b}"].value for a, b in pairs])
 
 
-def slip(done: RunResult) -> float:
+def slip(done: Record) -> float:
     """Return the slip, %."""
     value = done.quantities["slip_percent"].value
     assert value is not None

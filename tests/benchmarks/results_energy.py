@@ -9,8 +9,9 @@ that of the integration, and the scenario asks for no more.
 from pathlib import Path
 from typing import Any
 
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.benchmarks.results_common import SCENARIOS, Table, say, warning_on, write
 
 TARGETS = {"belt_drive": 1e-6}
@@ -57,11 +58,11 @@ def _nothing(t: float) -> None:
     """Let a run go on."""
 
 
-def _balance(found: RunResult) -> float:
+def _balance(found: Record) -> float:
     return found.checks["energy_balance"].value
 
 
-def _finer(found: RunResult) -> tuple[str, ...]:
+def _finer(found: Record) -> tuple[str, ...]:
     """Return the overrides for half the step, or a hundredth of the tolerances."""
     solver = found.scenario.solver
     if solver.backend == "moreau":

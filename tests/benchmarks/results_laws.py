@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
     Table,
@@ -107,7 +107,7 @@ def _measure(case: Case, max_wall: float) -> Row:
     return Row(case, slip, share, relative, driven, *work, warning_on(found))
 
 
-def _relative_speed(found: RunResult) -> float:
+def _relative_speed(found: Record) -> float:
     """Return the median speed, against its pulley, of the bodies that touch one, m/s."""
     late = found.time >= LATE * found.time[-1]
     touching = found.channels["pulley_index"][late] >= 0

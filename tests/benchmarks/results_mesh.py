@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
     Table,
@@ -124,7 +124,7 @@ def _word(bends: bool) -> str:
     return "with" if bends else "without"
 
 
-def _crossings(found: RunResult, count: int, speed: float) -> float:
+def _crossings(found: Record, count: int, speed: float) -> float:
     """Return how many bodies run on to a pulley in a second."""
     pulleys = found.scenario.mechanism.pulleys
     radius = pulleys[0].radius

@@ -14,7 +14,7 @@ from frictionsim.plots.style import (
     grid,
     line_style,
 )
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.benchmarks.results_common import WIDTH, quantity_of, save_picture, say, solve
 from tests.support.problems import RAMP
 
@@ -49,12 +49,12 @@ def pulley() -> None:
     say(table(done))
 
 
-def to_the_end() -> RunResult:
+def to_the_end() -> Record:
     """Return the run of the shipped scenario over the paper's 10 s."""
     return solve("pulley", f"solver.duration={DURATION}")
 
 
-def rows(done: RunResult) -> list[Row]:
+def rows(done: Record) -> list[Row]:
     """Return what was found where the closed form is known to more digits than a run can have."""
     found = []
     for time, *exact in RAMP:
@@ -64,7 +64,7 @@ def rows(done: RunResult) -> list[Row]:
     return found
 
 
-def table(done: RunResult) -> str:
+def table(done: Record) -> str:
     """Return the table of `results/README.md`."""
     head = f"| time, s | θ, rad | ω, rad/s | {ALPHA}, rad/s² | largest difference |"
     lines = [head, "|---" * 5 + "|"]
@@ -77,7 +77,7 @@ def table(done: RunResult) -> str:
     return "\n".join(lines)
 
 
-def _figure(done: RunResult) -> Figure:
+def _figure(done: Record) -> Figure:
     figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     figure.suptitle(
         "Fig. 10 of the pulley's paper to its end, scenarios/pulley.toml over 10 s",
@@ -109,7 +109,7 @@ def _figure(done: RunResult) -> Figure:
     return figure
 
 
-def _draw(axes: Any, done: RunResult) -> list[Any]:
+def _draw(axes: Any, done: Record) -> list[Any]:
     handles = []
     for number, (name, (factor, words, colour)) in enumerate(CURVES.items()):
         style = line_style(number) | {"color": colour}

@@ -10,7 +10,7 @@ from itertools import pairwise
 from math import log2
 from typing import NamedTuple
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.benchmarks.results_common import (
     WARM_UP_FRACTION,
     Table,
@@ -119,9 +119,7 @@ def measure(model: str, bending: str, count: int) -> Row:
     return found
 
 
-def _run(
-    model: str, bending: str, count: int, duration: float, drive: tuple[str, ...]
-) -> RunResult:
+def _run(model: str, bending: str, count: int, duration: float, drive: tuple[str, ...]) -> Record:
     settings = (
         *("solver.backend=moreau", f"mechanism.belt.bodies={count}"),
         *(f"mechanism.belt.wrap={model}", *drive, RECORDED),

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from frictionsim.errors import InputError
+from frictionsim.results import Record
 from frictionsim.scenario.model_validation import ValidationFailure
-from frictionsim.simulation.simulate import RunResult
 from tests.benchmarks.results_common import WARM_UP_FRACTION, say, solve
 
 
@@ -30,7 +30,7 @@ def run(
     *overrides: str,
     base: str = "belt_drive",
     without: tuple[str, ...] = (),
-) -> RunResult | None:
+) -> Record | None:
     """Run a shipped scenario with a model, compiled before; None if it is refused or fails."""
     settings = ("solver.backend=moreau", f"mechanism.belt.bodies={bodies}", *model.overrides)
     kept = [key for key in overrides if not (model.guided and key.startswith("effects.contact"))]

@@ -6,7 +6,7 @@ their public repositories.
 
 import numpy as np
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.benchmarks.results_common import solve
 from tests.support.closed_forms_of_others import (
     RATIOS,
@@ -76,7 +76,7 @@ def exudyn() -> list[tuple[str, ...]]:
     return rows
 
 
-def quantity(done: RunResult, name: str) -> float:
+def quantity(done: Record, name: str) -> float:
     """Return a quantity of a run that has it."""
     value = done.quantities[name].value
     assert value is not None, name

@@ -6,8 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.results import Check
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Check, Record
 from tests.benchmarks.results_common import quantity_of, say
 from tests.benchmarks.validation_models import CORRECTED, MODELS, Model, run
 from tests.support.belt_closed_forms import (
@@ -47,7 +46,7 @@ def _row(what: str, model: str, bodies: int, found: float, exact: float) -> tupl
     return (what, model, bodies, found, exact, 100.0 * (found / exact - 1.0))
 
 
-def _swing(model: Model, bodies: int, *overrides: str) -> RunResult | None:
+def _swing(model: Model, bodies: int, *overrides: str) -> Record | None:
     """Run a drive at rest whose pulleys get opposite pulses; nothing slides and nothing damps."""
     return run(
         model,
@@ -203,9 +202,7 @@ def _loaded(model: Model, bodies: int) -> tuple[Any, ...] | None:
     return _conserved(done, model, bodies, "T1 - T2 under load, off M/R", off)
 
 
-def _conserved(
-    done: RunResult, model: Model, bodies: int, what: str, value: float
-) -> tuple[Any, ...]:
+def _conserved(done: Record, model: Model, bodies: int, what: str, value: float) -> tuple[Any, ...]:
     none = Check(float("nan"), 0.0)
     audits = [done.checks.get(name, none) for name in ("energy_balance", "torque_balance")]
     failed = ", ".join(name for name, check in done.checks.items() if not check.ok)

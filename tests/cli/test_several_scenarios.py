@@ -69,7 +69,7 @@ def test_one_that_cannot_be_solved_does_not_stop_the_others(
 ) -> None:
     """As a belt without a position of rest, which only the start of a run tells."""
 
-    def run(scenario: object, *others: object) -> simulate.RunResult:
+    def run(scenario: object, *others: object) -> simulate.Record:
         if "first" in str(scenario.origin.source):  # type: ignore[attr-defined]
             raise ScenarioError(["the belt has no rest position"])
         return simulate.run(scenario, *others)  # type: ignore[arg-type]
@@ -85,7 +85,7 @@ def test_one_that_cannot_be_solved_does_not_stop_the_others(
 def test_a_signal_stops_all(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     sources = []
 
-    def run(scenario: object, on_step: object, *others: object) -> simulate.RunResult:
+    def run(scenario: object, on_step: object, *others: object) -> simulate.Record:
         sources.append(scenario.origin.source)  # type: ignore[attr-defined]
 
         def interrupting(t: float) -> None:

@@ -11,7 +11,7 @@ from typer.main import get_command
 
 from frictionsim import __version__, errors
 from frictionsim.cli.app import app
-from frictionsim.cli.usage import usage_message
+from frictionsim.cli.ending import usage_message
 from tests.cli.conftest import Run
 from tests.support.scenarios import SCENARIOS
 

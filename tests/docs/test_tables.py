@@ -15,13 +15,14 @@ from frictionsim import errors
 from frictionsim.api.result import Result
 from frictionsim.io.hdf5_writer import write
 from frictionsim.plots import VIEWS
+from frictionsim.results import Record
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.attacks.campaign import SHARES
 from tests.docs.pages import DOCS, PAGES, names, table
 from tests.support.lifts import CORD, SHAFT, lift, solved
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import ROOT, SCENARIOS, scenario_run
 
 sys.path.insert(0, str(DOCS / "_ext"))
 from method_table import pairs
@@ -46,7 +47,7 @@ SHORT = {
 
 
 @cache
-def short_run(kind: str) -> RunResult:
+def short_run(kind: str) -> Record:
     """Return a run of a shipped scenario."""
     name, overrides = SHORT[kind]
     return run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
@@ -126,7 +127,7 @@ def quantity_units(*tables: str) -> dict[str, str]:
 @pytest.mark.parametrize("kind", SHORT)
 def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
     done = short_run(kind)
-    found = {**done.quantities, **mechanism_module(kind).statics(done.scenario)}
+    found = {**done.quantities, **mechanism_module(kind).statics(scenario_run(done))}
     shown = quantity_units("all runs", "one coordinate", kind)
     assert {name: q.unit for name, q in found.items()}.items() <= shown.items()
     own = quantity_units(kind).keys() - found.keys()
@@ -138,7 +139,7 @@ def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page(
     cord: dict[str, float] | None,
 ) -> None:
     done = solved(lift(effects__shaft_friction=SHAFT, effects__cord_friction=cord))
-    found = {**done.quantities, **mechanism_module("pulley").statics(done.scenario)}
+    found = {**done.quantities, **mechanism_module("pulley").statics(scenario_run(done))}
     tables = ("all runs", "one coordinate", "pulley", "masses on a cord")
     assert {name: q.unit for name, q in found.items()}.items() <= quantity_units(*tables).items()
 
@@ -156,7 +157,7 @@ def test_the_quantities_of_a_belt_run_exist() -> None:
 
 
 def test_the_keys_of_json_are_those_of_the_page() -> None:
-    printed = Result.of_run(short_run("pulley")).to_json()
+    printed = Result(short_run("pulley")).to_json()
     shown = {names(row[0])[0]: row for row in table("docs/cli.md", "json")}
     keys = [key for row in shown.values() for key in names(row[0])]
     assert sorted(keys) == sorted(printed)

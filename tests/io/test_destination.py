@@ -11,8 +11,9 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination, partial_name, whole_name
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -36,7 +37,7 @@ def status(path: str) -> str:
     return hdf5_reader.read(Path(path)).attributes["status"]
 
 
-def stopping(after: int, error: Callable[[float], Exception]) -> RunResult:
+def stopping(after: int, error: Callable[[float], Exception]) -> Record:
     """Return a run of the pulley that stops after so many calls of `on_step`."""
     calls = iter(range(after))
 
@@ -199,7 +200,7 @@ def test_checkpoints_keep_a_complete_result_and_are_removed(
     written: list[Path] = []
     write = hdf5_writer.write
 
-    def noting(result: RunResult, path: Path) -> None:
+    def noting(result: Record, path: Path) -> None:
         written.append(path)
         write(result, path)
 
@@ -215,7 +216,7 @@ def test_a_failed_checkpoint_only_warns(
 ) -> None:
     write = hdf5_writer.write
 
-    def refusing(result: RunResult, path: Path) -> None:
+    def refusing(result: Record, path: Path) -> None:
         if result.status != "done":
             raise OutputError("no room")
         write(result, path)

@@ -16,10 +16,17 @@ from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.comparison import Row
 from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
-from frictionsim.results import Channel, Check, Quantity, Transition
+from frictionsim.results import (
+    Channel,
+    Check,
+    Quantity,
+    Record,
+    SimulationResult,
+    SolverStatistics,
+    Transition,
+)
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, SolverStatistics
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, made_record, pulley
 
 pytestmark = pytest.mark.quick
 
@@ -31,15 +38,11 @@ CHANNELS = {
 }
 
 
-def run_of(samples: int) -> RunResult:
+def run_of(samples: int) -> Record:
     """Return a synthetic run with channels over bodies and pulleys."""
     time = np.linspace(0.0, 3.0, samples)
     bodies = np.arange(BODIES)
-    return RunResult(
-        scenario=validate(pulley(), SCENARIOS),
-        effects=(),
-        channel_info=CHANNELS,
-        axes={"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))},
+    data = SimulationResult(
         time=time,
         channels={
             "belt_speed": 2.0 * time,
@@ -49,20 +52,20 @@ def run_of(samples: int) -> RunResult:
         transitions=[Transition(1.5, "driver", 0, 1)],
         quantities={"final_time": Quantity(3.0, "s")},
         checks={"energy_balance": Check(0.0, 1e-7)},
-        statistics=SolverStatistics(100, 0, 100, 2 * BODIES, 0.1),
-        status="done",
-        reason="",
-        exit_code=0,
+        non_finite_tail=False,
     )
+    members = {"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))}
+    statistics = SolverStatistics(100, 0, 100, 2 * BODIES, 0.1)
+    return made_record(validate(pulley(), SCENARIOS), CHANNELS, members, data, statistics)
 
 
 @pytest.fixture
-def run() -> RunResult:
+def run() -> Record:
     return run_of(SAMPLES)
 
 
 @pytest.fixture
-def path(run: RunResult, tmp_path: Path) -> Path:
+def path(run: Record, tmp_path: Path) -> Path:
     hdf5_writer.write(run, tmp_path / "a.h5")
     return tmp_path / "a.h5"
 
@@ -72,11 +75,11 @@ def test_read_returns_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
     hdf5_writer.write(run, tmp_path / "a.h5")
     found = hdf5_reader.read(tmp_path / "a.h5")
-    assert found.channels.keys() == {"time", *run.channels}
+    assert found.channels.keys() == run.channels.keys()
     for name, channel in run.channels.items():
         np.testing.assert_array_equal(found.channels[name], channel, err_msg=name)
     assert found.axes == {"time": "", **{name: info.axis for name, info in CHANNELS.items()}}
-    assert found.members == run.axes
+    assert found.members == run.members
     assert found.events.keys() == {"time", "contact", "mode_from", "mode_to"}
 
 
@@ -95,7 +98,7 @@ def test_only_channels_with_columns_are_compressed(path: Path) -> None:
         assert file["body"].is_scale
 
 
-def test_xarray_opens_channels_with_columns(run: RunResult, path: Path) -> None:
+def test_xarray_opens_channels_with_columns(run: Record, path: Path) -> None:
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["belt_speed"].dims == ("time",)
         assert root["speed"].dims == ("time", "pulley")
@@ -108,12 +111,13 @@ def test_xarray_opens_channels_with_columns(run: RunResult, path: Path) -> None:
 
 
 def test_a_file_depends_on_the_run_alone_and_has_its_axes_only(
-    run: RunResult, path: Path, tmp_path: Path
+    run: Record, path: Path, tmp_path: Path
 ) -> None:
     other = tmp_path / "b.h5"
     hdf5_writer.write(run, other)
     assert path.read_bytes() == other.read_bytes()
-    hdf5_writer.write(run._replace(channels={"speed": run.channels["speed"]}), other)
+    kept = {name: run.channels[name] for name in ("time", "speed")}
+    hdf5_writer.write(run._replace(channels=kept, members={"pulley": run.members["pulley"]}), other)
     assert hdf5_reader.read(other).members.keys() == {"pulley"}
 
 
@@ -153,7 +157,7 @@ def test_columns_without_a_matching_axis_are_refused(
         hdf5_reader.read(path)
 
 
-def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
+def compared(run: Record, path: Path, channel: str, **changes: Any) -> Row:
     """Return the row of a channel of the comparison of a changed run with the file."""
     other = path.with_name("other.h5")
     hdf5_writer.write(run._replace(**changes), other)
@@ -166,7 +170,7 @@ def compared(run: RunResult, path: Path, channel: str, **changes: Any) -> Row:
     ("channel", "member", "note"), [("tension", 17, "body 17"), ("speed", 1, "pulley driven")]
 )
 def test_compare_names_the_member_of_the_largest_difference(
-    channel: str, member: int, note: str, run: RunResult, path: Path
+    channel: str, member: int, note: str, run: Record, path: Path
 ) -> None:
     assert compared(run, path, channel).ok
     values = run.channels[channel].copy()
@@ -176,20 +180,19 @@ def test_compare_names_the_member_of_the_largest_difference(
     assert row.difference == pytest.approx(0.5)
 
 
-def test_different_members_of_an_axis_differ(run: RunResult, path: Path) -> None:
+def test_different_members_of_an_axis_differ(run: Record, path: Path) -> None:
     for names in (("driver", "idler"), ("0", "1")):
-        row = compared(run, path, "speed", axes=run.axes | {"pulley": names})
+        row = compared(run, path, "speed", members=run.members | {"pulley": names})
         assert row.note == (
             f"2 columns along pulley: {', '.join(names)}, expected 2 columns along pulley: driver,"
             " driven"
         )
     flat = run.channels | {"tension": run.time}
-    info = CHANNELS | {"tension": Channel("N", "tension")}
-    row = compared(run, path, "tension", channels=flat, channel_info=info)
+    row = compared(run, path, "tension", channels=flat, axes=run.axes | {"tension": ""})
     assert (row.ok, row.difference) == (False, None)
 
 
-def test_samples_near_an_event_are_not_compared(run: RunResult, path: Path) -> None:
+def test_samples_near_an_event_are_not_compared(run: Record, path: Path) -> None:
     values = run.channels["tension"].copy()
     event = int(np.searchsorted(run.time, 1.5))
     values[event - 1 : event + 1] += 0.5
@@ -200,7 +203,7 @@ def test_samples_near_an_event_are_not_compared(run: RunResult, path: Path) -> N
 
 
 def test_columns_are_drawn_with_the_names_of_their_members(
-    run: RunResult, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Record, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     picture = tmp_path / "a.svg"
     plot(
@@ -213,15 +216,16 @@ def test_columns_are_drawn_with_the_names_of_their_members(
     for label in ("pulley driver", "pulley driven", "speed,"):
         assert f">{label}" in text
     assert "tension" not in text
-    hdf5_writer.write(run._replace(channels={"tension": run.channels["tension"]}), path)
+    kept = {name: run.channels[name] for name in ("time", "tension")}
+    hdf5_writer.write(run._replace(channels=kept), path)
     with pytest.raises(InputError, match="no channel that can be drawn over time"):
         plot(hdf5_reader.read(path), picture)
 
 
 def test_transitions_without_position_have_no_angle_in_json_and_table(
-    run: RunResult,
+    run: Record,
 ) -> None:
-    result = Result.of_run(run)
+    result = Result(run)
     (event,) = result.to_json()["events"]
     assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}
     assert "angle" not in result.summary()

@@ -14,7 +14,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from frictionsim.work_precision import report
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS
@@ -170,7 +170,7 @@ def refusing(monkeypatch: pytest.MonkeyPatch, *folders: Path) -> None:
     """Let nothing be written to folders, but checkpoints."""
     write = hdf5_writer.write
 
-    def refused(run: RunResult, path: Path) -> None:
+    def refused(run: Record, path: Path) -> None:
         if run.status == "done" and path.absolute().parent in folders:
             raise OutputError(f"{path}: cannot write the result: no room")
         write(run, path)
@@ -203,7 +203,7 @@ def test_what_was_put_there_during_the_run_stays(
 ) -> None:
     write_last = Destination.write_last
 
-    def surprised(self: Destination, run: RunResult) -> object:
+    def surprised(self: Destination, run: Record) -> object:
         foreign("a.h5", "text")
         return write_last(self, run)
 

@@ -9,11 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
-from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
+from tests.support.scenarios import (
+    SCENARIOS,
+    Scenario,
+    changed,
+    mechanism_of,
+    scenario_run,
+    simulate,
+)
 
 # The gear of scenarios/epicyclic.toml, which the quantities below belong to.
 GEAR: Scenario = {
@@ -38,7 +45,7 @@ def gear(**changes: Any) -> Scenario:
     return changed(GEAR, **changes)
 
 
-def modes(run: RunResult) -> list[tuple[int, int]]:
+def modes(run: Record) -> list[tuple[int, int]]:
     return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 
@@ -244,7 +251,8 @@ def test_dwell_at_a_cusp_agrees_with_the_epicycloid(
 def test_static_quantities_agree_with_those_of_a_run(load: str) -> None:
     data = gear(effects__rolling_friction__normal_load=load)
     run = simulate(data)
-    statics, solved = epicyclic.statics(run.scenario), run.quantities
+    scenario = scenario_run(run)
+    statics, solved = epicyclic.statics(scenario), run.quantities
     assert {n: q for n, q in statics.items() if n in solved} == {
         n: q for n, q in solved.items() if n in statics
     }
@@ -254,7 +262,7 @@ def test_static_quantities_agree_with_those_of_a_run(load: str) -> None:
     assert (name in solved) is (load == "radial")
     if load == "radial":
         speed = float(run.channels["angular_velocity"][-1])
-        mean = epicyclic.uniform_torque_mean(run.scenario, speed)  # tested above
+        mean = epicyclic.uniform_torque_mean(scenario, speed)  # tested above
         assert solved[name].value == pytest.approx(mean, rel=1e-14)
         assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
 
@@ -329,7 +337,7 @@ def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -
     still = 2.82528 * cos(radians(angle))  # holds it in balance
     step = 1e-3
 
-    def released(at: float) -> RunResult:
+    def released(at: float) -> Record:
         force = {"time": [at, at + step], "value": [still, still + torque]}
         data = free(angle, 0.0, 0.0, "weight", solver__duration=at + 1.0, output__interval=at + 1.0)
         return simulate(changed(data, drive__torque=force))

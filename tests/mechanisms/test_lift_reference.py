@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms import pulley
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult
 from tests.support.drawn_lifts import FAMILIES, Scenario, numbers
 from tests.support.lift_energies import energies, largest_violation
 from tests.support.lift_records import CONTACTS, SLACK, changes
@@ -48,7 +48,7 @@ def reference(family: str, seed: int) -> Solution:
 
 
 @cache
-def outcome(family: str, seed: int) -> RunResult:
+def outcome(family: str, seed: int) -> Record:
     return simulate(FAMILIES[family](seed))
 
 
@@ -194,7 +194,7 @@ def test_energy_is_conserved_at_every_sample(family: str, seed: int) -> None:
             assert np.all(np.diff(energy[name]) >= 0.0), name
 
 
-def shocks(done: RunResult) -> list[int]:
+def shocks(done: Record) -> list[int]:
     """Return the numbers of the events at which the car's rope is taken up, and no other one."""
     return [
         i
@@ -211,7 +211,7 @@ def test_a_shock_obeys_euler_with_the_friction_of_its_own_reaction(seed: int) ->
     e, shaft = data["effects"]["hanging_masses"]["restitution"], data["effects"]["shaft_friction"]
     r_k = shaft["shaft_radius"] * shaft["mu_k"] / hypot(1.0, shaft["mu_k"])
     before, after = (
-        {name: done.sides[f"{name}_{side}"] for name in done.channels if name in SIDES}
+        {name: done.events[f"{name}_{side}"] for name in done.channels if name in SIDES}
         for side in ("before", "after")
     )
     numbers_of_shocks = shocks(done)
@@ -220,7 +220,7 @@ def test_a_shock_obeys_euler_with_the_friction_of_its_own_reaction(seed: int) ->
         jump = {name: after[name][i] - before[name][i] for name in before}
         pull = m1 * jump["car_velocity"]
         far = 0.0  # a slack rope has no part in it
-        if done.sides["slack_before"][i] == 1:
+        if done.events["slack_before"][i] == 1:
             far = m2 * jump["counterweight_velocity"]
         else:
             assert jump["counterweight_velocity"] == pytest.approx(0.0, abs=1e-12)

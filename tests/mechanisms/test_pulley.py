@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.problems import (
     BREAKAWAY,
     LOAD,
@@ -35,7 +35,7 @@ def ramp(backend: str = "events", **changes: Any) -> Scenario:
     )
 
 
-def modes(run: RunResult) -> list[tuple[int, int]]:
+def modes(run: Record) -> list[tuple[int, int]]:
     return [(e.mode_from, e.mode_to) for e in run.transitions]
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 from tests.support.scenarios import Scenario, changed, mechanism_of, pulley, simulate
 
 
@@ -197,7 +197,7 @@ def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float)
     assert close(simulate(scaled).channels["angle"], expected)
 
 
-def end_of(run: RunResult) -> dict[str, float]:
+def end_of(run: Record) -> dict[str, float]:
     """Return the initial state of a run that goes on from the end of another."""
     return {
         "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.results import Quantities
+from frictionsim.results import Quantities, Record
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.simulation.simulate import RunResult
 from tests.support.drawn_scenarios import (
     gears,
     marble_machines,
@@ -20,8 +19,8 @@ from tests.support.drawn_scenarios import (
     signals,
     switched,
 )
-from tests.support.scenarios import Scenario, shipped, simulate
-from tests.support.second_way import Event, Record, Seen, Table, misfits, motion
+from tests.support.scenarios import Scenario, scenario_run, shipped, simulate
+from tests.support.second_way import Event, Recorded, Seen, Table, misfits, motion
 from tests.support.second_way_bodies import body, body_statics
 from tests.support.second_way_gears import epicyclic, gear_statics
 from tests.support.second_way_shafts import (
@@ -32,7 +31,7 @@ from tests.support.second_way_shafts import (
     pulley_statics,
 )
 
-READERS: dict[str, Callable[[Record], dict[str, Seen]]] = {
+READERS: dict[str, Callable[[Recorded], dict[str, Seen]]] = {
     "pulley": pulley,
     "marble_machine": marble_machine,
     "epicyclic": epicyclic,
@@ -46,10 +45,10 @@ STATICS: dict[str, Callable[[Table], dict[str, Seen]]] = {
 }
 
 
-def recorded(done: RunResult) -> Record:
+def recorded(done: Record) -> Recorded:
     """Return what the result file of a run has: scenario with defaults, channels and events."""
     events = [Event(*event) for event in done.transitions]
-    return Record(done.scenario.to_dict(), done.time, done.channels, events)
+    return Recorded(scenario_run(done).to_dict(), done.time, done.channels, events)
 
 
 def disagreements(found: Quantities, seen: dict[str, Seen]) -> dict[str, Any]:
@@ -67,7 +66,7 @@ def assert_second_way(data: Scenario) -> Record:
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
         assert misfits(record) == []
-    found = mechanism_module(data["kind"]).statics(done.scenario)
+    found = mechanism_module(data["kind"]).statics(scenario_run(done))
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
     return record
 

@@ -11,7 +11,7 @@ from frictionsim.scenario.loading import load
 from frictionsim.simulation.audit import audit
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate
+from tests.support.scenarios import SCENARIOS, changed, mechanism_of, scenario_run, simulate
 from tests.support.stopped_bodies import stopped, with_friction
 
 OF_EFFECT = {"stop_torque", "energy_impact"}
@@ -42,7 +42,7 @@ def test_the_audit_sees_what_stops_do_not_do() -> None:
     """A body beyond a stop, an impact that loses nothing, and one against its law."""
     done = simulate(stopped(0.5))
     mechanism = mechanism_of(done)
-    simulation = SingleDofSimulation(done.scenario, mechanism)
+    simulation = SingleDofSimulation(scenario_run(done), mechanism)
     simulation.solve(lambda t: None)
     sound, observed = simulation.trajectory(), simulation.observe()
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.motion import belt_drive, guided_belt
+from frictionsim.motion import belt_drive
 from frictionsim.motion.parts import Band, Body, Motion
-from frictionsim.reports.encoding import packed_data
+from frictionsim.reports.page import packed_data
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import belt_run
 from tests.support.motions import motion
@@ -15,7 +15,7 @@ from tests.support.records import BELTS, shown, with_scenario, without
 pytestmark = pytest.mark.quick
 
 # These belts are guided strings: there are points between their bodies.
-BODIES = slice(guided_belt.PIECES - 1, None, guided_belt.PIECES)
+BODIES = slice(belt_drive.PIECES - 1, None, belt_drive.PIECES)
 
 
 def band_of(found: Motion) -> Band:

@@ -13,8 +13,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
 from frictionsim.motion.parts import Motion
 from frictionsim.plots import animation
-from frictionsim.plots.animation import animate, timing_of
-from frictionsim.plots.moving_picture import MovingPicture
+from frictionsim.plots.animation import MovingPicture, animate, timing_of
 from frictionsim.results import Record
 from tests.support.motions import motion, record_of, scenario
 from tests.support.records import shown

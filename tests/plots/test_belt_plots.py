@@ -20,7 +20,7 @@ from frictionsim.plots.belt_time_history import default_body
 from frictionsim.plots.picture_file import png
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
-from tests.support.records import record_of, shown, with_channels, without, words_of
+from tests.support.records import shown, with_channels, without, words_of
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
 FORCES = ["normal_force", "friction_force"]
@@ -34,7 +34,7 @@ NEEDED = {
 
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
 def test_each_view_requires_its_channels_only(view: str) -> None:
-    record = record_of(belt_run(samples=5))
+    record = belt_run(samples=5)
     kept = ("time", *NEEDED[view])
     others = [name for name in record.channels if name not in kept]
     draw(without(record, *others), view)
@@ -62,7 +62,7 @@ def test_invalid_choices_are_refused_by_the_command(told: Callable, here: Path) 
 def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: str) -> None:
     words = words_of(draw(shown("four pulleys"), view))
     assert all(pulley.name in words for pulley in FOUR)
-    record = record_of(belt_run(samples=5, effects={}))
+    record = belt_run(samples=5, effects={})
     words = words_of(draw(without(record, "friction_force", "slip_velocity", "sticking"), view))
     assert "stick" not in words
     assert "friction" not in words
@@ -74,7 +74,7 @@ def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: s
 def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulleys(
     view: str, bodies: int
 ) -> None:
-    figure = draw(record_of(belt_run(RING, bodies=bodies, samples=11)), view)
+    figure = draw(belt_run(RING, bodies=bodies, samples=11), view)
     assert len(png(figure)) < MAX_BYTES
     if view == "drive":
         assert "forces on the first 8 of 13 pulleys" in words_of(figure)
@@ -86,7 +86,7 @@ def test_a_body_is_chosen_by_its_number() -> None:
 
 
 def axes_of_body(touched: np.ndarray, body: int | None = None, drop: str = "") -> list[Any]:
-    record = without(record_of(belt_run(bodies=6, samples=5)), *drop)
+    record = without(belt_run(bodies=6, samples=5), *drop)
     return draw(with_channels(record, pulley_index=touched), "body", body).axes
 
 
@@ -123,7 +123,7 @@ def test_the_body_by_default_meets_a_pulley() -> None:
 
 def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_positions() -> None:
     bodies = 600
-    result = record_of(belt_run(FOUR, bodies=bodies))
+    result = belt_run(FOUR, bodies=bodies)
     _, distances, under = lay(FOUR)
     belt = BeltLine(result, -1)
     pitch = distances[-1] / bodies
@@ -140,7 +140,7 @@ def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_pos
 
 
 def test_points_are_projected_to_the_nearest_segment() -> None:
-    belt = BeltLine(record_of(belt_run(TWO, samples=3)), -1)
+    belt = BeltLine(belt_run(TWO, samples=3), -1)
     middle = 0.5 * (belt.place[10] + belt.place[11])
     start, stop = (np.array(belt._points[i]) for i in (10, 11))
     off = 0.002 * np.array([start[1] - stop[1], stop[0] - start[0]]) / np.hypot(*(stop - start))

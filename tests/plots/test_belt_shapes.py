@@ -10,13 +10,13 @@ from matplotlib.text import Annotation
 
 from frictionsim.motion.belt_path import arc_of, path_of
 from frictionsim.plots import draw
-from frictionsim.plots.belt_forces import BACKWARD, FORWARD, NORMAL, force_handles
 from frictionsim.plots.belt_geometry import GuidedLine, belt_line
+from frictionsim.plots.belt_layout import BACKWARD, FORWARD, NORMAL, force_handles
 from frictionsim.plots.belt_shape import belt_of, patch_of
 from frictionsim.results import Record
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay
-from tests.support.records import record_of, string, with_channels, with_scenario
+from tests.support.records import string, with_channels, with_scenario
 
 IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
 
@@ -25,7 +25,7 @@ IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
 def by_hand(in_plane: bool = False, four: bool = True) -> Record:
     """Return a coarse belt of which the bodies lie on the ideal line."""
     effects = {"effects": IN_PLANE} if in_plane else {}
-    return record_of(belt_run(FOUR if four else TWO, bodies=60, samples=41, **effects))
+    return belt_run(FOUR if four else TWO, bodies=60, samples=41, **effects)
 
 
 def off_radius(points: Any, pulley: int) -> Any:

@@ -9,7 +9,7 @@ from frictionsim.mechanisms.belt_drive.slip import Ends, ends_of, slip_percent
 from frictionsim.plots import draw
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run
-from tests.support.records import record_of, string, with_channels, with_scenario
+from tests.support.records import string, with_channels, with_scenario
 
 UNLIKE = (Pulley("big", 0.0, 0.0, 0.05), Pulley("small", 0.4, 0.1, 0.02))
 
@@ -61,7 +61,7 @@ def test_the_slip_of_drives_made_by_hand(
     pulleys: tuple[Pulley, ...], slip: float, direction: float
 ) -> None:
     """Each pulley of these is 1 % slower than the one before; of FOUR, one is on the back."""
-    record = record_of(belt_run(pulleys, samples=101))
+    record = belt_run(pulleys, samples=101)
     turned = {n: direction * record.channels[n] for n in ("pulley_speed", "pulley_torque")}
     ax = slip_panel(with_channels(record, **turned))
     drawn, mean = (np.asarray(line.get_ydata()) for line in ax.lines)
@@ -74,7 +74,7 @@ def test_the_slip_of_drives_made_by_hand(
 @pytest.mark.parametrize(("turned", "slip"), [(1.0, 2.0), (-1.0, 198.0)])
 def test_a_pulley_on_the_back_of_the_belt_slips_as_the_others(turned: float, slip: float) -> None:
     """It turns the other way; in the second case with a load that turns it against the belt."""
-    record = record_of(belt_run(FOUR, samples=41))
+    record = belt_run(FOUR, samples=41)
     torque = np.tile([15.0, 0.0, 15.0 * turned, 0.0], (41, 1))
     speed = record.channels["pulley_speed"] * [1.0, 1.0, turned, 1.0]
     ax = slip_panel(with_channels(record, pulley_torque=torque, pulley_speed=speed))
@@ -83,7 +83,7 @@ def test_a_pulley_on_the_back_of_the_belt_slips_as_the_others(turned: float, sli
 
 
 def test_a_driver_at_rest_or_without_radius_has_no_slip() -> None:
-    record = record_of(belt_run(samples=21))
+    record = belt_run(samples=21)
     ax = slip_panel(with_channels(record, pulley_speed=np.zeros((21, 2))))
     assert not ax.lines
     assert [text.get_text() for text in ax.texts] == ["no slip: driver is at rest"]
@@ -93,7 +93,7 @@ def test_a_driver_at_rest_or_without_radius_has_no_slip() -> None:
 
 def test_the_scale_is_that_of_a_driver_in_motion() -> None:
     """Not that of its first moments, in which the ratio of two small speeds is anything."""
-    record = record_of(belt_run(samples=201))
+    record = belt_run(samples=201)
     speed = record.channels["pulley_speed"].copy()
     speed[1] = [1e-3, -5.0]
     speed[150, 1] *= 0.98

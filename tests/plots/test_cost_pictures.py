@@ -11,7 +11,7 @@ from frictionsim.plots.work_precision import diagram
 from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.errors import Error
-from frictionsim.work_precision.outcome import Row, Study
+from frictionsim.work_precision.outcome import Row, WorkPrecision
 from tests.support.scenarios import SCENARIOS, pulley
 
 
@@ -29,7 +29,7 @@ def row(
 
 
 def drawn(rows: list[Row]) -> Figure:
-    return diagram(Study(validate(pulley(), SCENARIOS), (), None, rows, "done", "", 0))
+    return diagram(WorkPrecision(validate(pulley(), SCENARIOS), (), None, rows, "done", "", 0))
 
 
 def crosses(ax: Any) -> list[Any]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.plots import draw
-from frictionsim.plots.finer_samples import refined
+from frictionsim.plots.epicyclic import refined
 from frictionsim.results import Record
 from tests.support.records import shown, with_channels, without
 

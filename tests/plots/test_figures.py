@@ -27,7 +27,7 @@ from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.jumps import with_jumps
-from frictionsim.work_precision.study import Study
+from frictionsim.work_precision.outcome import WorkPrecision
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import drawn_views, shown, with_channels
 from tests.support.scenarios import pulley
@@ -167,7 +167,7 @@ def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
 
 
 def test_a_study_is_drawn_into_a_figure_or_in_place_of_axes() -> None:
-    study = Study(validate(pulley(), Path()), (), None, [], "done", "", 0)
+    study = WorkPrecision(validate(pulley(), Path()), (), None, [], "done", "", 0)
     assert tuple(diagram(study).get_size_inches()) == (9.0, 5.4)
     figure, axes = grid("constrained")
     assert diagram(study, ax=axes[0, 0]) is figure

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.plots import draw, plot_all
-from frictionsim.plots.hanging_masses import slipping_phases
+from frictionsim.plots.pulley import slipping_phases
 from frictionsim.plots.window import Extent
 from frictionsim.results import SLACK, Record
 from tests.support.records import shown, with_channels

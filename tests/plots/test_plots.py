@@ -14,7 +14,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.plots import draw, save
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
-from tests.support.records import record_of, shown, views_of_record, with_scenario, words_of
+from tests.support.records import shown, views_of_record, with_scenario, words_of
 from tests.support.scenarios import SCENARIOS, pulley, shipped, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
@@ -92,7 +92,7 @@ def test_a_pulley_is_drawn_with_its_static_limits() -> None:
 
 def test_many_events_are_not_marked() -> None:
     sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
-    figure = draw(record_of(simulate(pulley(drive__force=sine, solver__duration=60.0))))
+    figure = draw(simulate(pulley(drive__force=sine, solver__duration=60.0)))
     assert "events, not marked" in words_of(figure)
     assert len(png(figure)) < MAX_BYTES
 
@@ -139,7 +139,7 @@ def test_label_rows_avoid_overlap() -> None:
 
 def test_the_title_names_another_law_than_the_set_valued() -> None:
     published = simulate(with_method(pulley(solver__duration=0.1), "published", "rkf45"))
-    assert "law published; backend rkf45" in words_of(draw(record_of(published)))
+    assert "law published; backend rkf45" in words_of(draw(published))
     assert "law" not in words_of(draw(shown("pulley")))
 
 

@@ -9,11 +9,9 @@ import pytest
 import frictionsim as fs
 from frictionsim.api import tables
 from frictionsim.reports.charts import MAX_SAMPLES, charts_of
-from frictionsim.reports.event_table import MAX_EVENTS, events
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
-from frictionsim.reports.run_tables import summary
-from frictionsim.reports.scenario_tables import origins
+from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
 from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run
@@ -196,7 +194,7 @@ def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> N
 def test_a_report_is_small(tmp_path: Path) -> None:
     # A belt with as many bodies and samples as the largest of the shipped ones.
     run = belt_run(bodies=300, samples=1001)
-    report = fs.report(fs.Result.of_run(run), tmp_path / "report.html")
+    report = fs.report(fs.Result(run), tmp_path / "report.html")
     assert report.stat().st_size < 6_000_000
 
 

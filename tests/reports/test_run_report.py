@@ -320,7 +320,7 @@ HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)>
 
 def test_texts_of_files_stay_text(browser: Any, tmp_path: Path) -> None:
     pulleys = [pulley._replace(name=f"{HARM}{i}") for i, pulley in enumerate(TWO)]
-    record = fs.Result.of_run(belt_run(pulleys)).record
+    record = fs.Result(belt_run(pulleys)).record
     changes = {"title": f"{HARM}\x1b[0m", "warnings": HARM, "source": HARM, "reason": HARM}
     record = record._replace(
         attributes=record.attributes | changes,

@@ -11,7 +11,7 @@ import frictionsim as fs
 from frictionsim.api.sweep_dataset import table_of
 from frictionsim.parameter_study.block import AUDIT_FAILED
 from frictionsim.parameter_study.statistics import extremes
-from frictionsim.reports import sweep_data
+from frictionsim.reports import sweep_report as sweep_data
 from frictionsim.reports.sweep_report import sweep_page
 from tests.support.browser import opened
 from tests.support.scenarios import SCENARIOS

@@ -7,8 +7,9 @@ from math import pi
 import numpy as np
 import pytest
 
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.lift_records import CONTACTS, changes
 from tests.support.lift_reference import Solution, solve
 from tests.support.scenarios import SCENARIOS, simulate
@@ -18,7 +19,7 @@ NAMES = ("lift", "hard/lift_moment_of_slack", "hard/lift_slack_rope", "hard/lift
 LAST = -950.979211811449  # N m, of the traction limit
 
 
-def outcome(name: str, *overrides: str) -> RunResult:
+def outcome(name: str, *overrides: str) -> Record:
     """Run a lift, which must pass its audit."""
     done = run(load(SCENARIOS / f"{name}.toml", list(overrides)), lambda t: None)
     assert (done.status, done.reason) == ("done", "")

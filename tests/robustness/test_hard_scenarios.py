@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from frictionsim.cli.commands import run_command_line
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.problems import R_K, RETURN_STICK, cases
 from tests.support.scenarios import SCENARIOS, simulate
 from tests.support.shaft_reference import solution
@@ -40,7 +41,7 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 
 @lru_cache(maxsize=64)
-def outcome(name: str, backend: str, *overrides: str) -> RunResult:
+def outcome(name: str, backend: str, *overrides: str) -> Record:
     """Run a hard scenario, which must pass its audit; its result is shared."""
     scenario = load(HARD / f"{name}.toml", list(overrides), backend)
     done = run(scenario, lambda t: None)
@@ -49,7 +50,7 @@ def outcome(name: str, backend: str, *overrides: str) -> RunResult:
     return done
 
 
-def modes(of: RunResult) -> list[tuple[int, int]]:
+def modes(of: Record) -> list[tuple[int, int]]:
     """Return the changes of mode, without transfers of marbles."""
     return [(e.mode_from, e.mode_to) for e in of.transitions if e.mode_from != e.mode_to]
 

@@ -13,8 +13,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.belt_closed_forms import capstan_with_bending
 from tests.support.scenarios import SCENARIOS
 
@@ -28,7 +29,7 @@ Channel = NDArray[np.float64]
 
 
 @cache
-def outcome(name: str, backend: str, *overrides: str) -> RunResult:
+def outcome(name: str, backend: str, *overrides: str) -> Record:
     """Run a hard scenario, which must pass its audit and have finite channels only."""
     done = run(load(HARD / f"{name}.toml", list(overrides), backend), lambda t: None)
     assert (done.status, done.reason) == ("done", "")
@@ -37,13 +38,13 @@ def outcome(name: str, backend: str, *overrides: str) -> RunResult:
     return done
 
 
-def quantity(of: RunResult, name: str) -> float:
+def quantity(of: Record, name: str) -> float:
     value = of.quantities[name].value
     assert value is not None
     return value
 
 
-def spans(of: RunResult, which: Mask) -> tuple[float, float]:
+def spans(of: Record, which: Mask) -> tuple[float, float]:
     """Return the mean tensions of the upper and of the lower span of two equal pulleys.
 
     They stand side by side; a joint is in a span if neither body beside it touches a pulley.
@@ -56,14 +57,14 @@ def spans(of: RunResult, which: Mask) -> tuple[float, float]:
     return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
-def sliding_fraction(of: RunResult, pulley: int) -> Channel:
+def sliding_fraction(of: Record, pulley: int) -> Channel:
     """Return the fraction of the bodies on a pulley that slide on it, for each sample."""
     on = of.channels["pulley_index"] == pulley
     fraction: Channel = (on & (of.channels["sticking"] == 0.0)).sum(axis=1) / on.sum(axis=1)
     return fraction
 
 
-def mean_slip(of: RunResult, pulley: int) -> Channel:
+def mean_slip(of: Record, pulley: int) -> Channel:
     """Return the mean slip velocity of the bodies on a pulley, m/s, for each sample."""
     on = of.channels["pulley_index"] == pulley
     slip: Channel = (of.channels["slip_velocity"] * on).sum(axis=1) / on.sum(axis=1)
@@ -190,7 +191,7 @@ def test_the_driver_slips_in_a_loose_belt(backend: str) -> None:
 @by_both
 def test_a_coarse_belt_of_twelve_bodies_conserves_energy(backend: str) -> None:
     done = outcome("belt_coarse", backend)
-    assert len(done.axes["body"]) == 12
+    assert len(done.members["body"]) == 12
     assert quantity(done, "driven_speed") == pytest.approx(
         -12.0, rel=0.05
     )  # a polygon of 60 degrees
@@ -219,7 +220,7 @@ AS_PUBLISHED = ("mechanism.belt.bodies=150", "mechanism.belt.wrap=polygon")
 class Steady:
     """Tensions of the spans and of the driver's arc, and slip, at the end of `belt_fine`."""
 
-    def __init__(self, done: RunResult) -> None:
+    def __init__(self, done: Record) -> None:
         channels, late = done.channels, done.time >= 0.06
         self.slack, self.tight = spans(done, late)
         driver = channels["pulley_index"][late] == 0.0
@@ -285,7 +286,7 @@ def test_the_whole_arc_alternates_between_stick_and_slip(backend: str) -> None:
 @by_both
 def test_the_belt_lifts_off_a_roller_and_touches_it_again(backend: str) -> None:
     done = outcome("belt_lift_off", backend)
-    roller = done.axes["pulley"].index("tensioner")
+    roller = done.members["pulley"].index("tensioner")
     touching = (done.channels["pulley_index"] == roller).any(axis=1)
     assert touching.any()
     assert not touching.all()

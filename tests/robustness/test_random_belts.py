@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
+from frictionsim.results import Record
 from frictionsim.scenario.validation import ValidationFailure, validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size
 from tests.support.scenarios import SCENARIOS, Scenario
@@ -48,7 +49,7 @@ def belts(draw: st.DrawFn) -> Scenario:
 
 def simulated(
     data: Scenario, backend: str, on_step: Any = lambda t: None, **kept: Any
-) -> RunResult | None:
+) -> Record | None:
     """Run a belt; None if its parameters are invalid."""
     try:
         scenario = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
@@ -98,7 +99,7 @@ def test_interrupting_random_belts_changes_nothing(
         assert np.array_equal(channel, part.channels[name]), name
 
 
-def _is_its_own_image(done: RunResult) -> bool:
+def _is_its_own_image(done: Record) -> bool:
     """Return whether the equilibrium is symmetric about the x axis; bodies may shift it."""
     x, y = done.channels["x"][0], done.channels["y"][0]
     apart = np.hypot(x[:, None] - x, y[:, None] + y)

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SINGLE_DOF
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
@@ -37,7 +38,7 @@ SETTINGS = [
 ]
 
 
-def solved(name: str, law: str, backend: str, **changes: Any) -> RunResult:
+def solved(name: str, law: str, backend: str, **changes: Any) -> Record:
     data = with_method(changed(CASES[name], **changes), law, backend)
     if law == "published":
         # With adaptive steps it would fail by chattering.
@@ -64,8 +65,8 @@ def test_the_time_axis_is_the_union_of_regular_samples_and_events(
     sparse = solved(name, law, backend, output__interval=1.7)
     assert sparse.transitions == found.transitions
     assert (sparse.statistics.steps, sparse.statistics.rejected) == found.statistics[:2]
-    for side, values in found.sides.items():
-        assert np.array_equal(values, sparse.sides[side]), side
+    for side, values in found.events.items():
+        assert np.array_equal(values, sparse.events[side]), side
 
 
 @pytest.mark.parametrize(("name", "law", "backend"), SETTINGS)
@@ -74,9 +75,10 @@ def test_a_sample_at_an_event_is_the_sticking_side_or_the_side_after(
 ) -> None:
     found = solved(name, law, backend)
     times = [e.time for e in found.transitions]
-    channels = {side.rpartition("_")[0] for side in found.sides}
+    sides = [name for name in found.events if name.endswith(("_before", "_after"))]
+    channels = {side.rpartition("_")[0] for side in sides}
     energies = {name for name in found.channels if name.startswith("energy_")}
-    assert channels == found.channels.keys() - energies - {"angle", "mode"}
+    assert channels == found.channels.keys() - energies - {"time", "angle", "mode"}
     for i, event in enumerate(found.transitions):
         if times.count(event.time) > 1:
             continue
@@ -85,7 +87,7 @@ def test_a_sample_at_an_event_is_the_sticking_side_or_the_side_after(
         side = "before" if sticks_before else "after"
         at = np.searchsorted(found.time, event.time)
         for channel in channels:
-            assert found.channels[channel][at] == found.sides[f"{channel}_{side}"][i], channel
+            assert found.channels[channel][at] == found.events[f"{channel}_{side}"][i], channel
         if "mode" in found.channels and event.mode_from != event.mode_to:
             shown = event.mode_from if sticks_before else event.mode_to
             assert found.channels["mode"][at] == shown
@@ -99,21 +101,23 @@ def test_breakaway_records_peak_and_jump_of_the_friction() -> None:
     i = int(np.argmin(found.channels["friction_torque"]))
     assert found.time[i] == pytest.approx(BREAKAWAY, abs=1e-12)
     assert found.channels["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
-    assert found.sides["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
-    assert found.sides["friction_torque_after"][0] == pytest.approx(-R_K * (lift + LOAD), rel=1e-12)
+    assert found.events["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
+    assert found.events["friction_torque_after"][0] == pytest.approx(
+        -R_K * (lift + LOAD), rel=1e-12
+    )
     # The acceleration jumps by the difference of the friction torques over the inertia.
-    assert found.sides["angular_acceleration_before"][0] == 0.0
+    assert found.events["angular_acceleration_before"][0] == 0.0
     jump = (R_S - R_K) * (lift + LOAD) / 1.355
-    assert found.sides["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
+    assert found.events["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_a_jump_of_the_drive_separates_the_sides(backend: str) -> None:
     """Before the jump, the friction torque is within the limit for the force before it."""
     found = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
-    assert found.sides["drive_force_before"][0] < 2000.0 < found.sides["drive_force_after"][0]
-    limit = R_S * found.sides["shaft_reaction_before"]
-    assert np.all(np.abs(found.sides["friction_torque_before"]) <= limit)
+    assert found.events["drive_force_before"][0] < 2000.0 < found.events["drive_force_after"][0]
+    limit = R_S * found.events["shaft_reaction_before"]
+    assert np.all(np.abs(found.events["friction_torque_before"]) <= limit)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
@@ -130,7 +134,7 @@ def test_an_event_at_a_regular_sample_adds_no_sample(backend: str) -> None:
     )
     assert found.channels["mode"][0] == 1
     for side in ("before", "after"):
-        assert found.sides[f"friction_torque_{side}"][0] == found.channels["friction_torque"][0]
+        assert found.events[f"friction_torque_{side}"][0] == found.channels["friction_torque"][0]
 
 
 def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None:
@@ -153,7 +157,7 @@ def test_every_pair_records_both_sides_of_a_breakaway(law: str, backend: str) ->
     found = simulate(with_method(pulley(solver={"duration": 0.6, "rtol": 1e-7}), law, backend))
     event = next(e for e in found.transitions if e.mode_from == 0)
     assert event.time == pytest.approx(BREAKAWAY, abs=0.02)
-    torques = [found.sides[f"friction_torque_{side}"][0] for side in ("before", "after")]
+    torques = [found.events[f"friction_torque_{side}"][0] for side in ("before", "after")]
     # eq 30 has no friction at breakaway.
     assert torques[1] < 0.0
     assert torques[0] < 0.0 or law == "published"

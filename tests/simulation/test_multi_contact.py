@@ -10,16 +10,14 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.study_plan import Choice, plan_of
+from frictionsim.api.studies import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
-from frictionsim.simulation.multi_contact import MultiContactSimulation
-from frictionsim.simulation.multi_contact_audit import audit, release_check
+from frictionsim.simulation.multi_contact import MultiContactSimulation, audit, release_check
 from frictionsim.simulation.phases import event_names, sticking_phases
-from frictionsim.simulation.record import record_of
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact_solver
 from frictionsim.solvers.multi_contact import Modes, MultiContactTrajectory
@@ -27,7 +25,7 @@ from frictionsim.solvers.multi_contact_modes import consistent_modes
 from frictionsim.work_precision.error_estimate import estimate
 from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
 from tests.support.lifts import CORD, GRAVITY, SHAFT, events, grips, lift, ramp, solved
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.scenarios import SCENARIOS, Scenario, scenario_run
 
 STOP = ramp((0.0, 70.0), (0.3, 400.0), (0.6, 400.0), (0.65, -900.0), (1.0, -900.0), (1.1, 70.0))
 
@@ -95,15 +93,15 @@ def test_events_have_both_sides_and_their_own_sample() -> None:
     assert np.isin([e.time for e in result.transitions], result.time).all()
     for i, event in enumerate(result.transitions):
         channel = {"shaft": "mode", "cord": "cord_mode"}[event.contact]
-        assert result.sides[f"{channel}_before" if channel != "mode" else "cord_mode_before"].size
+        assert result.events[f"{channel}_before" if channel != "mode" else "cord_mode_before"].size
         if channel == "cord_mode":
-            assert result.sides["cord_mode_before"][i] == event.mode_from
-            assert result.sides["cord_mode_after"][i] == event.mode_to
+            assert result.events["cord_mode_before"][i] == event.mode_from
+            assert result.events["cord_mode_after"][i] == event.mode_to
     assert np.all(np.diff(result.time) > 0.0)
 
 
 def test_the_phases_of_the_shaft_are_not_those_of_the_cord() -> None:
-    record = record_of(solved(slipping_lift(solver__duration=4.0)))
+    record = solved(slipping_lift(solver__duration=4.0))
     names = event_names(record)
     assert {"breakaway", "cord: slips"} <= set(names)
     sticks = record.channels["mode"] == STICK
@@ -318,7 +316,8 @@ def test_a_study_compares_tolerances_of_events() -> None:
 
 
 def test_the_error_is_estimated_by_a_second_run() -> None:
-    found = estimate(solved(slack_lift()), lambda t: None)
+    done = solved(slack_lift())
+    found = estimate(scenario_run(done), done, lambda t: None)
     assert found.errors["final_angle"] is not None
     assert found.errors["final_angle"] < 1e-6
 
@@ -337,6 +336,6 @@ def test_events_at_one_time_have_one_state_on_each_side() -> None:
     assert together
     for i in together:
         for side in ("before", "after"):
-            values = result.sides[f"angular_velocity_{side}"]
+            values = result.events[f"angular_velocity_{side}"]
             assert values[i] == values[i + 1]
     assert BACKWARD in result.channels["mode"]

@@ -14,9 +14,10 @@ import tomli_w
 
 from frictionsim.errors import BudgetExceeded, InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load, scenario_from_result
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from tests.support.belt_scenarios import trio
 from tests.support.problems import cases
@@ -50,7 +51,7 @@ def calls_of(data: Scenario) -> int:
     return len(times)
 
 
-def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> RunResult:
+def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> Record:
     """Resume the run of a file."""
     attributes, state = hdf5_reader.read_checkpoint(path)
     return run(scenario_from_result(path, attributes), on_step, checkpoint=state)
@@ -196,7 +197,7 @@ def test_run_time_excludes_writing_checkpoints(monkeypatch: pytest.MonkeyPatch) 
         nonlocal clock
         clock += 1.0
 
-    def keep(part: RunResult) -> None:
+    def keep(part: Record) -> None:
         nonlocal clock
         kept.append(part.statistics.wall_seconds)
         clock += 100.0
@@ -217,7 +218,7 @@ def test_runs_resume_from_periodic_checkpoints(tmp_path: Path) -> None:
     scenario = validate(data, SCENARIOS)
     kept: list[Path] = []
 
-    def keep(part: RunResult) -> None:
+    def keep(part: Record) -> None:
         kept.append(tmp_path / f"{len(kept)}.h5")
         hdf5_writer.write(part, kept[-1])
 

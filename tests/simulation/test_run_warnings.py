@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionsim.results import Record
 from frictionsim.scenario.signal_checks import extremes, period_of
 from frictionsim.scenario.signal_tables import PiecewiseLinearTable
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -24,7 +24,7 @@ SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
 
 
-def warnings_with(found: RunResult | list[str], words: str) -> list[str]:
+def warnings_with(found: Record | list[str], words: str) -> list[str]:
     warnings = found if isinstance(found, list) else found.warnings
     return [warning for warning in warnings if words in warning]
 
@@ -274,7 +274,7 @@ def drawn_machine(seed: int) -> tuple[Scenario, float]:
 
 
 @cache
-def machine_run(seed: int) -> RunResult:
+def machine_run(seed: int) -> Record:
     return simulate(drawn_machine(seed)[0])
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import StopContact
 from tests.simulation.test_resume import calls_of, stopping
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
@@ -28,7 +29,7 @@ SMOOTH = ("events", "dop853", "radau", "lsoda")  # methods of a body without dry
 PRESSED = {"time": [0.0, 4.0, 5.0, 8.0], "value": [0.5, 0.5, -0.5, -0.5]}  # turns at 4.5 s
 
 
-def sound(data: Scenario) -> RunResult:
+def sound(data: Scenario) -> Record:
     """Run a scenario, which must pass its audit."""
     done = simulate(data)
     assert (done.status, done.reason) == ("done", "")
@@ -36,11 +37,11 @@ def sound(data: Scenario) -> RunResult:
     return done
 
 
-def events(done: RunResult) -> list[tuple[str, int, int]]:
+def events(done: Record) -> list[tuple[str, int, int]]:
     return [(e.contact, e.mode_from, e.mode_to) for e in done.transitions]
 
 
-def times(done: RunResult) -> list[float]:
+def times(done: Record) -> list[float]:
     return [e.time for e in done.transitions]
 
 
@@ -327,8 +328,8 @@ def test_an_impact_loses_what_the_law_of_restitution_says(law: str, backend: str
     done = sound(with_friction(data, 0.1, 0.05) if law else data)
     hits = [i for i, event in enumerate(done.transitions) if event.contact == "stop"]
     hits = [i for i in hits if done.transitions[i].mode_from != 0]
-    before = np.array(done.sides["angular_velocity_before"])[hits]
-    after = np.array(done.sides["angular_velocity_after"])[hits]
+    before = np.array(done.events["angular_velocity_before"])[hits]
+    after = np.array(done.events["angular_velocity_after"])[hits]
     fast = np.abs(before) >= 1e-3
     assert fast.sum() > 2
     assert np.array_equal(after[fast], -0.6 * before[fast])

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import Interrupted
+from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SCIPY
-from frictionsim.simulation.simulate import RunResult
 from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers.friction_curve import friction_curve
 from tests.support.problems import (
@@ -31,7 +31,7 @@ REGULARISED = "effects.shaft_friction.law=regularised"
 SMOOTHING = ["rkf45", *SCIPY]
 
 
-def smoothed(backend: str, speed: float, **changes: Any) -> RunResult:
+def smoothed(backend: str, speed: float, **changes: Any) -> Record:
     data = pulley(**{"solver__rtol": 1e-7, "solver__atol": 1e-11, **changes})
     data = with_method(data, "regularised", backend)
     return simulate(changed(data, effects__shaft_friction__transition_speed=speed))

@@ -7,10 +7,10 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.results import Channel, Check, Quantity
+from frictionsim.results import Channel, Check, Quantity, Record, SimulationResult, SolverStatistics
 from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
-from frictionsim.simulation.simulate import RunResult, SolverStatistics
+from tests.support.scenarios import made_record
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def tension_at(place: Array, under: Array, distances: Array, torque: float) -> A
 
 def belt_run(
     pulleys: Sequence[Pulley] = TWO, bodies: int = 150, samples: int = 201, **changes: Any
-) -> RunResult:
+) -> Record:
     """Return a run of 2 s; keywords replace what it holds, `effects` those of the scenario."""
     line, distances, under = lay(pulleys)
     time = np.linspace(0.0, 2.0, samples)
@@ -143,25 +143,20 @@ def belt_run(
         "pulley_index": touched,
         "tension": tension,
     }
-    return RunResult(
-        scenario=scenario(pulleys, bodies, changes.pop("effects", {"belt_friction": {"mu_s": MU}})),
-        effects=(),
-        channel_info=CHANNELS,
-        axes={
-            "pulley": tuple(p.name for p in pulleys),
-            "body": tuple(map(str, range(bodies))),
-            "joint": tuple(map(str, range(bodies))),
-        },
+    data = SimulationResult(
         time=time,
         channels=channels,
-        transitions=[],
+        transitions=changes.pop("transitions", []),
         quantities={"final_time": Quantity(2.0, "s")},
         checks={"energy_balance": Check(0.0, 1e-7)},
-        statistics=SolverStatistics(100, 0, 100, 6 * bodies, 0.1),
-        status="done",
-        reason="",
-        exit_code=0,
-    )._replace(**changes)
+        non_finite_tail=False,
+    )
+    effects = changes.pop("effects", {"belt_friction": {"mu_s": MU}})
+    numbers = tuple(map(str, range(bodies)))
+    members = {"pulley": tuple(p.name for p in pulleys), "body": numbers, "joint": numbers}
+    statistics = SolverStatistics(100, 0, 100, 6 * bodies, 0.1)
+    made = made_record(scenario(pulleys, bodies, effects), CHANNELS, members, data, statistics)
+    return made._replace(**changes)
 
 
 def scenario(pulleys: Sequence[Pulley], bodies: int, effects: dict[str, Any]) -> BeltResultScenario:

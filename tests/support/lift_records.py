@@ -1,12 +1,12 @@
 """Changes of the contacts of a lift, as its results have them."""
 
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record
 
 CONTACTS = ("shaft", "cord", "car rope", "counterweight rope")
 TAUT, SLACK = 3, 4  # modes of a rope
 
 
-def changes(done: RunResult, contact: str) -> list[tuple[float, int, int, float]]:
+def changes(done: Record, contact: str) -> list[tuple[float, int, int, float]]:
     """Return the changes of one contact: time, mode before, mode after, angle in rad.
 
     A rope has mode 1 where it is slack. Impacts of a rope that stays slack are left out.

@@ -2,8 +2,9 @@
 
 from typing import Any
 
+from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 
 GRAVITY = 9.81
@@ -47,18 +48,18 @@ def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
     return {"time": [t for t, _ in points], "value": [v for _, v in points]}
 
 
-def solved(data: Scenario) -> RunResult:
+def solved(data: Scenario) -> Record:
     """Return the run of a scenario that is done and whose audit is passed."""
     result = run(validate(data, SCENARIOS), lambda t: None)
     assert (result.status, result.exit_code) == ("done", 0), result.reason
     return result
 
 
-def events(result: RunResult) -> list[tuple[str, int, int]]:
+def events(result: Record) -> list[tuple[str, int, int]]:
     """Return contact and modes of each event."""
     return [(e.contact, e.mode_from, e.mode_to) for e in result.transitions]
 
 
-def times(result: RunResult) -> list[float]:
+def times(result: Record) -> list[float]:
     """Return the times of the events, s."""
     return [e.time for e in result.transitions]

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from frictionsim.mechanisms.journal_friction import friction_radius
-from frictionsim.results import Transition
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import Record, Transition
 
 CORD_RADIUS, INERTIA, LOAD, DRAG = 0.0508, 1.355, 2224.1, 1.355
 SHAFT_RADIUS, MU_S, MU_K = 0.0254, 0.2, 0.1
@@ -87,7 +86,7 @@ def cases(kind: str) -> list[dict[str, Any]]:
 
 
 def assert_agrees(
-    run: RunResult, events: list[Transition], case: dict[str, Any], time: float = 1e-8
+    run: Record, events: list[Transition], case: dict[str, Any], time: float = 1e-8
 ) -> None:
     """Compare events and final state of a run with those of a case; its audit must be passed."""
     assert len(events) == case["event_count"]

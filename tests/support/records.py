@@ -2,17 +2,13 @@
 
 from collections.abc import Iterable
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.plots import OF_EFFECT, VIEWS
 from frictionsim.results import Record
-from frictionsim.simulation.simulate import RunResult
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import shipped, simulate
 
@@ -21,18 +17,10 @@ BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
 DRAWN = ("pulley_return", "lift", "marble_machine", "epicyclic", "swing_door", *BELTS)
 
 
-def record_of(run: RunResult) -> Record:
-    """Return a run as it is read back from its file."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "a.h5"
-        hdf5_writer.write(run, path)
-        return hdf5_reader.read(path)
-
-
 @cache
 def shown(name: str, **changes: Any) -> Record:
     """Return a belt made by hand, or a run of a shipped scenario with changes as in `shipped`."""
-    return record_of(belt_run(BELTS[name]) if name in BELTS else simulate(shipped(name, **changes)))
+    return belt_run(BELTS[name]) if name in BELTS else simulate(shipped(name, **changes))
 
 
 @cache
@@ -40,7 +28,7 @@ def string(duration: float = 0.3, driven_radius: float = 0.027) -> Record:
     """Return a run of the shipped guided string, by its fast method."""
     data = shipped("belt_string", solver__duration=duration, solver__backend="moreau")
     data["mechanism"]["pulleys"][1]["radius"] = driven_radius
-    return record_of(simulate(data))
+    return simulate(data)
 
 
 def views_of_record(name: str) -> list[str]:

@@ -7,15 +7,19 @@ import sys
 import tomllib
 from functools import lru_cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionsim.cli.commands import run_command_line
+from frictionsim.results import Record, SimulationResult, SolverStatistics
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import scenario_from_result
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.simulate import RunResult, run
+from frictionsim.simulation.record import recorded
+from frictionsim.simulation.simulate import run
 from frictionsim.solvers.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -63,7 +67,7 @@ def with_method(data: Scenario, law: str, backend: str) -> Scenario:
 program_is_patched = False
 
 
-def simulate(data: Scenario) -> RunResult:
+def simulate(data: Scenario) -> Record:
     """Return the result of scenario data, of an earlier run if there was one; arrays are read-only.
 
     A test that takes `monkeypatch` always gets a new run, as `run_anew` does.
@@ -77,29 +81,58 @@ def simulate(data: Scenario) -> RunResult:
     return _own_containers(_remembered(text))
 
 
-def run_anew(data: Scenario) -> RunResult:
+def run_anew(data: Scenario) -> Record:
     """Run scenario data."""
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
 @lru_cache(maxsize=64)
-def _remembered(text: str) -> RunResult:
+def _remembered(text: str) -> Record:
     done = run_anew(json.loads(text))
-    for values in (done.time, *done.channels.values(), *done.sides.values()):
+    for values in (done.time, *done.channels.values(), *done.events.values()):
         if isinstance(values, np.ndarray):
             values.flags.writeable = False
     return done
 
 
-def _own_containers(done: RunResult) -> RunResult:
-    names = ("axes", "channels", "transitions", "quantities", "checks")
+def _own_containers(done: Record) -> Record:
+    names = ("attributes", "channels", "events", "quantities", "checks")
     copied: dict[str, Any] = {name: copy.copy(getattr(done, name)) for name in names}
     return done._replace(**copied, checkpoint=copy.deepcopy(done.checkpoint))
 
 
-def mechanism_of(done: RunResult) -> Mechanism:
+def mechanism_of(done: Record) -> Mechanism:
     """Return the mechanism of a run of one coordinate."""
-    return mechanism_module(done.scenario.kind).build(done.scenario)
+    scenario = scenario_run(done)
+    return mechanism_module(scenario.kind).build(scenario)
+
+
+def observed(data: Scenario) -> SimulationResult:
+    """Return what a simulation of scenario data observes, in the numbers that it works with."""
+    scenario = validate(data, SCENARIOS)
+    simulation = mechanism_module(scenario.kind).simulation(scenario)
+    simulation.prepare(lambda t: None)
+    simulation.solve(lambda t: None)
+    return simulation.observe()
+
+
+def made_record(
+    scenario: Any,
+    channel_info: Any,
+    members: dict[str, tuple[str, ...]],
+    data: SimulationResult,
+    statistics: SolverStatistics,
+) -> Record:
+    """Return the record of a run that is done, made by hand."""
+    simulation: Any = SimpleNamespace(effects=(), channel_info=channel_info, axes=members)
+    record = recorded(scenario, simulation, data)
+    ended = dict.fromkeys(("reason", "failure", "warnings"), "") | {"status": "done"}
+    return record._replace(attributes=record.attributes | ended, statistics=statistics)
+
+
+def scenario_run(done: Record) -> Any:
+    """Return the scenario of a run."""
+    return scenario_from_result(SCENARIOS / "result", done.attributes)
 
 
 def in_this_process(

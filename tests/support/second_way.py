@@ -37,7 +37,7 @@ class Seen(NamedTuple):
         return abs(found - self.value) <= self.uncertainty + float_info.min
 
 
-class Record(NamedTuple):
+class Recorded(NamedTuple):
     """A result: the scenario with its defaults, the channels and the events."""
 
     scenario: Table
@@ -139,7 +139,7 @@ def friction_radius(shaft_radius: float, mu: float) -> float:
 # --- all mechanisms of one coordinate -------------------------------------------------------------
 
 
-def of_any_motion(record: Record) -> dict[str, Seen]:
+def of_any_motion(record: Recorded) -> dict[str, Seen]:
     """Return the final values from the last sample; `motion` integrates them."""
     return {
         "final_time": Seen(record.scenario["solver"]["duration"]),
@@ -148,7 +148,7 @@ def of_any_motion(record: Record) -> dict[str, Seen]:
     }
 
 
-def motion(record: Record) -> dict[str, Seen]:
+def motion(record: Recorded) -> dict[str, Seen]:
     """Return the last angle and velocity as the integrals of velocity and acceleration."""
     time, geometry, drive = (
         record.time,
@@ -167,7 +167,7 @@ def motion(record: Record) -> dict[str, Seen]:
     }
 
 
-def of_stick_and_slip(record: Record) -> dict[str, Seen]:
+def of_stick_and_slip(record: Recorded) -> dict[str, Seen]:
     """Return the times of the first breakaway and of the last stop, from the events.
 
     `misfits` checks the events against the samples between them.
@@ -181,7 +181,7 @@ def of_stick_and_slip(record: Record) -> dict[str, Seen]:
     }
 
 
-def misfits(record: Record) -> list[float]:
+def misfits(record: Recorded) -> list[float]:
     """Return the times of samples whose mode or velocity contradicts the events before them.
 
     A sample at the very time of an event may show either side of it.
@@ -197,7 +197,7 @@ def misfits(record: Record) -> list[float]:
     return [float(t) for t in record.time[wrong]]
 
 
-def _changes(record: Record) -> list[Event]:
+def _changes(record: Recorded) -> list[Event]:
     return [e for e in record.events if e.mode_from != e.mode_to]
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.support.second_way import Array, Record, Seen, integral
+from tests.support.second_way import Array, Recorded, Seen, integral
 
 SHARE = 0.2  # of the run, at its end: means are over it
 # Of a span's mean tension: the last fifth may begin a sample earlier or later.
@@ -25,7 +25,7 @@ class Drive(NamedTuple):
     sense: Array
 
 
-def drive_of(record: Record) -> Drive:
+def drive_of(record: Recorded) -> Drive:
     """Return the pulleys; which way round the belt goes is seen from the area within its bodies."""
     tables = record.scenario["mechanism"]["pulleys"]
     x, y = record.channels["x"][0], record.channels["y"][0]
@@ -38,7 +38,7 @@ def drive_of(record: Record) -> Drive:
     )
 
 
-def last(record: Record) -> Record:
+def last(record: Recorded) -> Recorded:
     """Return the part of a record that means are taken over."""
     time = record.time
     # A sample that rounding put beside the beginning of this part belongs to it.
@@ -69,7 +69,7 @@ def averaged(time: Array, values: Array) -> Seen:
 # --- tensions -------------------------------------------------------------------------------------
 
 
-def touching(record: Record) -> Array:
+def touching(record: Recorded) -> Array:
     """Return the pulley that each body touches at each sample, -1 for none."""
     pressed = record.channels["normal_force"] > 0.0
     return np.where(pressed, record.channels["pulley_index"], -1.0).astype(int)
@@ -99,14 +99,14 @@ def walked(tension: Array, pulley: Array, count: int) -> list[float]:
     return [float(np.mean(tension[joints])) for joints in spans(pulley, count)]
 
 
-def span_tensions(record: Record) -> Array:
+def span_tensions(record: Recorded) -> Array:
     """Return the mean tensions of all spans at all samples, (n, pulleys), N."""
     count = len(record.scenario["mechanism"]["pulleys"])
     samples = zip(record.channels["tension"], touching(record), strict=True)
     return np.array([walked(*sample, count) for sample in samples])
 
 
-def torque_misfits(record: Record) -> Array:
+def torque_misfits(record: Recorded) -> Array:
     """Return by how much T1 - T2 is off (M - I alpha)/R in the mean, over the largest, by pulley.
 
     The belt from the middle of one span to that of the next is accelerated, too.
@@ -126,7 +126,7 @@ def torque_misfits(record: Record) -> Array:
     return np.abs(found - expected) / np.max(np.abs(torque / drive.radius))
 
 
-def power_misfit(record: Record) -> float:
+def power_misfit(record: Recorded) -> float:
     """Return by how much the work in is off what is stored and lost, over what goes through.
 
     In the part of the run that means are taken over; the stores and heats are the recorded ones.
@@ -140,7 +140,7 @@ def power_misfit(record: Record) -> float:
     return float(abs(work - gained) / through)
 
 
-def belt_speed(record: Record, i: int) -> float:
+def belt_speed(record: Recorded, i: int) -> float:
     """Return the mean speed of the bodies along the belt up to a sample, from their places, m/s."""
     moved = [record.channels[name][i] - record.channels[name][i - 1] for name in ("x", "y")]
     angle = record.channels["angle"][i]
@@ -151,7 +151,7 @@ def belt_speed(record: Record, i: int) -> float:
 # --- energies -------------------------------------------------------------------------------------
 
 
-def body_length(record: Record) -> float:
+def body_length(record: Recorded) -> float:
     """Return the unstretched length of a body, for which the first sample's joints pull as told.
 
     The stretch of a joint is what lies between the ends of its two bodies, T = EA/l |d|.
@@ -176,7 +176,7 @@ def _stretch(x: Array, y: Array, angle: Array, length: float) -> Array:
     return np.copysign(np.hypot(gap_x, gap_y), gap_x * mid_x + gap_y * mid_y)
 
 
-def potential(record: Record, i: int, length: float) -> float:
+def potential(record: Recorded, i: int, length: float) -> float:
     """Return the energy of springs, bends, contacts and weight in a sample, J."""
     belt, effects = record.scenario["mechanism"]["belt"], record.scenario["effects"]
     x, y, angle = (record.channels[name][i] for name in ("x", "y", "angle"))
@@ -197,7 +197,7 @@ def potential(record: Record, i: int, length: float) -> float:
     return float(energy)
 
 
-def kinetic(record: Record, length: float) -> Seen:
+def kinetic(record: Recorded, length: float) -> Seen:
     """Return the energy of the motion in the last sample, J, from differences of the places."""
     belt, drive = record.scenario["mechanism"]["belt"], drive_of(record)
     mass = belt["mass_per_length"] * length
@@ -211,7 +211,7 @@ def kinetic(record: Record, length: float) -> Seen:
     return Seen(float(energy + turning), MOTION * float(energy) + 1e-9 * float(turning))
 
 
-def damped(record: Record, length: float, every: int = 1) -> float:
+def damped(record: Recorded, length: float, every: int = 1) -> float:
     """Return the heat of the dampers, J, from the differences of places at every so many samples.
 
     Each takes b d'^2 of the rate at which it is stretched, bent or pressed.
@@ -243,7 +243,7 @@ def _squares(time: Array, values: Array, weight: Array | float = 1.0) -> float:
     return float(np.sum(weight * np.diff(values, axis=0) ** 2 / np.diff(time)[:, None]))
 
 
-def energies(record: Record, length: float) -> dict[str, Seen]:
+def energies(record: Recorded, length: float) -> dict[str, Seen]:
     """Return work, stores and heats at the end, J."""
     time, channels, effects = record.time, record.channels, record.scenario["effects"]
     first, end = potential(record, 0, length), potential(record, -1, length)
@@ -274,7 +274,7 @@ def energies(record: Record, length: float) -> dict[str, Seen]:
 # --- the summary ----------------------------------------------------------------------------------
 
 
-def belt_drive(record: Record) -> dict[str, Seen]:
+def belt_drive(record: Recorded) -> dict[str, Seen]:
     """Return the quantities of the summary of a belt drive; means are over the last fifth."""
     drive, part, length = drive_of(record), last(record), body_length(record)
     tension = float(np.mean(record.channels["tension"][0]))
@@ -295,7 +295,7 @@ def _span(value: float) -> Seen:
     return Seen(float(value), TENSION * abs(float(value)))
 
 
-def _motion(part: Record, drive: Drive) -> dict[str, Seen]:
+def _motion(part: Recorded, drive: Drive) -> dict[str, Seen]:
     """Return speeds, slip and efficiency."""
     time, speeds = part.time, part.channels["pulley_speed"]
     power = mean(time, part.channels["pulley_torque"] * speeds)
@@ -315,7 +315,7 @@ def _motion(part: Record, drive: Drive) -> dict[str, Seen]:
     }
 
 
-def _efficiency(part: Record, power: Array) -> Seen:
+def _efficiency(part: Recorded, power: Array) -> Seen:
     """Return the work that is taken out over that and the heats of the same time."""
     names = [n for n in ("energy_friction", "energy_damping") if n in part.channels]
     lost = sum(float(np.ptp(part.channels[n][[0, -1]])) for n in names)
@@ -323,7 +323,7 @@ def _efficiency(part: Record, power: Array) -> Seen:
     return Seen(out / (out + lost), 1e-9)
 
 
-def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
+def _contact(part: Recorded, drive: Drive, length: float) -> dict[str, Seen]:
     """Return how much of the pulleys is touched, and how much of that does not slide.
 
     The friction of what slides is all that there can be: its share of that is the part that slides.
@@ -352,7 +352,7 @@ def _contact(part: Record, drive: Drive, length: float) -> dict[str, Seen]:
     return seen
 
 
-def _coefficients(part: Record, pulley: str, length: float, still: Array) -> Array:
+def _coefficients(part: Recorded, pulley: str, length: float, still: Array) -> Array:
     """Return the coefficient of friction of each body at a pulley, static where it sticks."""
     effects = part.scenario["effects"]
     friction, patch = effects["belt_friction"], effects.get("patch")

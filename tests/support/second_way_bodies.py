@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.second_way import (
     ROUNDING,
     Array,
-    Record,
+    Recorded,
     Seen,
     Table,
     closed,
@@ -253,7 +253,7 @@ def _forces(scenario: Table, time: float, degrees: float) -> float:
 # --- summary --------------------------------------------------------------------------------------
 
 
-def body(record: Record) -> dict[str, Seen]:
+def body(record: Recorded) -> dict[str, Seen]:
     """Return the quantities of the summary of a body on a shaft."""
     scenario, channels = record.scenario, record.channels
     names = ("angle", "angular_velocity", "angular_acceleration")

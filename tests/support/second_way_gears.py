@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.second_way import (
     ROUNDING,
     Array,
-    Record,
+    Recorded,
     Seen,
     Table,
     energy,
@@ -107,7 +107,7 @@ def gear_statics(scenario: Table) -> dict[str, Seen]:
     }
 
 
-def epicyclic(record: Record) -> dict[str, Seen]:
+def epicyclic(record: Recorded) -> dict[str, Seen]:
     """Return the quantities of the summary of an epicyclic gear."""
     scenario, time, channels = record.scenario, record.time, record.channels
     gear, effects, drive = Gear(scenario), scenario["effects"], scenario["drive"]
@@ -158,7 +158,7 @@ def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
     return Seen(float(np.count_nonzero(touches)))
 
 
-def _dwell(gear: Gear, point: Table, record: Record) -> Seen:
+def _dwell(gear: Gear, point: Table, record: Recorded) -> Seen:
     """Return the longest dwell near the slowest positions, from the samples.
 
     Speeds are those of the planet's point, so that a place is a sample, off the slowest by half

@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.second_way import (
     ROUNDING,
     Array,
-    Record,
+    Recorded,
     Seen,
     Table,
     closed,
@@ -70,7 +70,7 @@ def pulley_statics(scenario: Table) -> dict[str, Seen]:
     return seen
 
 
-def pulley(record: Record) -> dict[str, Seen]:
+def pulley(record: Recorded) -> dict[str, Seen]:
     """Return the quantities of the summary of a pulley."""
     scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     geometry, effects = scenario["mechanism"], scenario["effects"]
@@ -95,7 +95,7 @@ def pulley(record: Record) -> dict[str, Seen]:
     return seen
 
 
-def first_breakaway(record: Record) -> Seen:
+def first_breakaway(record: Recorded) -> Seen:
     """Return the time of the first breakaway of a pulley that starts at rest.
 
     Of the scenario alone: looked for in ten thousand parts of the run, then by bisection.
@@ -254,7 +254,7 @@ def machine_statics(scenario: Table) -> dict[str, Seen]:
     }
 
 
-def marble_machine(record: Record) -> dict[str, Seen]:
+def marble_machine(record: Recorded) -> dict[str, Seen]:
     """Return the quantities of the summary of a marble machine."""
     scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     machine, effects, drive = Machine(scenario), scenario["effects"], scenario["drive"]
@@ -289,7 +289,7 @@ def marble_machine(record: Record) -> dict[str, Seen]:
     return seen
 
 
-def _delivered(record: Record, pitch: float) -> float:
+def _delivered(record: Recorded, pitch: float) -> float:
     """Count the marbles delivered: the positions of transfers above the start."""
     furthest = float(np.max(record.channels["angle"]))
     furthest = max([furthest, *(e.angle for e in record.events if e.contact == "transfer")])
@@ -301,7 +301,7 @@ def _delivered(record: Record, pitch: float) -> float:
     return float(count)
 
 
-def _lifted(record: Record, machine: Machine) -> Seen:
+def _lifted(record: Recorded, machine: Machine) -> Seen:
     """Return the potential energy of all marbles; delivered ones are two radii up."""
     angle = float(record.channels["angle"][-1])
     gone = float(np.floor(angle / machine.pitch))

@@ -4,24 +4,24 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT
-from frictionsim.simulation.simulate import RunResult
+from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Record
+from tests.support.scenarios import scenario_run
 from tests.support.second_way import Array
 from tests.support.second_way_belt import walked
 
 Events = list[tuple[float, str, int, int]]
 
 
-def events(done: RunResult) -> Events:
+def events(done: Record) -> Events:
     return [(e.time, e.contact, e.mode_from, e.mode_to) for e in done.transitions]
 
 
-def ahead(done: RunResult, j: int) -> Array:
+def ahead(done: Record, j: int) -> Array:
     """Return how fast the belt moves over the rim of a pulley, counter-clockwise, m/s.
 
     From places at neighbouring samples alone: neither friction nor slip is looked at.
     """
-    c, pulley = done.channels, done.scenario.model_dump()["mechanism"]["pulleys"][j]
+    c, pulley = done.channels, scenario_run(done).model_dump()["mechanism"]["pulleys"][j]
     vx, vy = (np.gradient(c[name], done.time, axis=0) for name in ("x", "y"))
     rim = np.gradient(c["pulley_angle"][:, j], done.time) * pulley["radius"]
     dx, dy = c["x"] - pulley["center"][0], c["y"] - pulley["center"][1]
@@ -31,10 +31,10 @@ def ahead(done: RunResult, j: int) -> Array:
     return mean
 
 
-def read_pulley(done: RunResult, j: int) -> list[int]:
+def read_pulley(done: Record, j: int) -> list[int]:
     """Return the state of a pulley in every sample, body by body."""
-    c, scenario = done.channels, done.scenario.model_dump(by_alias=True)
-    name = done.axes["pulley"][j]
+    c, scenario = done.channels, scenario_run(done).model_dump(by_alias=True)
+    name = done.members["pulley"][j]
     law = scenario["effects"]["belt_friction"]
     mu_k = law["pulleys"].get(name, law)["mu_k"] if law is not None else 0.0
     loaded = law is not None and name in scenario["drive"] and mu_k > 0.0
@@ -67,9 +67,9 @@ def lasting(time: Any, name: str, states: list[int]) -> Events:
     return found
 
 
-def read(done: RunResult) -> Events:
+def read(done: Record) -> Events:
     """Return the transitions of a run, from its channels."""
-    c, names = done.channels, done.axes["pulley"]
+    c, names = done.channels, done.members["pulley"]
     count = len(names)
     found: Events = []
     for j, name in enumerate(names):

@@ -10,7 +10,7 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.loading import load
 from frictionsim.work_precision.error_estimate import estimate, tighter
-from tests.support.scenarios import SCENARIOS, pulley, simulate
+from tests.support.scenarios import SCENARIOS, pulley, scenario_run, simulate
 
 pytestmark = pytest.mark.quick
 
@@ -37,7 +37,7 @@ def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, A
     )
     run = simulate(data)
     error = abs((run.quantities[name].value or 0.0) - (EXACT[name].value or 0.0))
-    found = estimate(run, lambda t: None).errors[name]
+    found = estimate(scenario_run(run), run, lambda t: None).errors[name]
     # Where a switch falls within a step decides on a factor of two; a second run that is not
     # much more exact, as with a speed that goes in by its power 2/3, hides a fifth of the error.
     assert 0.4 * error < (found or 0.0) < 4.0 * error

@@ -13,14 +13,14 @@ import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.plots.mesh_errors import cheapest_of_meshes
+from frictionsim.plots.work_precision import cheapest_of_meshes
 from frictionsim.results import Metric, Quantity
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.errors import Error
-from frictionsim.work_precision.mesh_limit import extrapolated
-from frictionsim.work_precision.outcome import Reference, Row, Study
+from frictionsim.work_precision.outcome import Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
+from frictionsim.work_precision.study import extrapolated
 from tests.support.scenarios import SCENARIOS
 
 BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
@@ -102,7 +102,7 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
     check_advice(study)
 
 
-def check_advice(study: Study) -> None:
+def check_advice(study: WorkPrecision) -> None:
     """Check that what is recommended is good enough on all finer meshes, and nothing is faster."""
     assert study.reference
     for advice in recommendations(study):
@@ -141,7 +141,10 @@ def test_each_quantity_has_its_cheapest_setting() -> None:
     floor = {"tension": Error(1e-4, 1e-4), "slip": Error(2e-3, 2e-3)}
     reference = Reference(fs.solve(PULLEY).record, ("a", "b"), floor)
     scenario = load(Path(BELT))
-    said = [a.sentence for a in recommendations(Study(scenario, metrics, reference, rows, *DONE))]
+    said = [
+        a.sentence
+        for a in recommendations(WorkPrecision(scenario, metrics, reference, rows, *DONE))
+    ]
     assert [line.split(" ms")[0] for line in said] == [
         "for 1 %: moreau, corrected with 600 bodies, longest step, 9e+03",
         "for 0.1 %: unknown, the reference uncertainty is 2.0e-03",
@@ -306,7 +309,7 @@ def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
     rows = [hand_made(60, 0.1, 1e-2, 1e-3), hand_made(150, 1.0, 5e-3, 0.05)]
     rows.append(hand_made(600, 9.0, 1e-4, 5e-3))
     metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
-    study = Study(load(Path(BELT)), metrics, None, rows, *DONE)
+    study = WorkPrecision(load(Path(BELT)), metrics, None, rows, *DONE)
     found = [
         a.row and a.row.setting.mesh and a.row.setting.mesh.bodies for a in recommendations(study)
     ]

@@ -27,7 +27,7 @@ from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
 from frictionsim.work_precision.errors import Error, metric_errors
-from frictionsim.work_precision.outcome import Plan, Reference, Row, Study
+from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
@@ -49,7 +49,7 @@ def ladders_of(path: str) -> list[Setting]:
 
 def study_of(
     path: str, chosen: list[Setting], repeats: int = 1, references: tuple[Setting, ...] = ()
-) -> Study:
+) -> WorkPrecision:
     """Return a study of a shipped scenario."""
     scenario = load(Path(path))
     module = mechanism_module(scenario.kind)
@@ -139,7 +139,7 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
     rows[1].errors["energy"] = Error(5e-9, 5e-9)
     scenario = validate(pulley(), SCENARIOS)
     reference = Reference(Told(1.0, 1.0), ("one", "two"), floor)
-    found = PublicStudy(Study(scenario, metrics, reference, rows, "done", "", 0))
+    found = PublicStudy(WorkPrecision(scenario, metrics, reference, rows, "done", "", 0))
     wanted = [["energy"], ["error", "angle"], []]
     assert [line["below_uncertainty"] for line in found.to_json()["settings"]] == wanted
     assert [text.split() for text in found.dataset["below_uncertainty"].values] == wanted
@@ -300,11 +300,11 @@ FEW_STEPS = Setting(
 
 
 @pytest.fixture(scope="module")
-def failing() -> Study:
+def failing() -> WorkPrecision:
     return study_of(PULLEY, [FEW_STEPS, with_tolerance("events", 1e-5)])
 
 
-def test_failed_settings_are_reported_with_the_reason(failing: Study) -> None:
+def test_failed_settings_are_reported_with_the_reason(failing: WorkPrecision) -> None:
     assert [r.status for r in failing.rows] == ["failed", "done"]
     assert failing.rows[0].reason.startswith("limit of 20 steps reached at t = ")
     assert failing.rows[0].error is None
@@ -425,7 +425,9 @@ def test_the_table_has_each_setting_and_the_recommendations(
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
-def test_a_study_with_failures_can_be_drawn(suffix: str, failing: Study, tmp_path: Path) -> None:
+def test_a_study_with_failures_can_be_drawn(
+    suffix: str, failing: WorkPrecision, tmp_path: Path
+) -> None:
     from frictionsim.plots.picture_file import save
 
     save(PublicStudy(failing).plot(), tmp_path / f"a{suffix}")

@@ -73,6 +73,6 @@ def simulation(scenario: "BeltDriveScenario") -> "Simulation":
 
 def statics(scenario: "BeltDriveScenario") -> Quantities:
     """Return the belt at rest at its pretension, without friction."""
-    from frictionsim.mechanisms.belt_drive.static_quantities import equilibrium_quantities
+    from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 
     return equilibrium_quantities(scenario)

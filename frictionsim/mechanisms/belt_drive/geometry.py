@@ -136,10 +136,6 @@ def belt_path(pulleys: Sequence[Pulley]) -> Path:
     pulleys : sequence of Pulley, m
         At least two, in the order in which the belt passes them.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
     PathError

@@ -30,18 +30,13 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Stage
-from frictionsim.mechanisms.belt_drive.effects.friction_rows import (
-    add_friction_rows,
-    project_rows,
-    sticking_rows,
-)
-from frictionsim.mechanisms.belt_drive.effects.friction_tables import BeltFrictionTable
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD,
@@ -68,17 +63,146 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     TORQUE,
 )
+from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
     times_factor,
+    wrap_rate,
 )
+from frictionsim.scenario.friction_law import CoefficientsOfFriction
+from frictionsim.scenario.schema import inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
     from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    Bodies = npt.NDArray[np.uint64]
+
+
+@loop_kernel
+def sticking_rows(
+    inv_relaxation_time: float,
+    bodies: tuple["Bodies", Array, Array, Array, Array],
+    moving: tuple[Array, Array, Array, Array, Array, Array],
+    wrap: "WrapFactors | None",
+    normal: tuple[Array, Array, Array],
+    written: tuple[Array, Array, Array],
+    count: int,
+) -> None:
+    """Write STICK_BIAS and the limits of the friction, N, of so many candidates."""
+    (body, ax, ay, bend, bend_rate), (nx, ny, vx, vy, inv_distance, slip) = bodies, moving
+    (force, forward, backward), (bias, forward_limit, backward_limit) = normal, written
+    start = 0
+    while start < count:
+        end = run_end(body, start, count)
+        for s in range(np.uint64(start), np.uint64(end)):
+            i = s + (body[start] - np.uint64(start))
+            along = vy[s] * nx[s] - vx[s] * ny[s]
+            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
+            own = times_factor(wrap, s, turning - (ay[i] * nx[s] - ax[i] * ny[s]))
+            own -= wrap_rate(wrap, i, bend, bend_rate) * along
+            bias[s] = slip[s] * inv_relaxation_time + own
+            forward_limit[s] = forward[s] * force[s]
+            backward_limit[s] = backward[s] * force[s]
+        start = end
+
+
+@loop_kernel
+def project_rows(
+    part: tuple[int, int],
+    rim: float,
+    mass: float,
+    wrap: "WrapFactors | None",
+    read: tuple[Array, Array, Array],
+    friction: Array,
+    sticking: Array,
+) -> None:
+    """Write the rows of `project_friction` of one pulley."""
+    bias, forward, backward = read
+    for block in range(part[0], part[1], SIMD_WIDTH):
+        for s in range(block, block + SIMD_WIDTH):
+            needed = mass * mass_ratio(wrap, s) * (rim + bias[s])
+            limited = min(max(needed, -backward[s]), forward[s])
+            friction[s], sticking[s] = limited, 1.0 if limited == needed else 0.0
+
+
+@loop_kernel
+def add_friction_rows(
+    body: "Bodies",
+    count: int,
+    inv_mass: float,
+    wrap: "WrapFactors | None",
+    contact: tuple[Array, Array, Array],
+    ax: Array,
+    ay: Array,
+) -> None:
+    """Add what the friction of so many candidates accelerates."""
+    friction, nx, ny = contact
+    start = 0
+    while start < count:
+        end = run_end(body, start, count)
+        for s in range(np.uint64(start), np.uint64(end)):
+            i = s + (body[start] - np.uint64(start))
+            force = inv_mass * times_factor(wrap, s, friction[s])
+            ax[i] -= force * ny[s]
+            ay[i] += force * nx[s]
+        start = end
+
+
+UNITS = {"transition_speed": "m/s", "maximum_creep": "m"}
+
+
+class BeltFrictionTable(CoefficientsOfFriction):
+    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
+
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
+
+    law: Literal["set-valued", "regularised", "creep"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "m/s",
+        "Speed over which `regularised` and `creep` friction rises to its full size; needed by"
+        " both.",
+        None,
+        gt=0,
+    )
+    maximum_creep: float | None = unit_field(
+        "m",
+        "Creep at which a contact without slip has its full friction, eq 13; `creep` needs it.",
+        None,
+        gt=0,
+    )
+    pulleys: dict[str, CoefficientsOfFriction] = Field(
+        default_factory=dict,
+        description="Coefficients of a pulley that differs from the others, by its name.",
+    )
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        needs = {
+            "transition_speed": self.law in ("regularised", "creep"),
+            "maximum_creep": self.law == "creep",
+        }
+        for key, needed in needs.items():
+            given = getattr(self, key) is not None
+            if needed and not given:
+                raise inconsistent(
+                    (key,),
+                    f"missing; law = '{self.law}' needs it, in {UNITS[key]}"
+                    f" (--set effects.belt_friction.{key}=VALUE)",
+                )
+            if given and not needed:
+                raise inconsistent(
+                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
+                )
+        return self
 
 
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule

@@ -11,15 +11,16 @@ from frictionsim.mechanisms.belt_drive.composition import (
 )
 from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
 from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS, PitchLine
-from frictionsim.mechanisms.belt_drive.guided_string.restored_runs import run_fault, run_values
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     POSITION,
     PULLEY_RADIUS,
+    RADIUS,
     SIMD_WIDTH,
     VELOCITY,
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.restored_contacts import offsets_fault
 from frictionsim.mechanisms.belt_drive.stability_limits import (
     FRICTION_MARGIN,
     damping_rates,
@@ -27,6 +28,7 @@ from frictionsim.mechanisms.belt_drive.stability_limits import (
     max_decay_rate,
     oscillator_eigenvalues,
 )
+from frictionsim.solvers.state_values import Expected, Values
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -34,10 +36,54 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
     ComplexArray = npt.NDArray[np.complex128]
+    Indices = npt.NDArray[np.int64]
+
+
+def run_values(line: PitchLine, system: "System") -> dict[str, Expected]:
+    """Return what the arrays of the runs may hold, by name."""
+    capacity = max(len(system.contacts.body), system.layout.bodies)
+    return {
+        "runs": Values(0.0, capacity, whole=True),
+        "run_count": Values(0.0, line.runs.shape[1], whole=True),
+    }
+
+
+def run_fault(line: PitchLine, system: "System") -> str:
+    """Return the array that does not go with the others; empty if all do.
+
+    A run lists candidates of one pulley and points that follow each other; each candidate that is
+    near a pulley is in one run.
+    """
+    if fault := offsets_fault(system):
+        return fault
+    contacts, radii = system.contacts, system.pulleys.table[PULLEY_RADIUS]
+    points, candidates, counts, pulleys = line.runs[:, : int(line.run_count[0])]
+    if np.any(counts < 1) or np.any(pulleys >= len(radii)):
+        return "runs"
+    low, high = contacts.offsets[pulleys], contacts.offsets[pulleys + 1]
+    inside = (candidates >= low) & (candidates + counts <= high)
+    if not np.all(inside & (points + counts <= system.layout.bodies)):
+        return "runs"
+    near = np.flatnonzero(contacts.table[RADIUS, : contacts.offsets[-1]] > 0.0)
+    if np.sum(counts) != len(near):
+        return "runs"
+    listed = _counted_from(candidates, counts)
+    if not np.array_equal(listed, near):
+        return "runs"
+    if not np.array_equal(contacts.body[listed].astype(np.int64), _counted_from(points, counts)):
+        return "contact_bodies"
+    radius = contacts.table[RADIUS, listed]
+    return "" if np.array_equal(radius, np.repeat(radii[pulleys], counts)) else "contacts"
+
+
+def _counted_from(starts: "Indices", counts: "Indices") -> "Indices":
+    """Return start, start + 1, ... of each run, one behind the other."""
+    before = np.cumsum(counts) - counts
+    numbers: Indices = np.repeat(starts - before, counts) + np.arange(int(np.sum(counts)))
+    return numbers
 
 
 class StringModel(BeltModel):

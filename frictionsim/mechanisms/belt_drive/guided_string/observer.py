@@ -34,13 +34,7 @@ LIGHT = 0.02
 
 
 class StringObserver(Observer):
-    """Samples of a guided string.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    model : BeltModel
-    """
+    """Samples of a guided string."""
 
     def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
         super().__init__(scenario, model)

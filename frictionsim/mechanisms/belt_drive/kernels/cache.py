@@ -49,10 +49,6 @@ def cache_folder(name: str) -> Path:
     ----------
     name : str
         Of the build.
-
-    Returns
-    -------
-    Path
     """
     return _home_cache() / name
 

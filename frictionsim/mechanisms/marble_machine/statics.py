@@ -1,0 +1,146 @@
+"""The statics of a marble machine: its tooth forces, and the torques between which it rests."""
+
+from math import cos as cosine
+from math import pi, radians, sqrt
+from math import sin as sine
+from sys import float_info
+from typing import NamedTuple
+
+from frictionsim.mechanisms.marble_machine.tables import (
+    MarbleMachineEffects,
+    MarbleMachineParameters,
+    Motor,
+)
+from frictionsim.results import Quantities, Quantity
+from frictionsim.solvers.mechanism import Value
+
+# Torque and limit are sums of products: a few roundings of each.
+ROUNDING = 16 * float_info.epsilon
+GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
+
+
+class Mesh(NamedTuple):
+    """Components of the tooth force on the gear per torque of the pinion, 1/m: sideways, down."""
+
+    c_z: float
+    c_y: float
+
+    def reaction(self, torque: Value, weight: float) -> Value:
+        """Return the reaction of the shaft, N."""
+        sideways, down = self.c_z * torque, weight + self.c_y * torque
+        return (sideways * sideways + down * down) ** 0.5
+
+
+def mesh_of(geometry: MarbleMachineParameters) -> Mesh:
+    """Return the components of the tooth force per torque on the pinion."""
+    alpha = radians(geometry.pressure_angle_deg)
+    direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
+    force = 1.0 / (geometry.pinion_radius * cosine(alpha))
+    return Mesh(force * cosine(direction), -force * sine(direction))
+
+
+class Limits(NamedTuple):
+    """The limits of the pinion torque at rest, N m; `lift` is None if no torque lifts."""
+
+    lift: float | None
+    hold: float
+
+
+def limit_torques(
+    k: float, radius: float, mesh: Mesh, applied_torque: float, weight: float
+) -> Limits:
+    """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
+
+    (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
+
+    with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which has no
+    cancellation if the friction is small.
+
+    Parameters
+    ----------
+    k : float
+        Gear ratio.
+    radius : float, m
+        Friction radius.
+    mesh : Mesh
+    applied_torque : float, N m
+        M_L.
+    weight : float, N
+
+    Returns
+    -------
+    Limits
+        If `hold` is negative, friction alone holds the load.
+    """
+    # Products, not powers: those of extreme numbers are infinite, where powers raise an error.
+    c_2 = mesh.c_z * mesh.c_z + mesh.c_y * mesh.c_y
+    a = k * k - radius * radius * c_2
+    if a <= 0.0:
+        return Limits(None, 0.0)
+    b = k * applied_torque + radius * radius * weight * mesh.c_y
+    inner = c_2 * applied_torque * applied_torque
+    inner += 2.0 * k * applied_torque * weight * mesh.c_y
+    lifted, sideways = k * weight, radius * weight * mesh.c_z
+    inner += lifted * lifted - sideways * sideways
+    root = radius * sqrt(max(inner, 0.0))
+    return Limits((b + root) / a, (b - root) / a)
+
+
+def impending_motion_torques(
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+) -> Quantities:
+    """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest.
+
+    At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
+    transfers there are n, with the largest torque half a pitch after a transfer.
+    """
+    journal = effects.shaft_friction
+    radius = journal.static_radius if journal else 0.0
+    g = effects.gravity.g if effects.gravity else 0.0
+    mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
+    lift = geometry.marble_mass * g * geometry.marble_circle_radius
+    weights = [
+        (geometry.gear_mass + n * geometry.marble_mass) * g
+        for n in (geometry.carried + 1, geometry.carried)
+    ]
+    moments = [lift * cosine(half) / sine(half), lift / sine(half)]
+    at_transfer, between = (
+        limit_torques(geometry.gear_ratio, radius, mesh, applied_torque, weight)
+        for applied_torque, weight in zip(moments, weights, strict=True)
+    )
+    worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
+    held = max(at_transfer.hold, between.hold)
+    found = {
+        "torque_to_lift": Quantity(at_transfer.lift, "N m"),
+        "torque_to_hold": Quantity(at_transfer.hold, "N m"),
+        "torque_to_lift_worst": Quantity(worst.lift, "N m"),
+        "torque_to_hold_worst": Quantity(held, "N m"),
+        "self_locking": Quantity(float(held <= 0.0), "1"),
+    }
+    if at_transfer.lift is not None and worst.lift is not None:
+        grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
+        found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
+        # A single marble has no torque at a transfer, except for rounding.
+        if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
+            found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
+        if motor is not None and worst.lift > 0.0:
+            found["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
+    return found
+
+
+def statics_of(
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+) -> Quantities:
+    """Return the torques of impending motion on the pinion (eq 24) and their components."""
+    journal = effects.shaft_friction
+    mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
+    half = 0.5 * geometry.pitch
+    lift = geometry.marble_mass * g * geometry.marble_circle_radius
+    found = impending_motion_torques(geometry, effects, motor)
+    found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
+    found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
+    found["angle_of_the_worst"] = Quantity(half, "rad")
+    found["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
+    found["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
+    found["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
+    return found
