@@ -1,8 +1,8 @@
 """Run the default tests where others run them: `python3 tests/surroundings.py [NAME ...]`.
 
 Each is a fresh clone of what is committed, with the README's two commands, in another place, as
-another user, with another interpreter, processor or environment. It needs the network, some ten minutes each, and
-of Python what is in its standard library; `pytest -m nightly` runs all of them.
+another user, with another interpreter, processor or environment. It needs the network, some ten
+minutes each, and of Python what is in its standard library; `pytest -m nightly` runs all of them.
 """
 
 import argparse
