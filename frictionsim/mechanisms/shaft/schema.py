@@ -1,6 +1,6 @@
 """The tables of a scenario of kind `shaft`."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import hypot, inf, radians
 from sys import float_info
 from typing import Any, ClassVar, Literal, Self
@@ -9,8 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
-from frictionsim.mechanisms.shaft.loads import arms_of_force, largest_arm
-from frictionsim.mechanisms.shaft.unknowns import check_unknown, one_key
+from frictionsim.mechanisms.shaft.loads import NONE, Arms, largest_arm
 from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import PUBLISHED
@@ -101,6 +100,33 @@ class Force(Params):
                 "a cord leaves the body in a fixed direction; give point, or remove this key",
             )
         return self
+
+    @property
+    def arms(self) -> Arms:
+        """Moment and components per size.
+
+        With a point p and a unit direction d at q = 0, and J a quarter turn,
+
+            both fixed     M = p x d
+            both turn      M = p x d,                          F = d cos q + J d sin q
+            point turns    M = (p x d) cos q - (p . d) sin q
+            direction      M = (p x d) cos q + (p . d) sin q,  F = d cos q + J d sin q
+        """
+        length = hypot(*self.direction)
+        x, y = (component / length for component in self.direction)
+        if self.cord_radius is not None:
+            return Arms((self.cord_radius, x, y))
+        assert self.point is not None  # checked by the validator
+        p_x, p_y = self.point
+        across = p_x * y - p_y * x
+        along = p_x * x + p_y * y
+        if not self.direction_turns:
+            if not self.point_turns:
+                return Arms((across, x, y))
+            return Arms((0.0, x, y), (across, 0.0, 0.0), (-along, 0.0, 0.0))
+        if self.point_turns:
+            return Arms((across, 0.0, 0.0), (0.0, x, y), (0.0, -y, x))
+        return Arms(NONE, (across, x, y), (along, -y, x))
 
 
 class Couple(Params):
@@ -218,13 +244,20 @@ class Statics(Params):
     @field_validator("unknown", mode="before")
     @classmethod
     def _unknown_is_one(cls, unknown: Any) -> Any:
-        return one_key(unknown)
+        several = unknown if isinstance(unknown, list | tuple) else str(unknown).split(",")
+        if len(several) > 1:
+            keys = ", ".join(str(key).strip() for key in several)
+            message = f"eq 24 is one equation and has one unknown; found {len(several)}: {keys}"
+            raise inconsistent((), message)
+        return unknown
 
 
 class ShaftScenario(SingleDofScenario):
     """A scenario of kind `shaft`."""
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    # Checks that need the balance of forces; `frictionsim.mechanisms.shaft` sets them.
+    CHECKS: ClassVar[tuple[Callable[["ShaftScenario"], None], ...]] = ()
 
     kind: Literal["shaft"]
     mechanism: ShaftParameters
@@ -301,7 +334,7 @@ class ShaftScenario(SingleDofScenario):
     def largest_arm(self) -> float:
         """The largest arm of the forces and weights over a turn, m."""
         eccentric = self.effects.eccentric_mass
-        arms = [largest_arm(arms_of_force(force)) for force in self.forces]
+        arms = [largest_arm(force.arms) for force in self.forces]
         arms += [eccentric.radius] if eccentric is not None and self.has_weight else []
         return max(arms, default=0.0)
 
@@ -355,9 +388,9 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _unknown_enters(self) -> Self:
-        if self.statics is not None and self.statics.unknown is not None:
-            check_unknown(self)
+    def _balance_is_sound(self) -> Self:
+        for check in self.CHECKS:
+            check(self)
         return self
 
 
