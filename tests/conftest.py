@@ -7,7 +7,6 @@ import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import gettempdir
 from typing import Any
 from zlib import crc32
 
@@ -54,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):
         child_process.only_one_thread = lambda: True
-        _compile_once(config.workerinput["testrunuid"])
+        _compile_once(config)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -88,7 +87,7 @@ def _read_here(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Any
     return work(*arguments)
 
 
-def _compile_once(run: str) -> None:
+def _compile_once(config: pytest.Config) -> None:
     """Have a kernel that two workers need at a time compiled by one of them; the other loads it."""
     import fcntl
 
@@ -98,7 +97,9 @@ def _compile_once(run: str) -> None:
 
     @contextmanager
     def alone(name: str) -> Iterator[None]:
-        with (Path(gettempdir()) / f"tests-{run}-{crc32(name.encode())}.lock").open("w") as lock:
+        # The folder of the workers' own ones, of which pytest removes all but the latest.
+        folder = config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
+        with (folder / f"{crc32(name.encode())}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 

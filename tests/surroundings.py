@@ -1,8 +1,8 @@
 """Run the default tests where others run them: `python3 tests/surroundings.py [NAME ...]`.
 
-Each is a fresh clone with the README's two commands, in another place, as another user, with
-another interpreter, processor or environment. It needs the network, some ten minutes each, and
-of Python what is in its standard library; `pytest -m nightly` runs all of them.
+Each is a fresh clone of what is committed, with the README's two commands, in another place, as
+another user, with another interpreter, processor or environment. It needs the network, some ten
+minutes each, and of Python what is in its standard library; `pytest -m nightly` runs all of them.
 """
 
 import argparse
@@ -21,6 +21,7 @@ NOBODY = 65534  # the user and group of no files
 PRIVATE = 0o077
 TESTS = [".venv/bin/pytest", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider"]
 # numpy, OpenBLAS and numba each choose instructions of their own; "generic" is x86-64 of 2003.
+# To numba a processor of the level x86-64-v2 has all features of this machine; `generic` has none.
 WITHOUT_AVX2 = {
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL",
     "OPENBLAS_CORETYPE": "Nehalem",

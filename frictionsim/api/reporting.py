@@ -1,7 +1,7 @@
 """Reports: HTML files that show results in a browser."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,9 @@ from frictionsim.results import HDF5_SIGNATURE
 if TYPE_CHECKING:
     import xarray
 
+    from frictionsim.io.sweep_table import SweepTable
     from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.reports.study_parts import Picture
 
 
 def study_html(source: Any) -> str | None:
@@ -90,10 +92,31 @@ def _sweep_html(found: SweepFile) -> str:
     from frictionsim.reports.sweep_report import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        return sweep_page(found.table, sweep_parts(found.table, found.path), str(found.path or ""))
+        parts, pictures = sweep_parts(found.table, found.path), _pictures_of_sweep(found.table)
+        return sweep_page(found.table, parts, str(found.path or ""), pictures)
+
+
+def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
+    """Yield the pictures that `plot` draws of a sweep: the first quantities, then further ones."""
+    from frictionsim.parameter_study.statistics import is_defined
+    from frictionsim.plots.picture_file import image_for_page
+    from frictionsim.plots.sweep import draw_sweep
+    from frictionsim.reports.study_parts import Picture
+
+    defined = [name for name in table.values if is_defined(table, name)]
+    told = ""
+    for names in [[], *([name] for name in defined[:MAX_PICTURES])]:
+        title = ", ".join(names) or "The first quantities that vary"
+        try:
+            yield Picture(title, image_for_page(draw_sweep(table, names)))
+        except InputError as refused:
+            if str(refused) != told:
+                told = str(refused)
+                yield Picture(title, b"", told)
 
 
 SUFFIXES = (".html", ".htm")
+MAX_PICTURES = 12  # of single quantities of a sweep: each takes a third of a second
 MAX_RESULTS = 8  # there are no more colours to tell them apart
 
 Source = results.Result | str | PathLike[str]

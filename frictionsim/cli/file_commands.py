@@ -2,12 +2,11 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import frictionsim as fs
-from frictionsim.api.opening import SweepFile
 from frictionsim.cli.app import AsJson, NoClobber, Quiet, ResultFile, app
 from frictionsim.cli.completion import kinds, kinds_and_scenarios
 from frictionsim.cli.messages import (
@@ -20,6 +19,9 @@ from frictionsim.cli.messages import (
 from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
+
+if TYPE_CHECKING:
+    from frictionsim.api.opening import SweepFile
 
 
 @app.command()
@@ -75,7 +77,7 @@ def warm_up(
 
 
 def show_sweep(
-    sweep: SweepFile,
+    sweep: "SweepFile",
     *,
     as_json: bool = False,
     as_csv: bool = False,

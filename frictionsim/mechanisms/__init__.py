@@ -1,6 +1,7 @@
 """The kinds of mechanism, by the name that a scenario gives as `kind`.
 
-Each module holds one mechanism: parameters, effects, equations, statics and outputs, as
+Each is a folder with its channels, the tables of its scenarios, its equations and its statics. The
+folder itself exports
 
     SCENARIO              the model of its scenario files, with the supported PAIRS of friction
                           law and method, and its CHANNELS

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.motion.event_frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
 from frictionsim.motion.shapes import around, ray

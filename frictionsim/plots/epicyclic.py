@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.tracer_point import (
+from frictionsim.mechanisms.epicyclic.tracer_point import (
     TracerPoint,
     cusp_angles,
     pace,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DOTS_PER_INCH = 100  # keeps pictures with many events below 200 KB
+MAX_SVG = 500_000  # bytes of a picture in a page
 MAX_PIXELS = 100_000_000  # 400 MB while it is drawn; a page at 1200 dpi has as many
 # Text that editors of publishers can search and change: fonts as TrueType, text of SVG as text.
 FONTS: dict[str, Any] = {
@@ -103,6 +104,12 @@ def _check_pixels(figure: "Figure", dpi: float) -> None:
 def png(figure: "Figure") -> bytes:
     """Return a picture as the bytes of a PNG file."""
     return _image(figure, ".png")
+
+
+def image_for_page(figure: "Figure") -> bytes:
+    """Return a picture as SVG, or as PNG where it has so many parts that SVG would be large."""
+    image = _image(figure, ".svg")
+    return image if len(image) <= MAX_SVG else _image(figure, ".png")
 
 
 def _image(figure: "Figure", suffix: str, dpi: float = DOTS_PER_INCH) -> bytes:

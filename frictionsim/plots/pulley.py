@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.hanging_masses import limiting_ratio
+from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
 from frictionsim.plots.static_limit import LIMIT_LINE, draw_static_limit
 from frictionsim.plots.style import (

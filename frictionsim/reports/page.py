@@ -104,7 +104,7 @@ def page(title: str, body: str, data: Any, scripts: Sequence[str] = SCRIPTS) -> 
         style="\n".join(map(asset, STYLES)),
         body=body,
         data=packed_data(data),
-        plotly=_plotly(),
+        plotly=_plotly() if "plot.js" in scripts else "",
         scripts="\n".join(asset(name) for name in scripts),
     )
 

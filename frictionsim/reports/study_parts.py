@@ -3,12 +3,16 @@
 The tables are complete without scripts; scripts sort them by the values of their numbers.
 """
 
-from collections.abc import Iterable, Sequence
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 from frictionsim.reports.page import text
 from frictionsim.reports.tables import Number, table
 
 MAX_TEXT = 300  # characters of a cell
+STUDY_SCRIPTS = ("data.js", "elements.js", "theme.js", "sortable.js")
+PNG = b"\x89PNG"
 
 
 def short(content: object, limit: int = MAX_TEXT) -> str:
@@ -53,6 +57,35 @@ def study_table(
 def study_section(heading: str, *content: str) -> str:
     """Return a section of a page, of parts in HTML."""
     return f"<section><h2>{text(heading)}</h2>\n" + "\n".join(content) + "\n</section>"
+
+
+class Picture(NamedTuple):
+    """A picture of a study.
+
+    Attributes
+    ----------
+    title : str
+    image : bytes
+        SVG or PNG; empty if it could not be drawn.
+    note : str
+        What is to be said of it, as why it could not be drawn.
+    """
+
+    title: str
+    image: bytes
+    note: str = ""
+
+
+def shown_pictures(pictures: Iterable[Picture]) -> Iterator[str]:
+    """Yield pictures for a page, those after the first folded."""
+    for number, picture in enumerate(pictures):
+        title, note = short(picture.title), f"<p>{short(picture.note, 1000)}</p>"
+        shown = note if picture.note else ""
+        if picture.image:
+            kind = "png" if picture.image.startswith(PNG) else "svg+xml"
+            source = f"data:image/{kind};base64,{b64encode(picture.image).decode('ascii')}"
+            shown = f'<img class="picture" src="{source}" alt="{title}">{shown}'
+        yield f"<details{'' if number else ' open'}><summary>{title}</summary>{shown}</details>"
 
 
 def chart(label: str) -> str:

@@ -21,8 +21,7 @@ from frictionsim.solvers.end_stops import EVENT
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
-    from frictionsim.solvers.end_stops import EndStops
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory
+    from frictionsim.solvers.mechanism import DryFriction, EndStops, Mechanism, Trajectory
 
 # Allowed sum of the local errors of all steps, in relative tolerances, and of long runs that of
 # each step: a flywheel with an eccentric mass was measured to have 0.03.

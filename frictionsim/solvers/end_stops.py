@@ -8,15 +8,14 @@ presses the body into it, and dry friction has none: how both share it is indete
 points away from the stop meets dry friction as anywhere else.
 """
 
-from collections.abc import Callable
 from math import inf, ulp
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.root_finding import bracket_root
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.mechanism import Mechanism, Value
+    from frictionsim.solvers.mechanism import Mechanism
     from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
     from frictionsim.solvers.stepper import Stepper
 
@@ -25,57 +24,6 @@ if TYPE_CHECKING:
 HIDDEN_ULPS = 16.0
 EVENT = "stop"
 ENERGY = "energy_impact"
-
-
-class EndStops(NamedTuple):
-    """The end stops of a mechanism; one may be missing.
-
-    Attributes
-    ----------
-    lowest, highest : float, rad
-        Positions of the stops; -inf and inf for none.
-    restitution : float
-        e, at least 0 and below 1.
-    capture_speed : float, rad/s
-    first_departure : callable
-        first_departure(q, a, b) returns a time after a, at most b, such that the torque on the body
-        at rest in q turns away from the stop there at most once up to it, and points away at it if
-        it does. The signals are smooth from a to b.
-    """
-
-    lowest: float
-    highest: float
-    restitution: float
-    capture_speed: float
-    first_departure: Callable[[float, float, float], float]
-
-    def side(self, q: float) -> int:
-        """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
-        if q >= self.highest:
-            return FORWARD
-        return BACKWARD if q <= self.lowest else STICK
-
-    def torque(self, applied: "Value", q: "Value", v: "Value") -> "Value":
-        """Return the torque of a stop on the body, N m, of numbers or arrays.
-
-        Parameters
-        ----------
-        applied : N m
-            All other torques except dry friction.
-        q, v : rad, rad/s
-        """
-        if isinstance(q, float) and isinstance(v, float):
-            return -applied if v == 0.0 and self.side(q) * applied > 0.0 else 0.0
-        import numpy as np  # imported here because `check` does not need it
-
-        into = ((q >= self.highest) & (applied > 0.0)) | ((q <= self.lowest) & (applied < 0.0))
-        return np.where((v == 0.0) & into, -applied, 0.0)
-
-    def excess(self, q: Any) -> Any:
-        """Return how far a position is beyond the stops, rad; negative between them."""
-        import numpy as np
-
-        return np.maximum(q - self.highest, self.lowest - q)
 
 
 class StopContact:

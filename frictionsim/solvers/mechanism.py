@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.scenario.friction_law import TRANSITION_SPEED
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
     from frictionsim.scenario.signals import Signal
-    from frictionsim.solvers.end_stops import EndStops
 
 Value = Any  # float in a step, array in post-processing
 
@@ -108,6 +108,57 @@ class SwitchingSurface(NamedTuple):
             return lambda q, v: q - upper
         lower = (ceil(q0 / self.every) - 1) * self.every
         return lambda q, v: lower - q
+
+
+class EndStops(NamedTuple):
+    """The end stops of a mechanism; one may be missing.
+
+    Attributes
+    ----------
+    lowest, highest : float, rad
+        Positions of the stops; -inf and inf for none.
+    restitution : float
+        e, at least 0 and below 1.
+    capture_speed : float, rad/s
+    first_departure : callable
+        first_departure(q, a, b) returns a time after a, at most b, such that the torque on the body
+        at rest in q turns away from the stop there at most once up to it, and points away at it if
+        it does. The signals are smooth from a to b.
+    """
+
+    lowest: float
+    highest: float
+    restitution: float
+    capture_speed: float
+    first_departure: Callable[[float, float, float], float]
+
+    def side(self, q: float) -> int:
+        """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
+        if q >= self.highest:
+            return FORWARD
+        return BACKWARD if q <= self.lowest else STICK
+
+    def torque(self, applied: Value, q: Value, v: Value) -> Value:
+        """Return the torque of a stop on the body, N m, of numbers or arrays.
+
+        Parameters
+        ----------
+        applied : N m
+            All other torques except dry friction.
+        q, v : rad, rad/s
+        """
+        if isinstance(q, float) and isinstance(v, float):
+            return -applied if v == 0.0 and self.side(q) * applied > 0.0 else 0.0
+        import numpy as np  # imported here because `check` does not need it
+
+        into = ((q >= self.highest) & (applied > 0.0)) | ((q <= self.lowest) & (applied < 0.0))
+        return np.where((v == 0.0) & into, -applied, 0.0)
+
+    def excess(self, q: Any) -> Any:
+        """Return how far a position is beyond the stops, rad; negative between them."""
+        import numpy as np
+
+        return np.maximum(q - self.highest, self.lowest - q)
 
 
 class Trajectory(NamedTuple):
@@ -203,7 +254,7 @@ class Mechanism(NamedTuple):
     position: float = 0.0
     velocity: float = 0.0
     switching_surfaces: tuple[SwitchingSurface, ...] = ()
-    stops: "EndStops | None" = None
+    stops: EndStops | None = None
     prescribed: bool = False
 
     @property

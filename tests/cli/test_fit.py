@@ -81,6 +81,10 @@ def test_a_fit_as_json(told: Run, log: Path) -> None:
     assert data["bootstrap"] == {"done": 3, "failed": 0}
     assert data["residuals"]["angular_velocity"]["sigma"] == pytest.approx(0.02)
     assert data["residuals"]["angular_velocity"]["sigma_given"] is True
+    part = data["residuals"]["angular_velocity"]
+    # Of so many values the largest is more than the root of the mean square, and not above it by
+    # the root of their number.
+    assert 1.2 * part["rms"] < part["largest"] <= part["rms"] * part["count"] ** 0.5
     assert data["degrees_of_freedom"] == 15
     assert data["reduced_chi_squared"] == pytest.approx(data["chi_squared"] / 15)
     assert data["status"] == "done"

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
-from frictionsim.mechanisms.tracer_point import TracerPoint, tracer_position
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
 from tests.support.problems import assert_agrees, cases

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms import marble_machine, marble_machine_statics
+from frictionsim.mechanisms import marble_machine
 from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.validation import validate
 from tests.support.problems import assert_agrees, cases
@@ -125,7 +126,7 @@ def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) ->
 )
 def test_four_azimuths_have_the_paper_s_mesh_force(azimuth: float, relieves: bool) -> None:
     scenario = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
-    mesh = marble_machine_statics.mesh_of(scenario.mechanism)
+    mesh = mesh_of(scenario.mechanism)
     assert 1 / abs(mesh.c_z) == pytest.approx(20.07e-3, abs=1e-8)  # the azimuth's digits
     assert 1 / abs(mesh.c_y) == pytest.approx(31.38175e-3, abs=3e-8)
     assert (mesh.c_y < 0) == relieves
@@ -140,8 +141,8 @@ def test_torques_are_roots_of_eq_24(
     k: float, mu: float, moment: float, weight: float, azimuth: float
 ) -> None:
     scenario = validate(machine(mechanism__mesh_azimuth_deg=azimuth), SCENARIOS)
-    mesh, radius = marble_machine_statics.mesh_of(scenario.mechanism), friction_radius(0.003, mu)
-    limits = marble_machine_statics.limit_torques(k, radius, mesh, moment, weight)
+    mesh, radius = mesh_of(scenario.mechanism), friction_radius(0.003, mu)
+    limits = limit_torques(k, radius, mesh, moment, weight)
     assert limits.lift is not None
     rounding = 1e-13 * (moment + radius * weight)
     assert k * limits.lift >= moment - rounding

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.hanging_masses import Numbers
-from frictionsim.mechanisms.pulley_with_masses import Ropes
+from frictionsim.mechanisms.pulley.masses import Ropes
+from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
 
 DRAWS, PULLS = 900, 3000
@@ -18,7 +18,7 @@ ROUNDING = 1e-12
 class Case(NamedTuple):
     """An impact: parameters, side of the rope (0 car), state of the bodies before."""
 
-    n: Numbers
+    n: LiftParameters
     side: int
     other_taut: bool
     w: float
@@ -46,7 +46,7 @@ class After(NamedTuple):
 
 
 def numbers(r: float, inertia: float, masses: tuple[float, float], r_s: float, r_k: float) -> Any:
-    return Numbers(r, inertia, *masses, 9.81, 0.0, r_s, r_k, np.inf, np.inf, True)
+    return LiftParameters(r, inertia, *masses, 9.81, 0.0, r_s, r_k, np.inf, np.inf, True)
 
 
 def drawn() -> Iterator[Case]:

@@ -1,18 +1,22 @@
 """Sequences of commands, each in a folder of its own, and what their files hold."""
 
 import contextlib
+import gc
 import io
 import json
+import os
 import re
 import shlex
 import sys
+import tomllib
 from collections.abc import Iterator
+from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+from unittest import mock
 
-from frictionsim.cli.commands import run_command_line
 from tests.net import contents, figures
-from tests.net.digests import data, table, text
+from tests.net.digests import ROOT, data, table, text
 
 LIKE_ANOTHER = (
     "b.h5",
@@ -75,23 +79,48 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
             yield "commands", called, text(path.read_text(), folder)
 
 
+class Ended(BaseException):
+    """The program has ended its process."""
+
+
 def told(arguments: list[str], folder: Path) -> tuple[dict[str, Any], str]:
     """Run the command line in this process; return what it tells, and stdout as it is."""
-    out, err, before = io.StringIO(), io.StringIO(), sys.stdin
-    sys.stdin = io.StringIO("")
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            code: Any = run_command_line(arguments)
-    except BaseException as error:
-        code = f"{type(error).__name__}: {error}"
-    finally:
-        sys.stdin = before
+    out, err, process, end = io.StringIO(), io.StringIO(), os.getpid(), os._exit
+
+    def ended(code: int) -> NoReturn:
+        if os.getpid() != process:  # a child of the program ends its own
+            end(code)
+        raise Ended(code)
+
+    with (
+        mock.patch.object(sys, "argv", ["frictionsim", *arguments]),
+        mock.patch.object(sys, "stdin", io.StringIO("")),
+        mock.patch.object(os, "_exit", ended),
+        mock.patch.dict(os.environ),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            code: Any = _program()()
+        except Ended as at_its_end:
+            code = at_its_end.args[0]
+        except BaseException as error:
+            code = f"{type(error).__name__}: {error}"
+        finally:
+            gc.enable()  # which the program does without, as its process runs one command
     said = out.getvalue()
     return {
         "code": code,
         "stdout": _parsed(said, folder),
         "stderr": text(err.getvalue(), folder),
     }, said
+
+
+def _program() -> Any:
+    """Return the function behind the console script."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    script = project["scripts"]["frictionsim"]
+    return EntryPoint("frictionsim", script, "console_scripts").load()
 
 
 def _parsed(said: str, folder: Path) -> Any:

@@ -3,8 +3,9 @@
 import json
 from collections import defaultdict
 from collections.abc import Iterator
+from difflib import SequenceMatcher
 from itertools import zip_longest
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from tests.net.digests import SAMPLES
 
 SCREEN = 40  # lines of differences
 WIDTH = 150
+CHANGED_LINES = 3  # of a text that are told; the others are counted
 ABSENT = "<absent>"
 
 
@@ -51,12 +53,11 @@ def compare(old: Path, new: Path, parts: tuple[str, ...], *, whole: bool) -> tup
 
 
 def differences(old: Any, new: Any, place: str = "") -> Iterator[Difference]:
-    """Yield the places in which two data differ."""
-    if old == new and type(old) is type(new):
-        return
+    """Yield the places in which two data differ; 1, 1.0 and true do, NaN does not from itself."""
     if isinstance(old, dict) and isinstance(new, dict):
         if "hash" in old and "hash" in new:
-            yield _of_arrays(old, new, place)
+            if old != new:
+                yield from _of_arrays(old, new, place)
             return
         for key in [*old, *(key for key in new if key not in old)]:
             inner = old.get(key, ABSENT), new.get(key, ABSENT)
@@ -65,16 +66,18 @@ def differences(old: Any, new: Any, place: str = "") -> Iterator[Difference]:
         for i, pair in enumerate(zip_longest(old, new, fillvalue=ABSENT)):
             yield from differences(*pair, f"{place}[{i}]")
     elif isinstance(old, list) and isinstance(new, list):
-        yield _of_texts(old, new, place)
-    elif _is_number(old) and _is_number(new):
-        scale = max(abs(old), abs(new))
-        yield Difference(place, abs(new - old) / scale, f"{old!r} -> {new!r}")
+        yield from _of_texts(old, new, place)
+    elif repr(old) == repr(new):  # which tells types, and gives all digits of a float
+        return
+    elif _are_numbers(old, new) and old != new:
+        yield Difference(place, abs(new - old) / max(abs(old), abs(new)), f"{old!r} -> {new!r}")
     else:
         yield Difference(place, inf, f"{_brief(old)} -> {_brief(new)}")
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _are_numbers(old: Any, new: Any) -> bool:
+    """Return whether both are finite numbers of one type, so that their difference has a size."""
+    return type(old) is type(new) and type(old) in (int, float) and isfinite(old) and isfinite(new)
 
 
 def _are_data(values: list[Any]) -> bool:
@@ -82,43 +85,60 @@ def _are_data(values: list[Any]) -> bool:
 
 
 def _brief(value: Any) -> str:
-    said = value if isinstance(value, str) else json.dumps(value)
+    return _cut(value if isinstance(value, str) else json.dumps(value))
+
+
+def _cut(said: str) -> str:
     return said if len(said) < WIDTH // 2 else f"{said[: WIDTH // 2]}..."
 
 
-def _of_texts(old: list[str], new: list[str], place: str) -> Difference:
-    """Return the first lines that are not in the other text."""
-    lost = [line for line in old if line not in new] or ["(other order or count)"]
-    more = [line for line in new if line not in old] or ["(other order or count)"]
-    for a, b in zip(lost, more, strict=False):
-        start = max(
-            0, next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), 0) - 30
-        )
-        return Difference(place, inf, f"'{_brief(a[start:])}' -> '{_brief(b[start:])}'")
-    raise AssertionError("both have a line")
+def _of_texts(old: list[str], new: list[str], place: str) -> Iterator[Difference]:
+    """Yield the first lines that differ, and how many do."""
+    changed = [
+        (i1 + i, pair)
+        for tag, i1, i2, j1, j2 in SequenceMatcher(None, old, new, autojunk=False).get_opcodes()
+        if tag != "equal"
+        for i, pair in enumerate(zip_longest(old[i1:i2], new[j1:j2], fillvalue=""))
+    ]
+    for at, (a, b) in changed[:CHANGED_LINES]:
+        start = next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), 0)
+        words = " -> ".join(f"'{_cut(line[max(0, start - 30) :])}'" for line in (a, b))
+        yield Difference(f"{place} line {at + 1}" if len(old) > 1 else place, inf, words)
+    if len(changed) > CHANGED_LINES:
+        words = f"{len(changed)} lines differ of {len(old)} -> {len(new)}"
+        yield Difference(place, inf, words)
 
 
-def _of_arrays(old: dict[str, Any], new: dict[str, Any], place: str) -> Difference:
-    """Return how much two digests differ, relative to the largest value of the array."""
+def _of_arrays(old: dict[str, Any], new: dict[str, Any], place: str) -> Iterator[Difference]:
+    """Yield how much two digests differ, relative to the largest value of the array."""
     for key in ("type", "shape", "unit"):
         if old.get(key) != new.get(key):
-            return Difference(place, inf, f"{key} {old.get(key)} -> {new.get(key)}")
+            yield Difference(place, inf, f"{key} {old.get(key)} -> {new.get(key)}")
+            return
     if "texts" in old or "texts" in new:
-        return _of_texts(old.get("texts", []), new.get("texts", []), place)
+        kept = old.get("texts", []), new.get("texts", [])
+        if kept[0] == kept[1]:
+            words = f"other texts after the first {len(kept[0])}, which are all that is kept"
+            yield Difference(place, inf, words)
+        yield from _of_texts(*kept, place)
+        return
     by, where, scale = 0.0, "samples", 0.0
     for key in ("samples", "whole"):
         pairs = list(zip(_of_all(old, key), _of_all(new, key), strict=False))
         if any(a != b and str in (type(a), type(b)) for a, b in pairs):
-            return Difference(place, inf, "numbers that are not finite, or no longer")
+            yield Difference(place, inf, "numbers that are not finite, or no longer")
+            return
         sized = [(a, b) for a, b in pairs if not isinstance(a, str)]
         scale = max([scale, *(max(abs(a), abs(b)) for a, b in sized)])
         largest = max((abs(a - b) for a, b in sized), default=0.0)
         if largest > by:
             by, where = largest, key
     if by == 0.0:
-        return Difference(place, 0.0, "other bytes; samples, extremes and means are the same")
+        words = "other bytes; samples, extremes and means are the same"
+        yield Difference(place, 0.0, words)
+        return
     words = f"by {by:.2g} of {scale:.3g}" + ("" if where == "samples" else " (extreme or mean)")
-    return Difference(place, by / scale, words)
+    yield Difference(place, by / scale, words)
 
 
 def _of_all(found: dict[str, Any], key: str) -> list[Any]:
@@ -144,7 +164,7 @@ def _grouped(different: dict[str, list[Difference]]) -> list[str]:
             line = f"{worst.relative:.1e} relative, {name}: {worst.place} {worst.words}{more}"
             numbers.append((worst.relative, line))
     texts = [
-        f"{len(at)} x {words} at {at[0]}"
+        f"{len(at)} x {at[0]}: {words}"
         for words, at in sorted(by_words.items(), key=lambda one: -len(one[1]))
     ]
     sizes = [line for _, line in sorted(numbers, key=lambda one: -one[0])]

@@ -15,7 +15,6 @@ import frictionsim as fs
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = 14
-LINES = 40  # of a longer text that are kept
 
 # Keys of JSON and columns of tables that hold times of the wall clock, or follow from them.
 TIMED = re.compile(r"wall|spread|compile_seconds|recommendations|^ms$")
@@ -61,16 +60,13 @@ def _hash(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:32]
 
 
-def text(said: str, folder: Path) -> list[str] | dict[str, Any]:
-    """Return the lines of a text without what differs from run to run; a long one as a digest."""
+def text(said: str, folder: Path) -> list[str]:
+    """Return the lines of a text without what differs from run to run."""
     for path, name in ((folder, "<folder>"), (ROOT, "<root>"), (Path.home(), "<home>")):
         said = said.replace(str(path), name)
     for mask, instead in MASKS:
         said = mask.sub(instead, said)
-    lines = _without_column_of_times(said.splitlines())
-    if len(lines) <= 6 * LINES:
-        return lines
-    return {"hash": _hash("\n".join(lines).encode()), "shape": [len(lines)], "texts": lines[:LINES]}
+    return _without_column_of_times(said.splitlines())
 
 
 def _without_column_of_times(lines: list[str]) -> list[str]:
@@ -103,7 +99,7 @@ def data(found: Any, folder: Path) -> Any:
         return [data(value, folder) for value in found]
     if isinstance(found, str):
         lines = text(found, folder)
-        return lines[0] if isinstance(lines, list) and len(lines) == 1 else lines
+        return lines[0] if len(lines) == 1 else lines
     return found
 
 

@@ -1,6 +1,6 @@
 """What views draw, artist by artist, and coarse frames of animations."""
 
-import re
+import json
 import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,16 +15,33 @@ import frictionsim as fs
 from tests.net.digests import digest
 
 BLOCKS = 8  # of a coarse frame, each way
+# A view of any kind but its own is refused, and how is part of what a commit does.
+VIEWS = {
+    "pulley": ("response", "traction"),
+    "marble_machine": ("response", "torque"),
+    "epicyclic": ("response", "torque", "path"),
+    "shaft": ("response", "friction_circle"),
+    "belt_drive": ("speeds", "drive", "tension", "body"),
+}
 
 
-def of_file(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield what the views of a result or sweep draw, by their names, and its motion."""
-    said = _drawn(partial(_view, path, "?"))
-    views = re.search(r"known: (.*)", said.get("refused", ""))
-    yield "?", said
-    for view in views[1].split(", ") if views else ():
+def of_file(path: Path, shown: str) -> Iterator[tuple[str, Any]]:
+    """Yield what the views of a result or sweep draw, by their names, and its motion.
+
+    `shown` is what `frictionsim show --json` prints of the file.
+    """
+    yield "?", _drawn(partial(_view, path, "?"))
+    for view in views(shown):
         yield view, _drawn(partial(_view, path, view))
     yield "motion", _drawn(partial(_frames, path))
+
+
+def views(shown: str) -> list[str]:
+    """Return the views of a result, or of a sweep, which are its quantities."""
+    if not shown.startswith("{"):  # a damaged file
+        return []
+    found = json.loads(shown)
+    return list(found["quantities"] if "varied" in found else VIEWS[found["kind"]])
 
 
 def _drawn(draw: Callable[[], dict[str, Any]]) -> dict[str, Any]:

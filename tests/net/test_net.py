@@ -7,12 +7,14 @@ from typing import Any
 
 import pytest
 
-from tests.net import channels, commands, faults
-from tests.net.differences import compare
+import frictionsim as fs
+from tests.net import channels, commands, faults, figures
+from tests.net.differences import compare, differences
 from tests.net.writing import write
 from tests.support.scenarios import ROOT
 
 PARTS = ("channels", "faults")
+SHORT = {"solver.duration": 1e-3, "output.interval": 1e-3}
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +48,38 @@ def test_a_difference_is_named_with_its_size(written: Path, tmp_path: Path) -> N
         "4.5e-02 relative, hard/lift_moment_of_slack: channels.angle by 1 of 22.1",
         "",
         "faults:",
-        "1 x 'frictionsim: SCENARIO is missing; see frictionsim solve --help' ->"
-        " 'frictionsim: SCENARIO is absent; see frictionsim solve --help' at 001: stderr",
+        "1 x 001: stderr: 'frictionsim: SCENARIO is missing; see frictionsim solve --help' ->"
+        " 'frictionsim: SCENARIO is absent; see frictionsim solve --help'",
     ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ({"a": 0, "b": 1}, {"a": 0.0, "b": 2}, ["0 -> 0.0", "1 -> 2"]),
+        ({"a": 1, "b": True}, {"a": 1.0, "b": 1}, ["1 -> 1.0", "true -> 1"]),
+        (float("nan"), float("nan"), []),
+        ([1.0, float("inf")], [1.0, float("-inf")], ["Infinity -> -Infinity"]),
+    ],
+)
+def test_types_and_numbers_that_are_not_finite_are_told_apart(
+    old: Any, new: Any, said: list[str]
+) -> None:
+    assert [found.words for found in differences(old, new)] == said
+
+
+def test_of_a_long_text_the_first_changed_lines_are_told_and_all_counted() -> None:
+    old = [f"line {i}" for i in range(300)]
+    new = [line + "!" if i in (200, 210, 220, 230, 240) else line for i, line in enumerate(old)]
+    *first, rest = list(differences(old, new))
+    assert [found.place for found in first] == [" line 201", " line 211", " line 221"]
+    assert rest.words == "5 lines differ of 300 -> 300"
+
+
+def test_views_of_the_net_are_those_of_the_program() -> None:
+    for kind, names in figures.VIEWS.items():
+        with pytest.raises(fs.InputError, match=f"known: {', '.join(names)}$"):
+            fs.plot(fs.solve(kind, SHORT), view="none")
 
 
 def edit(path: Path, change: Any) -> None:

@@ -1,5 +1,7 @@
-"""Reports of sweeps in a real browser."""
+"""Reports of sweeps, with their tables in a real browser."""
 
+import re
+from base64 import b64decode
 from pathlib import Path
 from typing import Any
 
@@ -8,20 +10,21 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api.reporting import MAX_PICTURES
 from frictionsim.api.sweep_dataset import table_of
-from frictionsim.parameter_study.block import AUDIT_FAILED
 from frictionsim.parameter_study.statistics import extremes
-from frictionsim.reports import sweep_report as sweep_data
+from frictionsim.plots.picture_file import save
+from frictionsim.reports import sweep_report
 from frictionsim.reports.sweep_report import sweep_page
 from tests.support.browser import opened
 from tests.support.scenarios import SCENARIOS
-from tests.support.sweeps import with_outcomes
 
 PULLEY = SCENARIOS / "pulley.toml"
 MU, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 LOOSE = {"solver.rtol": 1e-3, "solver.duration": 1.0, "output.interval": 0.1}
 HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
-CHART = "document.getElementById('chart').data"
+COLUMN = """[...document.querySelectorAll("#runs tbody tr")].map((row) =>
+    Number(row.cells[document.querySelector("[aria-sort]").cellIndex].dataset.value))"""
 MOST_BYTES = 6e6
 
 
@@ -48,80 +51,50 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def pick(page: Any, **choices: str) -> None:
-    for name, label in choices.items():
-        page.select_option(f"select[name={name}]", label=label)
+def pictures_of(path: Path) -> list[tuple[str, bytes]]:
+    """Return the title and the SVG of each picture of a report."""
+    found = re.findall(
+        r"<details[^>]*><summary>([^<]*)</summary><img[^>]*base64,([^\"]*)",
+        path.read_text(encoding="utf-8"),
+    )
+    return [(title, b64decode(image)) for title, image in found]
 
 
-def test_a_run_whose_audit_failed_is_no_part_of_a_curve(
-    browser: Any, grid: Path, tmp_path: Path
+@pytest.mark.parametrize("name", ["grid", "sample"])
+def test_the_pictures_of_a_report_are_those_of_plot(
+    name: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    table = with_outcomes(table_of(fs.open_sweep(grid)), {5: AUDIT_FAILED})
-    path = tmp_path / "a.html"
-    path.write_text(sweep_page(table, iter(["runs"]), "a.h5"), encoding="utf-8")
-    with opened(browser, path) as page:
-        pick(page, view="curves", quantity="final_angle, rad", at2="1000")
-        found = page.evaluate(f"{CHART}.map(({{name, x}}) => [name, [...x]])")
-    whole = [0.2, 0.25, 0.3]
-    assert found == [["1900 N", [0.2, 0.3]], ["2000 N", whole], ["audit failed: 1", [0.25]]]
+    path = request.getfixturevalue(name)
+    pictures = dict(pictures_of(fs.report(path, tmp_path / "a.html")))
+    with fs.open_sweep(path) as dataset:
+        defined = [n for n, v in dataset.items() if v.dtype == float and bool(v.notnull().any())]
+    assert list(pictures) == ["The first quantities that vary", *defined[:MAX_PICTURES]]
+    save(fs.plot(path, view="final_angle"), tmp_path / "a.svg")
+    assert pictures["final_angle"] == (tmp_path / "a.svg").read_bytes()
 
 
-def test_curves_map_and_runs_are_those_of_the_file(
-    browser: Any, grid: Path, tmp_path: Path
-) -> None:
-    with opened(browser, fs.report(grid, tmp_path / "a.html")) as page, h5py.File(grid) as file:
-        pick(page, view="map", quantity="final_angle, rad", at2="1000")
-        assert page.evaluate(f"{CHART}[0].z") == file["final_angle"][:, :, 1].T.tolist()
-        pick(page, at2="5")
-        assert page.evaluate(f"{CHART}.map(({{name}}) => name)")[1:] == ["failed: 6"]
-        assert page.evaluate(f"{CHART}[0].z.flat().every((value) => value === null)")
-        pick(page, view="curves", at2="1000")
-        assert page.evaluate(f"{CHART}.map(({{name, x, y}}) => [name, [...x], [...y]])") == [
-            [f"{load:g} N", list(file[MU][:]), list(file["final_angle"][:, number, 1])]
-            for number, load in enumerate(file[LOAD][:])
-        ]
-        page.locator("#runs tbody button").nth(3).focus()
-        page.keyboard.press("Enter")
-        shown = page.inner_text("#run")
-        assert "Run 3" in shown
-        assert f"{LOAD}\n2000 N" in shown
-        page.fill("input[name=run]", "0")
-        page.keyboard.press("Tab")
-        assert "budget_exceeded" in page.inner_text("#run")
-        assert page.locator("tr[aria-current] th").inner_text() == "0"
-        page.fill("input[name=run]", "99")
-        page.keyboard.press("Tab")
-        assert "the sweep has the runs 0 to 11" in page.inner_text("#run")
-        point = page.locator("#chart .scatterlayer .trace").first.locator(".point").first
-        point.scroll_into_view_if_needed()
-        box = point.bounding_box()
-        place = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(*place)
-        page.locator("#chart .hoverlayer .hovertext").wait_for()
-        page.mouse.click(*place)
-        page.locator("#run h3", has_text="Run 1").wait_for()
-
-
-def test_a_histogram_has_the_statistics_of_the_sample(
+def test_tables_are_sorted_by_numbers_and_by_keyboard(
     browser: Any, sample: Path, tmp_path: Path
 ) -> None:
     with opened(browser, fs.report(sample, tmp_path / "a.html"), color_scheme="dark") as page:
         with h5py.File(sample) as file:
-            values, mu = file["final_angle"][:], file[MU][:]
-        pick(page, quantity="final_angle, rad", view="histogram")
-        counts, width = page.evaluate(f"[[...{CHART}[0].y], {CHART}[0].width[0]]")
-        assert sum(counts) == 32
-        assert width * len(counts) == pytest.approx(np.ptp(values))
-        assert page.evaluate(f"{CHART}[1].x[0]") == pytest.approx(values.mean())
-        pick(page, view="scatter", x=MU)
-        assert page.evaluate(f"[...{CHART}[0].x]") == list(mu)
-        assert page.evaluate(f"[...{CHART}[0].y]") == list(values)
-        pick(page, quantity="force_to_lift, N", view="Sobol indices")
-        total = page.evaluate(f"{CHART}[1].x")
-        shown = page.locator("table", has_text="force_to_lift: part of its variance")
-        assert sorted(f"{value:.3g}" for value in total) == sorted(
-            shown.locator("tbody td:last-child").all_inner_texts()
-        )
+            values = sorted(file["final_angle"][:].tolist())
+        heading = page.locator("#runs th", has_text="final_angle").first
+        heading.get_by_role("button").focus()
+        page.keyboard.press("Enter")
+        assert page.evaluate(COLUMN) == values
+        assert heading.get_attribute("aria-sort") == "ascending"
+        page.keyboard.press("Enter")
+        assert page.evaluate(COLUMN) == values[::-1]
+        assert page.evaluate("[...document.images].every((one) => one.naturalWidth > 100)")
+
+
+def test_too_many_keys_for_a_picture_are_told(tmp_path: Path) -> None:
+    vary = {MU: [0.2, 0.25], LOAD: [1900.0, 2000.0], "mechanism.inertia": [1.0, 1.4]}
+    vary |= {"effects.shaft_friction.mu_k": [0.1, 0.11]}
+    report = fs.report(fs.sweep(PULLEY, vary, LOOSE, workers=1), tmp_path / "a.html")
+    assert pictures_of(report) == []
+    assert "cannot draw this sweep: 4 keys have several values" in report.read_text("utf-8")
 
 
 def test_a_report_of_a_sweep_is_complete_without_scripts(
@@ -160,16 +133,10 @@ def test_markup_in_a_sweep_stays_text(browser: Any, grid: Path, tmp_path: Path) 
     with fs.open_sweep(grid) as dataset:
         report = fs.report(hostile(dataset.load()), tmp_path / "a.html")
     with opened(browser, report) as page:
-        option = page.locator("select[name=quantity] option", has_text="array").first
-        page.select_option("select[name=quantity]", value=option.get_attribute("value"))
-        pick(page, view="curves")
-        page.fill("input[name=run]", "1")
-        page.keyboard.press("Tab")
         assert page.locator("body b, body script[src], section script").count() == 0
-        assert r"\u001b[31m \u202eend" in page.inner_text("#run")
         assert r"\x1b[31m \u202eend" in page.inner_text("#runs")
         assert "</script><script>alert(1)</script>" in page.inner_text("pre")
-        assert "<b>b</b></script>" in page.locator("#chart .ytitle").text_content()
+        assert all(b"<script" not in image for _, image in pictures_of(report))
 
 
 def large(shape: tuple[int, int]) -> Any:
@@ -201,28 +168,15 @@ def large(shape: tuple[int, int]) -> Any:
 
 def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path) -> None:
     table = table_of(large((1000, 300)))
-    kept = sweep_data.kept_of(table)
-    assert kept.runs.size * 7 < 1.1 * sweep_data.MAX_VALUES
+    kept = sweep_report.kept_of(table)
+    assert kept.runs.size * 8 < 1.1 * sweep_report.MAX_CELLS
     assert {77 * 300 + 123, 5 * 300 + 3} <= set(kept.runs.tolist())
     assert extremes(table)["value0"].largest_run in kept.runs
     html = sweep_page(table, iter(["many", "a line"]), "many.h5")
     assert len(html) < MOST_BYTES
-    assert f"{kept.runs.size} of 300000 runs are in this page, with extremes" in html
+    assert f"{kept.runs.size} of 300000 runs are in the table, with extremes" in html
     assert f'data-value="{77 * 300 + 123}"' in html
     assert "diverged" in html
-
-
-def test_a_thinned_sweep_opens(
-    browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sweep_data, "MAX_VALUES", 20_000)
-    found = large((100, 130))
-    missing = min({*range(13_000)} - {*sweep_data.kept_of(table_of(found)).runs.tolist()})
-    with opened(browser, fs.report(found, tmp_path / "a.html")) as page:
-        assert page.evaluate(f"{CHART}[0].type") == "heatmap"
-        page.fill("input[name=run]", str(missing))
-        page.keyboard.press("Tab")
-        assert f"Run {missing} is not in this page" in page.inner_text("#run")
 
 
 def test_a_sweep_that_was_stopped_shows_what_is_left(
@@ -238,8 +192,6 @@ def test_a_sweep_that_was_stopped_shows_what_is_left(
         assert "sweep interrupted" in shown
         assert "4 not run" in shown
         assert "stopped: stopped by Ctrl-C" in shown
-        pick(page, view="curves", quantity="final_angle, rad", at2="1000")
-        assert page.evaluate(f"{CHART}.at(-1).name") == "not run: 2"
 
 
 def test_numbers_that_are_not_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
@@ -248,16 +200,11 @@ def test_numbers_that_are_not_finite_have_a_report(browser: Any, tmp_path: Path)
     found["value1"][:] = np.inf
     found["value2"][:] = np.nan
     found["value3"][:] = 1e308
-    with opened(browser, fs.report(found, tmp_path / "a.html")) as page:
-        for number in range(4):
-            for view in ("curves", "map"):
-                pick(page, quantity=f"value{number}, N", view=view)
-
-
-def test_bins_hold_all_finite_values() -> None:
-    for values in ([1.0, 2.0, 3.0, np.inf], [-1e308, 1e308, np.nan], [0.0, 1e-320], [7.0, 7.0]):
-        with np.errstate(all="ignore"):  # as in a report
-            found = sweep_data._bins(np.array(values))
-        assert found["counts"].sum() == np.isfinite(values).sum()
-        assert (np.diff(found["edges"]) >= 0.0).all()
-        assert np.isfinite(found["edges"]).all()
+    report = fs.report(found, tmp_path / "a.html")
+    assert pictures_of(report) == []
+    assert "has numbers above 1e+100" in report.read_text("utf-8")
+    found["value3"][:] = 1e90
+    report = fs.report(found, tmp_path / "a.html")
+    assert {"value0", "value3"} <= {title for title, _ in pictures_of(report)}
+    with opened(browser, report) as page:
+        assert "none" in page.inner_text("#runs")

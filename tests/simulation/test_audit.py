@@ -79,8 +79,18 @@ def test_driving_friction_is_detected(sound: Trajectory) -> None:
     assert failed(sound._replace(friction=friction)) == {"dissipation_sign"}
 
 
-def test_drift_of_one_ulp_is_detected(sound: Trajectory) -> None:
-    drifted = with_sample(sound.position, -1, np.nextafter(sound.position[-1], np.inf))
+def test_friction_below_its_kinetic_size_is_detected(sound: Trajectory) -> None:
+    slip = np.flatnonzero(sound.mode == 1)[5]
+    friction = with_sample(sound.friction, slip, 0.9 * sound.friction[slip])
+    assert failed(sound._replace(friction=friction)) == {"friction_law"}
+    stick = np.flatnonzero(sound.mode == 0)[-1]  # there it has any size up to its limit
+    friction = with_sample(sound.friction, stick, 0.5 * sound.friction[stick])
+    assert failed(sound._replace(friction=friction)) == set()
+
+
+@pytest.mark.parametrize("towards", [np.inf, -np.inf])
+def test_drift_of_one_ulp_is_detected(towards: float, sound: Trajectory) -> None:
+    drifted = with_sample(sound.position, -1, np.nextafter(sound.position[-1], towards))
     assert "stick_drift" in failed(sound._replace(position=drifted))
 
 

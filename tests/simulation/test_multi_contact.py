@@ -13,10 +13,16 @@ import frictionsim as fs
 from frictionsim.api.studies import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
+from frictionsim.mechanisms.pulley.lift_outputs import CAR, OTHER
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
-from frictionsim.simulation.multi_contact import MultiContactSimulation, audit, release_check
+from frictionsim.simulation.multi_contact import (
+    MultiContactSimulation,
+    audit,
+    friction_violation,
+    release_check,
+)
 from frictionsim.simulation.phases import event_names, sticking_phases
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact_solver
@@ -138,6 +144,20 @@ def test_the_audit_sees_what_is_wrong() -> None:
     heat = dict(found.energy_integrals)
     heat["energy_cord_friction"] = 1.001 * heat["energy_cord_friction"]
     assert failed(found._replace(energy_integrals=heat), mechanism) == ["energy_balance"]
+
+
+@pytest.mark.parametrize("side", [CAR, OTHER])
+def test_the_audit_knows_that_a_cord_holds_unlike_forces_in_both_directions(side: int) -> None:
+    """T1/T2 and T2/T1 are at most exp(mu_s phi): T1 - T2 has other limits than T2 - T1."""
+    found, mechanism = trajectory(slipping_lift())
+    index, cord = mechanism.frictions[1]
+    held = int(np.flatnonzero(found.modes[index] == STICK)[0])
+    ratio = exp(CORD["mu_s"] * radians(CORD.get("wrap_deg", 180.0)))
+    for share, passes in ((0.999, True), (1.001, False)):
+        forces = found.forces.copy()
+        forces[side, held] = (1.0 + share * (ratio - 1.0)) * forces[CAR + OTHER - side, held]
+        violation = friction_violation(found._replace(forces=forces), cord, index)
+        assert (violation < 1e-12) is passes
 
 
 def test_the_audit_sees_a_rope_that_pushes_and_an_impact_that_drives() -> None:

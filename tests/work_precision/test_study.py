@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.api.studies import WorkPrecision as PublicStudy
+from frictionsim.api.studies import Study as PublicStudy
 from frictionsim.cli import cost_study
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, SolverError

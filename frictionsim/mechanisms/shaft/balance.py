@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.shaft.equation import load_of
-from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms
+from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms, Turning, arms_of_force
 from frictionsim.mechanisms.shaft.many_digits import PI, cosine_and_sine, exact
 from frictionsim.scenario.signal_tables import AngleTable
 
@@ -182,21 +182,11 @@ def _arms_of(force: "Force") -> Any:
     """Return `Force.arms` in these digits."""
     x, y = map(exact, force.direction)
     length = _length(force.direction)
-    x, y = x / length, y / length
+    unit = x / length, y / length
     if force.cord_radius is not None:
-        return _decimal(Arms((exact(force.cord_radius), x, y)))  # type: ignore[arg-type]
-    p_x, p_y = map(exact, force.point or ())
-    across: Any = p_x * y - p_y * x
-    along: Any = p_x * x + p_y * y
-    c: Any = (x, y)
-    if not force.direction_turns and not force.point_turns:
-        return _decimal(Arms((across, *c)))
-    if not force.direction_turns:
-        return _decimal(Arms((0.0, *c), (across, 0.0, 0.0), (-along, 0.0, 0.0)))
-    s: Any = (-y, x)
-    if force.point_turns:
-        return _decimal(Arms((across, 0.0, 0.0), (0.0, *c), (0.0, *s)))
-    return _decimal(Arms(NONE, (across, *c), (along, *s)))
+        return _decimal(Arms((exact(force.cord_radius), *unit)))  # type: ignore[arg-type]
+    turning = Turning(force.direction_turns, force.point_turns)
+    return _decimal(arms_of_force(unit, tuple(map(exact, force.point or ())), turning))
 
 
 def _add_weights(

@@ -20,9 +20,8 @@ from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
 from frictionsim.mechanisms.single_dof import total
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal
-from frictionsim.solvers.end_stops import EndStops
 from frictionsim.solvers.first_excess import time_of_excess
-from frictionsim.solvers.mechanism import DryFriction, Trajectory, Value
+from frictionsim.solvers.mechanism import DryFriction, EndStops, Trajectory, Value
 
 CONTACT_NAME = "shaft"
 

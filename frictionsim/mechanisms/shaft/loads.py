@@ -102,6 +102,35 @@ def _at(signal: Signal, x: Value) -> Value:
     return np.array([signal(value) for value in np.ravel(x).tolist()]).reshape(np.shape(x))
 
 
+class Turning(NamedTuple):
+    """What of a force turns with the body."""
+
+    direction: bool
+    point: bool
+
+
+def arms_of_force(unit: Any, point: Any, turning: Turning) -> Arms:
+    """Return moment and components of a force per size, in numbers of any type.
+
+    With a point p and a unit direction d at q = 0, and J a quarter turn,
+
+        both fixed     M = p x d
+        both turn      M = p x d,                          F = d cos q + J d sin q
+        point turns    M = (p x d) cos q - (p . d) sin q
+        direction      M = (p x d) cos q + (p . d) sin q,  F = d cos q + J d sin q
+    """
+    (x, y), (p_x, p_y) = unit, point
+    across = p_x * y - p_y * x
+    along = p_x * x + p_y * y
+    if not turning.direction:
+        if not turning.point:
+            return Arms((across, x, y))
+        return Arms((0.0, x, y), (across, 0.0, 0.0), (-along, 0.0, 0.0))
+    if turning.point:
+        return Arms((across, 0.0, 0.0), (0.0, x, y), (0.0, -y, x))
+    return Arms(NONE, (across, x, y), (along, -y, x))
+
+
 def arms_of_weight(radius: float, azimuth: float) -> Arms:
     """Return the arms of a weight on the body, at a radius, m, and an azimuth at q = 0, rad."""
     x, y = radius * cos(azimuth), radius * sin(azimuth)

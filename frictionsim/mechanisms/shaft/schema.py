@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
-from frictionsim.mechanisms.shaft.loads import NONE, Arms, largest_arm
+from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
 from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import PUBLISHED
@@ -103,30 +103,13 @@ class Force(Params):
 
     @property
     def arms(self) -> Arms:
-        """Moment and components per size.
-
-        With a point p and a unit direction d at q = 0, and J a quarter turn,
-
-            both fixed     M = p x d
-            both turn      M = p x d,                          F = d cos q + J d sin q
-            point turns    M = (p x d) cos q - (p . d) sin q
-            direction      M = (p x d) cos q + (p . d) sin q,  F = d cos q + J d sin q
-        """
+        """Moment and components per size."""
         length = hypot(*self.direction)
         x, y = (component / length for component in self.direction)
         if self.cord_radius is not None:
             return Arms((self.cord_radius, x, y))
-        assert self.point is not None  # checked by the validator
-        p_x, p_y = self.point
-        across = p_x * y - p_y * x
-        along = p_x * x + p_y * y
-        if not self.direction_turns:
-            if not self.point_turns:
-                return Arms((across, x, y))
-            return Arms((0.0, x, y), (across, 0.0, 0.0), (-along, 0.0, 0.0))
-        if self.point_turns:
-            return Arms((across, 0.0, 0.0), (0.0, x, y), (0.0, -y, x))
-        return Arms(NONE, (across, x, y), (along, -y, x))
+        turning = Turning(self.direction_turns, self.point_turns)
+        return arms_of_force((x, y), self.point, turning)
 
 
 class Couple(Params):

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.mechanisms.shaft.equation import Terms, first_excess_of
 from frictionsim.results import Quantities, Quantity
-from frictionsim.solvers.end_stops import EVENT, EndStops
-from frictionsim.solvers.mechanism import Trajectory, Value
+from frictionsim.solvers.end_stops import EVENT
+from frictionsim.solvers.mechanism import EndStops, Trajectory, Value
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.loads import Size

@@ -5,27 +5,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.hanging_masses import impending_motion, numbers_of
 from frictionsim.mechanisms.journal_friction import CONTACT_NAME
+from frictionsim.mechanisms.pulley.schema import PulleyScenario
+from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
 from frictionsim.results import SLACK, STICK, Check, Quantities, Quantity, Transition
 from frictionsim.scenario.signal_checks import extremes
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.pulley import PulleyScenario
     from frictionsim.solvers.multi_contact import Contact, MultiContactTrajectory
 
-TORQUE, CAR, OTHER = 0, 1, 2
-SLIP = 1
-CORD = "cord"
-ROPES = {"car_rope": "car", "counterweight_rope": "counterweight"}
+
+TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
+SLIP = 1  # coordinate of a cord that may slip, x - r theta
+CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
+ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}
 # A tension at the located start of slack is below zero by the roundoff of the location.
 TENSION_ROUNDOFF = 1e-12
-
 Heights = Callable[[Any], tuple[Any, Any]]
 
 
 def outputs(
-    scenario: "PulleyScenario", contacts: "tuple[Contact, ...]", heights: Heights
+    scenario: PulleyScenario, contacts: "tuple[Contact, ...]", heights: Heights
 ) -> dict[str, Any]:
     """Return the arguments of the mechanism that say what is recorded.
 
@@ -37,7 +37,7 @@ def outputs(
         The heights of car and counterweight, of the coordinates.
     """
     names = [contact.name for contact in contacts]
-    n = numbers_of(scenario)
+    n = scenario.lift_parameters
     weights = n.weight_1 + n.weight_2 + _largest_force(scenario)
 
     def channels(trajectory: "MultiContactTrajectory") -> dict[str, Any]:
@@ -69,7 +69,9 @@ def outputs(
         return found
 
     def quantities(trajectory: "MultiContactTrajectory") -> Quantities:
-        return impending_motion(scenario) | _of_samples(trajectory, channels(trajectory), names)
+        return impending_motion_of_lift(scenario) | _of_samples(
+            trajectory, channels(trajectory), names
+        )
 
     def checks(trajectory: "MultiContactTrajectory") -> dict[str, Check]:
         tensions = trajectory.forces[CAR:]
@@ -96,7 +98,7 @@ def outputs(
     }
 
 
-def _largest_force(scenario: "PulleyScenario") -> float:
+def _largest_force(scenario: PulleyScenario) -> float:
     """Return the largest magnitude of the force on the cord, N."""
     force = scenario.drive.force
     if force is None:
@@ -104,7 +106,7 @@ def _largest_force(scenario: "PulleyScenario") -> float:
     return max(map(abs, extremes(force, scenario.solver.duration)))
 
 
-def _from_start(q: Any, scenario: "PulleyScenario") -> Any:
+def _from_start(q: Any, scenario: PulleyScenario) -> Any:
     """Return the coordinates, the angle from its start."""
     moved = np.array(q)
     moved[0] -= np.radians(scenario.mechanism.initial_angle_deg)

@@ -17,7 +17,7 @@ tensions: eliminating both, the friction shifts the arms of the forces by its ra
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
 d2 = x2 + r theta, grows, and is taken up by an impact, of which the friction of the shaft is a
-part (`frictionsim.mechanisms.rope_impact`).
+part (`frictionsim.mechanisms.pulley.rope_impact`).
 
 With cord friction, x is the displacement of the cord, x1 = x and x2 = -x. It sticks while
 exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' - r w),
@@ -30,12 +30,21 @@ References
 
 from collections.abc import Sequence
 from math import radians
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from frictionsim.mechanisms.hanging_masses import Numbers, drive_of, numbers_of
-from frictionsim.mechanisms.hanging_masses import fault_of as fault_of
 from frictionsim.mechanisms.journal_friction import CONTACT_NAME, ROUNDING
-from frictionsim.mechanisms.rope_impact import shock
+from frictionsim.mechanisms.pulley.lift_outputs import (
+    CAR,
+    CAR_ROPE,
+    CORD,
+    COUNTERWEIGHT_ROPE,
+    OTHER,
+    SLIP,
+    TORQUE,
+    outputs,
+)
+from frictionsim.mechanisms.pulley.rope_impact import shock
+from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.results import FORWARD, STICK, TAUT
 from frictionsim.solvers.multi_contact import (
     Balance,
@@ -49,20 +58,12 @@ from frictionsim.solvers.multi_contact import (
     Vector,
 )
 
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.pulley import PulleyScenario
-
-TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
-CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
 TURN, GAP_1, GAP_2 = 0, 1, 2  # coordinates
-SLIP = 1  # coordinate of a cord that may slip, x - r theta
 
 
-def build(scenario: "PulleyScenario") -> MultiContactMechanism:
+def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    from frictionsim.mechanisms.pulley_outputs import outputs
-
-    n, start = numbers_of(scenario), scenario.mechanism
+    n, start = scenario.lift_parameters, scenario.mechanism
     shaft = _shaft(n) if scenario.effects.shaft_friction else ()
     equations = (
         SlippingCord(n, bool(shaft)) if scenario.effects.cord_friction else Ropes(n, bool(shaft))
@@ -74,7 +75,7 @@ def build(scenario: "PulleyScenario") -> MultiContactMechanism:
         flows["energy_damping"] = lambda u, q, v: n.damping * v[TURN] * v[TURN]
     angle = radians(start.initial_angle_deg)
     return MultiContactMechanism(
-        drive=drive_of(scenario),
+        drive=scenario.drive_signal,
         contacts=contacts,
         balance=equations.balance,
         impact=equations.impact,
@@ -92,7 +93,7 @@ def build(scenario: "PulleyScenario") -> MultiContactMechanism:
     )
 
 
-def _shaft(n: Numbers) -> tuple[FrictionContact]:
+def _shaft(n: LiftParameters) -> tuple[FrictionContact]:
     def roundoff(u: Value, forces: Vector) -> Value:
         torque, t1, t2 = forces
         driving = abs(u) * (1.0 if n.by_torque else n.r)
@@ -117,17 +118,17 @@ class Ropes:
 
     Parameters
     ----------
-    n : Numbers
+    n : LiftParameters
     has_shaft_friction : bool
         Then the first of the modes is that of the shaft.
     """
 
-    def __init__(self, n: Numbers, has_shaft_friction: bool) -> None:
+    def __init__(self, n: LiftParameters, has_shaft_friction: bool) -> None:
         self._n = n
         self._first = int(has_shaft_friction)
         self.coordinates = 3 if n.m2 > 0.0 else 2
 
-    def contacts(self, scenario: "PulleyScenario") -> tuple[Contact, ...]:
+    def contacts(self, scenario: PulleyScenario) -> tuple[Contact, ...]:
         """Return the contacts beside the shaft."""
         n, masses = self._n, scenario.effects.hanging_masses
         assert masses is not None
@@ -221,11 +222,11 @@ class SlippingCord(Ropes):
     The coordinates are the angle and the slip c = x - r theta.
     """
 
-    def __init__(self, n: Numbers, has_shaft_friction: bool) -> None:
+    def __init__(self, n: LiftParameters, has_shaft_friction: bool) -> None:
         super().__init__(n, has_shaft_friction)
         self.coordinates = 2
 
-    def contacts(self, scenario: "PulleyScenario") -> tuple[Contact, ...]:
+    def contacts(self, scenario: PulleyScenario) -> tuple[Contact, ...]:
         """Return the contact of the cord: its friction T1 - T2 acts on the cord, along its slip."""
         n = self._n
 

@@ -2,14 +2,31 @@
 
 from math import asin, pi, sqrt
 from sys import float_info
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
+from frictionsim.mechanisms.epicyclic.tracer_point import (
+    count_cusps,
+    longest_dwell,
+    pace,
+    tracer_position,
+)
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.mechanisms.single_dof import total
-from frictionsim.solvers.mechanism import DryFriction, SwitchingSurface, Value
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.epicyclic import EpicyclicScenario
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.mechanisms.single_dof import (
+    kinetic_energy,
+    set_up,
+    total,
+)
+from frictionsim.results import Quantities, Quantity
+from frictionsim.scenario.signal_tables import signal_from
+from frictionsim.solvers.mechanism import (
+    DryFriction,
+    Mechanism,
+    SwitchingSurface,
+    Trajectory,
+    Value,
+)
 
 # The applied torque is a sum of torques: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
@@ -18,7 +35,7 @@ ROUNDING = 16 * float_info.epsilon
 class Terms:
     """The constants of the equation and the terms of the effects."""
 
-    def __init__(self, scenario: "EpicyclicScenario") -> None:
+    def __init__(self, scenario: EpicyclicScenario) -> None:
         geometry, effects = scenario.mechanism, scenario.effects
         self.length, self.planet_speed_ratio = geometry.length, geometry.planet_speed_ratio
         self.sun_planet_ratio = geometry.sun_radius / geometry.planet_radius
@@ -45,14 +62,113 @@ class Terms:
         return self.planet_weight * sin(angle) - centripetal
 
 
-def equation(terms: Terms, scenario: "EpicyclicScenario") -> tuple[Any, float]:
+def build(scenario: EpicyclicScenario) -> Mechanism:
+    """Return the mechanism, composed of the effects in the scenario."""
+    terms, geometry = Terms(scenario), scenario.mechanism
+    published = geometry.formulation == "published"
+    applied_torque, stored = (
+        published_equation(terms, scenario) if published else equation(terms, scenario)
+    )
+    contact = None if published else contact_of(terms, scenario.law_of_contact.law_of_contact())
+    power_flows: dict[str, Any] = {
+        "energy_input": lambda torque, angle, velocity: torque * velocity
+    }
+    has_friction = terms.hinge is not None or terms.rolls
+    if published and has_friction:
+        resistance = published_resistance(terms)
+        power_flows["energy_friction"] = lambda torque, angle, velocity: (
+            resistance(angle) * velocity
+        )
+    stored_energies = {"energy_kinetic": kinetic_energy(geometry.inertia)}
+    if scenario.effects.gravity is not None:
+        stored_energies["energy_potential"] = lambda angle, velocity: stored * sin(angle)
+    prescribed = scenario.drive.speed is not None
+    drive = signal_from(scenario.drive.speed if prescribed else scenario.drive.torque)  # type: ignore[arg-type]
+
+    def uniform_torque(angle: Value, velocity: Value) -> Value:
+        opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
+        return opposed - applied_torque(0.0, angle, velocity)
+
+    def channels(trajectory: Trajectory) -> dict[str, Value]:
+        angle, velocity = trajectory.position, trajectory.velocity
+        found = {
+            "drive_torque": trajectory.drive,
+            "uniform_torque": uniform_torque(angle, velocity),
+        }
+        if terms.rolling is not None:
+            found["normal_load"] = terms.mesh_load(angle, velocity)
+        if published and has_friction:
+            found["friction_torque"] = -resistance(angle)
+        if scenario.effects.tracer_point is not None:
+            found["tracer_x"], found["tracer_y"] = tracer_position(
+                terms.length, terms.planet_speed_ratio, scenario.effects.tracer_point, angle
+            )
+        return found
+
+    def quantities(trajectory: Trajectory) -> Quantities:
+        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
+        if terms.radial and trajectory.velocity.size:
+            torque = uniform_torque_mean(scenario, float(trajectory.velocity[-1]))
+            found["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
+        if scenario.effects.tracer_point is not None:
+            point = scenario.effects.tracer_point
+            x, y = tracer_position(
+                terms.length, terms.planet_speed_ratio, point, trajectory.position
+            )
+            paces = pace(
+                terms.length,
+                terms.planet_speed_ratio,
+                point,
+                trajectory.position,
+                trajectory.velocity,
+            )
+            found["tracer_cusps"] = Quantity(
+                count_cusps(
+                    geometry.sun_radius, geometry.planet_radius, point, trajectory.position
+                ),
+                "1",
+            )
+            found["tracer_dwell_time"] = Quantity(
+                longest_dwell(trajectory.time, paces, x, y, point.dwell_distance), "s"
+            )
+        return found
+
+    def run_warnings(trajectory: Trajectory) -> list[str]:
+        from frictionsim.simulation.run_warnings import (
+            against_drive,  # imports numpy, not needed by `check`
+        )
+
+        back = (
+            ""
+            if prescribed
+            else against_drive(trajectory.time, trajectory.drive, trajectory.position)
+        )
+        return [f"the crank {back}: weight or initial velocity prevailed"] if back else []
+
+    return Mechanism(
+        drive=drive,
+        inertia=geometry.inertia,
+        applied_torque=applied_torque,
+        contact=contact,
+        power_flows=power_flows,
+        stored_energies=stored_energies,
+        channels=channels,
+        quantities=quantities,
+        run_warnings=run_warnings,
+        switching_surfaces=() if published else switching_surfaces(terms),
+        prescribed=prescribed,
+        **set_up(scenario) | ({"velocity": drive(0.0)} if prescribed else {}),
+    )
+
+
+def equation(terms: Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the consistent applied torque, and the factor of sin phi in its potential."""
     k = terms.gravity_moment if scenario.effects.gravity else 0.0
     weight = (lambda torque, angle, velocity: -k * cos(angle)) if scenario.effects.gravity else None
     return total(_drive_torque, weight), k
 
 
-def published_equation(terms: Terms, scenario: "EpicyclicScenario") -> tuple[Any, float]:
+def published_equation(terms: Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
     resistance, gravity = published_resistance(terms), scenario.effects.gravity
     k = terms.gravity_moment + terms.planet_weight * terms.length if gravity else 0.0
@@ -112,7 +228,7 @@ def switching_surfaces(terms: Terms) -> tuple[SwitchingSurface, ...]:
     return (SwitchingSurface(every=pi),)
 
 
-def uniform_torque_mean(scenario: "EpicyclicScenario", speed: float) -> float:
+def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """Return the mean torque over a turn for uniform forward rotation of the crank, N m.
 
     speed = 0 is the limit of slow rotation; with `radial` the torque depends on the speed.

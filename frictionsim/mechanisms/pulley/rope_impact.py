@@ -26,7 +26,7 @@ References
 from math import inf, sqrt
 from typing import NamedTuple
 
-from frictionsim.mechanisms.hanging_masses import Numbers
+from frictionsim.mechanisms.pulley.schema import LiftParameters
 
 
 class Shock(NamedTuple):
@@ -51,13 +51,13 @@ class Shock(NamedTuple):
 
 
 def shock(
-    n: Numbers, masses: tuple[float, float], w: float, rate: float, restitution: float
+    n: LiftParameters, masses: tuple[float, float], w: float, rate: float, restitution: float
 ) -> Shock:
     """Return what an impact leaves.
 
     Parameters
     ----------
-    n : Numbers
+    n : LiftParameters
     masses : (float, float), kg
         On the rope that is taken up, and on the other, zero if that is slack.
     w : float, rad/s
@@ -85,7 +85,9 @@ def shock(
 class _Impact:
     """An impact under way: speeds and works, advanced piece by piece."""
 
-    def __init__(self, n: Numbers, masses: tuple[float, float], w: float, rate: float) -> None:
+    def __init__(
+        self, n: LiftParameters, masses: tuple[float, float], w: float, rate: float
+    ) -> None:
         self._n = n
         self._own, self._other = masses
         self.w, self.rate = w, rate

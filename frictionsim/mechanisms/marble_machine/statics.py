@@ -4,16 +4,15 @@ from math import cos as cosine
 from math import pi, radians, sqrt
 from math import sin as sine
 from sys import float_info
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from frictionsim.mechanisms.marble_machine.tables import (
+    MarbleMachineEffects,
+    MarbleMachineParameters,
+    Motor,
+)
 from frictionsim.results import Quantities, Quantity
 from frictionsim.solvers.mechanism import Value
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.marble_machine import (
-        MarbleMachineParameters,
-        MarbleMachineScenario,
-    )
 
 # Torque and limit are sums of products: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon
@@ -32,7 +31,7 @@ class Mesh(NamedTuple):
         return (sideways * sideways + down * down) ** 0.5
 
 
-def mesh_of(geometry: "MarbleMachineParameters") -> Mesh:
+def mesh_of(geometry: MarbleMachineParameters) -> Mesh:
     """Return the components of the tooth force per torque on the pinion."""
     alpha = radians(geometry.pressure_angle_deg)
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
@@ -87,15 +86,17 @@ def limit_torques(
     return Limits((b + root) / a, (b - root) / a)
 
 
-def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
+def impending_motion_torques(
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+) -> Quantities:
     """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest.
 
     At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
     transfers there are n, with the largest torque half a pitch after a transfer.
     """
-    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
+    journal = effects.shaft_friction
     radius = journal.static_radius if journal else 0.0
-    g = scenario.effects.gravity.g if scenario.effects.gravity else 0.0
+    g = effects.gravity.g if effects.gravity else 0.0
     mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
     weights = [
@@ -119,7 +120,6 @@ def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
     if at_transfer.lift is not None and worst.lift is not None:
         grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
         found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
-        motor = scenario.drive.motor
         # A single marble has no torque at a transfer, except for rounding.
         if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
             found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
@@ -128,13 +128,15 @@ def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
     return found
 
 
-def statics(scenario: "MarbleMachineScenario") -> Quantities:
+def statics_of(
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+) -> Quantities:
     """Return the torques of impending motion on the pinion (eq 24) and their components."""
-    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
-    mesh, g = mesh_of(geometry), scenario.effects.gravity.g if scenario.effects.gravity else 0.0
+    journal = effects.shaft_friction
+    mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    found = impending_motion_torques(scenario)
+    found = impending_motion_torques(geometry, effects, motor)
     found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
     found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
     found["angle_of_the_worst"] = Quantity(half, "rad")

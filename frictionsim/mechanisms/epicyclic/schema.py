@@ -1,0 +1,192 @@
+"""The tables of a scenario of kind `epicyclic`."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from frictionsim.mechanisms.effects import Gravity
+from frictionsim.mechanisms.epicyclic.channels import CHANNELS
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.mechanisms.single_dof import (
+    SingleDofScenario,
+)
+from frictionsim.results import Channel
+from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
+from frictionsim.scenario.methods import REGULARISED, SET_VALUED
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.signal_tables import TimeSignal
+
+
+class EpicyclicParameters(Params):
+    """`[mechanism]`."""
+
+    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun.", gt=0)
+    planet_radius: float = unit_field("m", "Pitch radius of the planet.", gt=0)
+    crank_mass: float = unit_field("kg", "Mass of the crank, a slender rod.", ge=0)
+    planet_mass: float = unit_field("kg", "Mass of the planet, a disc.", ge=0)
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
+    formulation: Literal["consistent", "published"] = Field(
+        "consistent",
+        description="Equation of motion: the consistent one, or eq 26 as it is printed.",
+    )
+
+    @model_validator(mode="after")
+    def _something_is_heavy(self) -> Self:
+        if self.crank_mass + self.planet_mass <= 0.0:
+            raise inconsistent(
+                ("crank_mass",), "crank and planet have no mass; give at least one of them a mass"
+            )
+        return self
+
+    @property
+    def length(self) -> float:
+        """L, m."""
+        return self.sun_radius + self.planet_radius
+
+    @property
+    def planet_speed_ratio(self) -> float:
+        """lambda: rotations of the planet per turn of the crank."""
+        return self.length / self.planet_radius
+
+    @property
+    def inertia(self) -> float:
+        """J, kg m^2."""
+        return (2.0 * self.crank_mass + 9.0 * self.planet_mass) * self.length**2 / 6.0
+
+
+class EpicyclicDrive(Params):
+    """`[drive]`: a torque on the crank, or its prescribed speed."""
+
+    torque: TimeSignal | None = unit_field("N m", "Torque on the crank; give this or speed.", None)
+    speed: TimeSignal | None = unit_field(
+        "rad/s",
+        "Given angular velocity of the crank, whose torque is computed; or give torque.",
+        None,
+    )
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.torque is None) == (self.speed is None):
+            raise inconsistent((), "give one of torque and speed")
+        return self
+
+
+class SharedFrictionLaw(FrictionLaw):
+    """The friction law of the contact that hinge and rolling friction share."""
+
+    law: Literal["set-valued", "regularised", "published"] | None = Field(  # type: ignore[assignment]
+        None, description="Friction law of the contact; set-valued if neither effect names one."
+    )
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        return self  # checked with the other effect, which may name the law
+
+
+class HingeFriction(SharedFrictionLaw):
+    """Dry couple between planet and crank."""
+
+    torque_static: float = unit_field(
+        "N m", "Couple that the hinge can hold, not below torque_kinetic.", ge=0
+    )
+    torque_kinetic: float = unit_field("N m", "Couple of the sliding hinge.", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("torque_kinetic", self.torque_kinetic, "torque_static", self.torque_static)
+        return self
+
+
+class RollingFriction(SharedFrictionLaw):
+    """Rolling friction of the planet on the sun."""
+
+    arm: float = unit_field(
+        "m", "Distance by which the normal force runs ahead of the contact.", ge=0
+    )
+    normal_load: Literal["weight", "radial"] = Field(
+        "weight",
+        description="Load of the mesh: the planet's weight, or with its centripetal force.",
+    )
+
+
+class EpicyclicEffects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    gravity: Gravity | None = None
+    hinge_friction: HingeFriction | None = None
+    rolling_friction: RollingFriction | None = None
+    tracer_point: TracerPoint | None = None
+
+
+class EpicyclicScenario(SingleDofScenario):
+    """A scenario of kind `epicyclic`."""
+
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
+    kind: Literal["epicyclic"]
+    mechanism: EpicyclicParameters
+    drive: EpicyclicDrive
+    effects: EpicyclicEffects = EpicyclicEffects()
+
+    @property
+    def law_of_contact(self) -> FrictionLaw:
+        """The common law of hinge and rolling friction, with its transition speed."""
+        named: dict[str, Any] = {}
+        for effect in self.friction_effects.values():
+            named |= effect.model_dump(include=set(FrictionLaw.LAW_KEYS), exclude_none=True)
+        return FrictionLaw(**named)
+
+    @property
+    def law(self) -> str:
+        """The friction law; empty for the published equation, a prescribed speed, no friction."""
+        without = self.mechanism.formulation == "published" or self.drive.speed is not None
+        return "" if without or not self.friction_effects else self.law_of_contact.law
+
+    @model_validator(mode="after")
+    def _effects_share_a_law(self) -> Self:
+        for key in ("law", "transition_speed"):
+            named = {
+                name: getattr(effect, key)
+                for name, effect in self.friction_effects.items()
+                if getattr(effect, key) is not None
+            }
+            if len(set(named.values())) > 1:
+                values = " and ".join(f"{name} {value!r}" for name, value in named.items())
+                raise inconsistent(
+                    ("effects", "rolling_friction", key),
+                    f"hinge and rolling friction share one contact and its law, got {values}; give"
+                    " it in one of them, or the same in both",
+                )
+        for name, effect in self.friction_effects.items():
+            if effect.law and self.mechanism.formulation == "published":
+                raise inconsistent(
+                    ("effects", name, "law"),
+                    "formulation 'published' has its friction in the equation; remove law",
+                )
+            laws = [e.law for e in self.friction_effects.values() if e.law]
+            if effect.transition_speed is not None and REGULARISED not in laws:
+                raise inconsistent(
+                    ("effects", name, "transition_speed"),
+                    f"law = '{(laws or [SET_VALUED])[0]}' has no transition speed; remove"
+                    f" transition_speed, or use law = '{REGULARISED}'",
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _choices_go_together(self) -> Self:
+        rolling = self.effects.rolling_friction
+        published = self.mechanism.formulation == "published"
+        if published and rolling is not None and rolling.normal_load == "radial":
+            raise inconsistent(
+                ("effects", "rolling_friction", "normal_load"),
+                "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
+            )
+        if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
+            raise inconsistent(
+                ("mechanism", "initial_angular_velocity"),
+                "the drive prescribes the speed; remove this key",
+            )
+        return self

@@ -1,0 +1,350 @@
+"""The tables of a scenario of kind `pulley`."""
+
+from collections.abc import Mapping
+from math import exp, inf, radians
+from typing import ClassVar, Literal, NamedTuple, Self
+
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.config import JsonDict
+
+from frictionsim.mechanisms.effects import (
+    RENAMED_AIR_DRAG,
+    ViscousDamping,
+)
+from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.pulley.channels import CHANNELS
+from frictionsim.mechanisms.single_dof import (
+    SingleDofScenario,
+)
+from frictionsim.results import Channel
+from frictionsim.scenario.friction_law import CoefficientsOfFriction
+from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import TimeSignal, signal_from
+from frictionsim.scenario.signals import Signal
+
+MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips
+
+
+def limiting_ratio(mu: float, wrap_deg: float) -> float:
+    """Return exp(mu phi), the ratio of the tensions of a cord that slips or is about to."""
+    return exp(mu * radians(wrap_deg))
+
+
+class HangingMasses(Params):
+    """Masses on the cord: a car in place of the load, a counterweight on the side of the force.
+
+    The tensions depend on the acceleration, and the load of the shaft with them. A side whose
+    tension would be negative falls slack, and is taken up with an impact. Half of the rope hangs on
+    each side, and its weight is compensated: it does not shift with the travel.
+    """
+
+    car: float = unit_field(
+        "kg", "Mass of the car with all that hangs from it, on the side of the load.", gt=0
+    )
+    counterweight: float = unit_field(
+        "kg", "Mass of the counterweight, on the side of the force.", ge=0
+    )
+    rope: float = unit_field("kg", "Mass of the rope, half of it on each side.", 0.0, ge=0)
+    g: float = unit_field("m/s^2", "Acceleration of gravity.", 9.81, ge=0)
+    restitution: float = unit_field(
+        "1",
+        "Restitution of a slack rope that is taken up: speed after over before. The part e^2 of"
+        " the work that takes it up is given back.",
+        0.0,
+        ge=0,
+        lt=1,
+    )
+    capture_speed: float = unit_field(
+        "m/s", "A rope that is taken up more slowly does not bounce.", 1e-3, gt=0
+    )
+
+    @property
+    def car_side(self) -> float:
+        """m1, kg."""
+        return self.car + 0.5 * self.rope
+
+    @property
+    def other_side(self) -> float:
+        """m2, kg."""
+        return self.counterweight + 0.5 * self.rope
+
+
+class CordFriction(CoefficientsOfFriction):
+    """Dry friction of the cord on the pulley, of Euler and Eytelwein: the cord may slip.
+
+    It sticks while the ratio of the tensions is at most exp(mu_s wrap); slipping, the ratio is
+    exp(mu_k wrap).
+    """
+
+    wrap_deg: float = unit_field("deg", "Angle of wrap, of all turns together.", 180.0, gt=0)
+
+    @model_validator(mode="after")
+    def _cord_can_slip(self) -> Self:
+        if self.mu_s * radians(self.wrap_deg) > MAX_EXPONENT:
+            raise inconsistent(
+                ("wrap_deg",),
+                f"the ratio of tensions exp(mu_s wrap) exceeds exp({MAX_EXPONENT:g}): such a cord"
+                " never slips; leave cord_friction out",
+            )
+        return self
+
+
+class LiftParameters(NamedTuple):
+    """The numbers of a pulley with masses on its cord.
+
+    Attributes
+    ----------
+    r, inertia : float, m and kg m^2
+    m1, m2 : float, kg
+        Of car and counterweight, each with half of the rope.
+    g : float, m/s^2
+    damping : float, N m s
+        b.
+    r_s, r_k : float, m
+        Friction radii of the shaft; zero without its friction.
+    static_ratio, kinetic_ratio : float
+        exp(mu phi) of the cord; inf where it cannot slip.
+    by_torque : bool
+        The drive is a torque on the pulley, not a force on the cord.
+    """
+
+    r: float
+    inertia: float
+    m1: float
+    m2: float
+    g: float
+    damping: float
+    r_s: float
+    r_k: float
+    static_ratio: float
+    kinetic_ratio: float
+    by_torque: bool
+
+    @property
+    def weight_1(self) -> float:
+        """m1 g, N."""
+        return self.m1 * self.g
+
+    @property
+    def weight_2(self) -> float:
+        """m2 g, N."""
+        return self.m2 * self.g
+
+
+class PulleyParameters(Params):
+    """`[mechanism]`."""
+
+    cord_radius: float = unit_field("m", "Radius from the axis to the middle of the cord.", gt=0)
+    inertia: float = unit_field("kg m^2", "Moment of inertia of the pulley.", gt=0)
+    load: float = unit_field(
+        "N",
+        "Weight that hangs from the other end of the cord. Required, but left out, or 0, with"
+        " hanging_masses: car is what hangs there.",
+        0.0,
+        ge=0,
+    )
+    initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
+    initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
+
+
+class PulleyDrive(Params):
+    """`[drive]`: a force on the cord, or a torque on the pulley."""
+
+    force: TimeSignal | None = unit_field("N", "Force on the cord.", None)
+    torque: TimeSignal | None = unit_field(
+        "N m", "Torque on the pulley, positive where it lifts the load; give this or force.", None
+    )
+    direction: Literal["vertical", "horizontal"] = Field(
+        "vertical", description="Direction of the force, which decides the reaction of the shaft."
+    )
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if (self.force is None) == (self.torque is None):
+            found = "neither" if self.force is None else "both"
+            raise inconsistent((), f"expected either force or torque; found {found}")
+        if self.torque is not None and self.direction != "vertical":
+            raise inconsistent(
+                ("direction",),
+                "it is the direction of force, and the drive is a torque; remove this key",
+            )
+        return self
+
+
+class PulleyEffects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_AIR_DRAG}
+
+    shaft_friction: ShaftFriction | None = None
+    viscous_damping: ViscousDamping | None = None
+    hanging_masses: HangingMasses | None = None
+    cord_friction: CordFriction | None = None
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        masses, journal = self.hanging_masses, self.shaft_friction
+        if masses is None:
+            if self.cord_friction is not None:
+                raise inconsistent(
+                    ("cord_friction",),
+                    "a cord slips by the tensions of its two sides: add [effects.hanging_masses]",
+                )
+            return self
+        if journal is not None and journal.law != SET_VALUED:
+            raise inconsistent(
+                ("shaft_friction", "law"),
+                f"'{journal.law}' does not go with hanging_masses, whose slip and slack are located"
+                f" events: use law = '{SET_VALUED}'",
+            )
+        if self.cord_friction is not None and masses.other_side == 0.0:
+            raise inconsistent(
+                ("hanging_masses", "counterweight"),
+                "a cord that may slip needs a mass at its other end: give counterweight or rope, or"
+                " leave cord_friction out",
+            )
+        return self
+
+
+# Load or car: for editors, what `_load_or_car` checks.
+LOAD_OR_CAR: JsonDict = {
+    "if": {
+        "required": ["effects"],
+        "properties": {"effects": {"required": ["hanging_masses"]}},
+    },
+    "then": {"properties": {"mechanism": {"properties": {"load": {"const": 0}}}}},
+    "else": {"properties": {"mechanism": {"required": ["load"]}}},
+}
+
+
+class PulleyScenario(SingleDofScenario):
+    """A scenario of kind `pulley`."""
+
+    model_config = ConfigDict(json_schema_extra=LOAD_OR_CAR)
+    CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+
+    kind: Literal["pulley"]
+    mechanism: PulleyParameters
+    drive: PulleyDrive
+    effects: PulleyEffects = PulleyEffects()
+
+    @property
+    def needs_samples(self) -> bool:
+        """Whether quantities follow from samples: only those of masses on the cord do."""
+        return self.effects.hanging_masses is not None
+
+    @property
+    def pairs(self) -> Pairs:
+        """The pairs of law and method: with masses, slip and slack are located events."""
+        return self.PAIRS if self.effects.hanging_masses is None else EVENTS_ONLY
+
+    @property
+    def called(self) -> str:
+        """What it is called in messages."""
+        return "pulley" if self.effects.hanging_masses is None else "pulley with hanging_masses"
+
+    @model_validator(mode="after")
+    def _load_or_car(self) -> Self:
+        masses, load = self.effects.hanging_masses, self.mechanism.load
+        if masses is None:
+            if "load" not in self.mechanism.model_fields_set:
+                raise inconsistent(("mechanism", "load"), "missing; expected a number in N")
+        elif load > 0.0:
+            message = (
+                f"{load} N would hang on the side of the car of {masses.car} kg, besides it: leave"
+                " load out"
+            )
+            if masses.g > 0.0:
+                mass = load / masses.g
+                message += (
+                    "; if it is the weight of the car, give effects.hanging_masses.car ="
+                    f" {mass:.6g}, and if it hangs from the car, {masses.car + mass:.6g}"
+                )
+            raise inconsistent(("mechanism", "load"), message)
+        return self
+
+    @model_validator(mode="after")
+    def _drive_suits_the_masses(self) -> Self:
+        masses = self.effects.hanging_masses
+        if masses is None:
+            return self
+        if self.drive.direction != "vertical":
+            raise inconsistent(
+                ("drive", "direction"),
+                "masses hang on both sides of the pulley: with hanging_masses it is vertical",
+            )
+        if fault := self._fault_of_masses():
+            raise inconsistent(*fault)
+        return self
+
+    def _fault_of_masses(self) -> tuple[tuple[str, ...], str] | None:
+        """Return a key and what is wrong with it for hanging masses; None if nothing is."""
+        n, force = self.lift_parameters, self.drive.force
+        if force is not None:
+            minimum, _ = extremes(force, self.solver.duration)
+            if minimum < 0.0 and self.effects.cord_friction is not None:
+                return ("drive", "force"), (
+                    f"it has a minimum of {minimum:.6g} N, and a cord that may slip cannot push:"
+                    " give a force that is not negative, or leave cord_friction out"
+                )
+            if minimum < 0.0 and n.m2 == 0.0:
+                return ("drive", "force"), (
+                    f"it has a minimum of {minimum:.6g} N, and the end of a cord without mass"
+                    " cannot push: give a force that is not negative, or a counterweight"
+                )
+        for name, mass in (("car", n.m1), ("counterweight", n.m2)):
+            if n.inertia + mass * n.r * (n.r - n.r_k) <= 0.0:
+                return ("effects", "shaft_friction", "shaft_radius"), (
+                    f"the kinetic friction radius {n.r_k:.6g} m is so far above cord_radius ="
+                    f" {n.r} m that the {name} of {mass:.6g} kg would turn the pulley backward by"
+                    " accelerating it: the equations have no unique solution; give a thinner shaft"
+                )
+        return None
+
+    @property
+    def lift_parameters(self) -> LiftParameters:
+        """The numbers of a scenario with hanging masses."""
+        geometry, effects = self.mechanism, self.effects
+        masses, journal, cord = (
+            effects.hanging_masses,
+            effects.shaft_friction,
+            effects.cord_friction,
+        )
+        assert masses is not None
+        return LiftParameters(
+            geometry.cord_radius,
+            geometry.inertia,
+            masses.car_side,
+            masses.other_side,
+            masses.g,
+            effects.viscous_damping.coefficient if effects.viscous_damping else 0.0,
+            journal.static_radius if journal else 0.0,
+            journal.kinetic_radius if journal else 0.0,
+            limiting_ratio(cord.mu_s, cord.wrap_deg) if cord else inf,
+            limiting_ratio(cord.mu_k, cord.wrap_deg) if cord else inf,
+            self.drive.force is None,
+        )
+
+    @property
+    def drive_signal(self) -> Signal:
+        """The force or the torque of the drive over time."""
+        force, torque = self.drive.force, self.drive.torque
+        found = torque if force is None else force
+        assert found is not None  # checked by the model of the drive
+        return signal_from(found)
+
+    def warnings(self) -> list[str]:
+        """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""
+        journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
+        warnings = super().warnings()
+        if journal is not None and journal.shaft_radius >= arm:
+            thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
+            warnings.insert(0, thick)
+        if self.drive.force is None:
+            return warnings
+        minimum, _ = extremes(self.drive.force, self.solver.duration)
+        if minimum < 0.0:
+            warnings.append(f"drive.force has a minimum of {minimum:.6g} N; a cord cannot push")
+        return warnings

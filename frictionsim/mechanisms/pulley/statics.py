@@ -1,0 +1,180 @@
+"""Impending motion of a pulley on a dry shaft, eq 24, and of one with masses on its cord.
+
+At rest with masses the tensions are T1 = m1 g on the side of the car and T2 = P + m2 g on the
+other, and
+
+    |(T2 - T1) r + tau| <= r_s (T1 + T2)                    the shaft sticks
+    exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi)                the cord sticks (Euler, Eytelwein)
+"""
+
+from math import inf, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
+from frictionsim.mechanisms.single_dof import METRICS as METRICS
+from frictionsim.results import Quantities, Quantity
+
+if TYPE_CHECKING:
+    pass
+
+
+class LimitForces(NamedTuple):
+    """The limits of the force at rest, N; `lift` is None if no force lifts."""
+
+    lift: float | None
+    hold: float
+
+
+def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> LimitForces:
+    """Solve |(P - W) r_e| = r_f R for the force P, eq 24.
+
+        vertical     P = W (r_e +- r_f)/(r_e -+ r_f)
+        horizontal   (1 - q) P^2 - 2 W P + (1 - q) W^2 = 0,  q = (r_f/r_e)^2
+
+    Parameters
+    ----------
+    arm : float, m
+        Cord radius r_e.
+    radius : float, m
+        Friction radius r_f: r_s for impending motion, r_k for steady motion.
+    load : float, N
+        W.
+    vertical : bool
+
+    Returns
+    -------
+    LimitForces, N
+        If r_f >= r_e, no force lifts the load, and none is needed to hold it.
+    """
+    if radius >= arm:
+        return LimitForces(None, 0.0)
+    if vertical:
+        ratio = (arm + radius) / (arm - radius)
+        return LimitForces(load * ratio, load / ratio)
+    q = (radius / arm) ** 2
+    root = sqrt(q * (2.0 - q))
+    return LimitForces(load * (1.0 + root) / (1.0 - q), load * (1.0 - q) / (1.0 + root))
+
+
+def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
+    """Return the forces of impending motion, in the direction of the scenario."""
+    journal = scenario.effects.shaft_friction
+    r_s = journal.static_radius if journal else 0.0
+    vertical = scenario.drive.direction == "vertical"
+    forces = limit_forces(scenario.mechanism.cord_radius, r_s, scenario.mechanism.load, vertical)
+    return {
+        "force_to_lift": Quantity(forces.lift, "N"),
+        "force_to_hold": Quantity(forces.hold, "N"),
+    }
+
+
+def statics(scenario: PulleyScenario) -> Quantities:
+    """Return the limit forces of eq 24: vertical and horizontal, static and kinetic."""
+    if scenario.effects.hanging_masses is not None:
+        return _statics_of_lift(scenario)
+    if scenario.drive.force is None:
+        return _statics_of_torque(scenario)
+    journal = scenario.effects.shaft_friction
+    r_s = journal.static_radius if journal else 0.0
+    r_k = journal.kinetic_radius if journal else 0.0
+    arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
+    found = impending_motion_forces(scenario)
+    steady = limit_forces(arm, r_k, load, scenario.drive.direction == "vertical")
+    found["force_to_keep_lifting"] = Quantity(steady.lift, "N")
+    found["force_to_keep_lowering"] = Quantity(steady.hold, "N")
+    for direction in ("vertical", "horizontal"):
+        forces = limit_forces(arm, r_s, load, direction == "vertical")
+        found[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
+        found[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
+    found["friction_radius_static"] = Quantity(r_s, "m")
+    found["friction_radius_kinetic"] = Quantity(r_k, "m")
+    return found
+
+
+def limit_torques(scenario: PulleyScenario) -> Quantities:
+    """Return the torques of impending motion, W (r_e +- r_s)."""
+    journal = scenario.effects.shaft_friction
+    return _torques(scenario, journal.static_radius if journal else 0.0, "lift", "hold")
+
+
+def _statics_of_torque(scenario: PulleyScenario) -> Quantities:
+    """Return the limit torques of eq 24, static and kinetic, of a drive by a torque."""
+    journal = scenario.effects.shaft_friction
+    r_s = journal.static_radius if journal else 0.0
+    r_k = journal.kinetic_radius if journal else 0.0
+    return {
+        **limit_torques(scenario),
+        **_torques(scenario, r_k, "keep_lifting", "keep_lowering"),
+        "friction_radius_static": Quantity(r_s, "m"),
+        "friction_radius_kinetic": Quantity(r_k, "m"),
+    }
+
+
+def _torques(scenario: PulleyScenario, radius: float, up: str, down: str) -> Quantities:
+    """Return the torques at the limit of friction for motion up and down."""
+    arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
+    return {
+        f"torque_to_{up}": Quantity(load * (arm + radius), "N m"),
+        f"torque_to_{down}": Quantity(load * (arm - radius), "N m"),
+    }
+
+
+def _statics_of_lift(scenario: PulleyScenario) -> Quantities:
+    """Return the forces or torques of impending motion, and the safety against slip of the cord.
+
+    A force to lift or to hold that is negative: the counterweight alone does so.
+    """
+    n = scenario.lift_parameters
+    found = impending_motion_of_lift(scenario)
+    name, unit = _lift_drive(n)
+    lifting, lowering = _lift_limits(n, n.r_k, n.kinetic_ratio)
+    found[f"{name}_to_keep_lifting"] = Quantity(lifting, unit)
+    found[f"{name}_to_keep_lowering"] = Quantity(lowering, unit)
+    found["friction_radius_static"] = Quantity(n.r_s, "m")
+    found["friction_radius_kinetic"] = Quantity(n.r_k, "m")
+    return found
+
+
+def impending_motion_of_lift(scenario: PulleyScenario) -> Quantities:
+    """Return the force or torque of impending motion, and the traction of a cord that may slip."""
+    n = scenario.lift_parameters
+    name, unit = _lift_drive(n)
+    lift, hold = _lift_limits(n, n.r_s, n.static_ratio)
+    found = {f"{name}_to_lift": Quantity(lift, unit), f"{name}_to_hold": Quantity(hold, unit)}
+    if scenario.effects.cord_friction is not None:
+        force = 0.0 if n.by_torque else scenario.drive_signal(0.0)
+        tensions = sorted((n.weight_1, n.weight_2 + force))
+        ratio = tensions[1] / tensions[0] if tensions[0] > 0.0 else None
+        margin = None if ratio is None else n.static_ratio / ratio
+        found["tension_ratio_at_rest"] = Quantity(ratio, "1")
+        found["tension_ratio_allowed"] = Quantity(n.static_ratio, "1")
+        found["traction_margin"] = Quantity(margin, "1")
+    return found
+
+
+def _lift_drive(n: LiftParameters) -> tuple[str, str]:
+    """Return what the drive is, and its unit."""
+    return ("torque", "N m") if n.by_torque else ("force", "N")
+
+
+def _lift_limits(n: LiftParameters, radius: float, ratio: float) -> tuple[float | None, float]:
+    """Return the forces or torques that lift and that hold, at a friction radius and a ratio."""
+    return _lift_torques(n, radius) if n.by_torque else _lift_forces(n, radius, ratio)
+
+
+def _lift_forces(n: LiftParameters, radius: float, ratio: float) -> tuple[float | None, float]:
+    """Return the forces P that lift and that hold, N: the first None if no force lifts.
+
+    The tension of the force's side is T1 times the smaller of the ratios at which the shaft and
+    the cord give way, or T1 over it.
+    """
+    if radius < n.r:
+        ratio = min(ratio, (n.r + radius) / (n.r - radius))
+    lift = None if ratio == inf else n.weight_1 * ratio - n.weight_2
+    return lift, n.weight_1 / ratio - n.weight_2
+
+
+def _lift_torques(n: LiftParameters, radius: float) -> tuple[float, float]:
+    """Return the torques that lift and that hold, N m."""
+    unbalance, reaction = n.weight_1 - n.weight_2, n.weight_1 + n.weight_2
+    return n.r * unbalance + radius * reaction, n.r * unbalance - radius * reaction
