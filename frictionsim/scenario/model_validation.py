@@ -3,17 +3,12 @@
 from collections.abc import Iterator
 from pathlib import Path
 from sys import float_info
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from frictionsim.errors import OUT_OF_RANGE
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Scenario
-
-Model = TypeVar("Model", bound="Scenario")
 
 Table = TypeVar("Table", bound=BaseModel)
 
@@ -48,7 +43,7 @@ class ValidationFailure(Exception):
         return [f"{key_text(key)}: {message}" for key, message in self.faults]
 
 
-def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | None) -> "Model":
+def validate_model(model: type[Table], data: dict[str, Any], folder: Path | None) -> Table:
     """Return the scenario for the data of a TOML file.
 
     Parameters
@@ -71,7 +66,7 @@ def validate_model(model: "type[Model]", data: dict[str, Any], folder: Path | No
         raise ValidationFailure(faults) from None
 
 
-def _validated(model: "type[Model]", data: dict[str, Any], folder: Path | None) -> "Model":
+def _validated(model: type[Table], data: dict[str, Any], folder: Path | None) -> Table:
     _refuse(_too_large(data))  # before the validators, which compute with them
     try:
         scenario = model.model_validate(data, context={"folder": folder})

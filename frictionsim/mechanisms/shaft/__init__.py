@@ -40,7 +40,7 @@ from frictionsim.mechanisms.shaft.equation import (
 )
 from frictionsim.mechanisms.shaft.loads import Elapsed, Loads
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
-from frictionsim.mechanisms.shaft.statics import breakaway_values
+from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
 from frictionsim.mechanisms.shaft.stops import (
     impact_quantities,
@@ -54,6 +54,7 @@ from frictionsim.results import Quantities, Quantity
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value
 
 SCENARIO = ShaftScenario
+ShaftScenario.CHECKS = (check_unknown,)
 
 # The channels of the default plot, from top to bottom.
 PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")

@@ -7,7 +7,8 @@ from bisect import bisect_right
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms, arms_of_force, load_of
+from frictionsim.mechanisms.shaft.equation import load_of
+from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms, Turning, arms_of_force
 from frictionsim.mechanisms.shaft.many_digits import PI, cosine_and_sine, exact
 from frictionsim.scenario.signal_tables import AngleTable
 
@@ -178,11 +179,14 @@ def _length(vector: tuple[float, float]) -> Decimal:
 
 
 def _arms_of(force: "Force") -> Any:
-    """Return the arms of a force in these digits."""
+    """Return `Force.arms` in these digits."""
     x, y = map(exact, force.direction)
     length = _length(force.direction)
-    point = tuple(map(exact, force.point or ()))
-    return _decimal(arms_of_force(force, (x / length, y / length), point))
+    unit = x / length, y / length
+    if force.cord_radius is not None:
+        return _decimal(Arms((exact(force.cord_radius), *unit)))  # type: ignore[arg-type]
+    turning = Turning(force.direction_turns, force.point_turns)
+    return _decimal(arms_of_force(unit, tuple(map(exact, force.point or ())), turning))
 
 
 def _add_weights(

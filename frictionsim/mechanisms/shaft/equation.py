@@ -1,6 +1,6 @@
 """The equation of motion of a body on a shaft: its terms, its dry friction, its energies."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import hypot, radians
 from sys import float_info
 from typing import Any, NamedTuple
@@ -8,18 +8,18 @@ from typing import Any, NamedTuple
 from frictionsim.mechanisms.scalar_math import cos, sin
 from frictionsim.mechanisms.shaft.loads import (
     COUPLE,
+    Arms,
     Load,
     Loads,
     Size,
-    arms_of_force,
     arms_of_weight,
     largest_curvature,
-    load_of,
     middle_and_range,
 )
-from frictionsim.mechanisms.shaft.schema import ShaftScenario
+from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
 from frictionsim.mechanisms.single_dof import total
-from frictionsim.scenario.signals import Constant
+from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
+from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal
 from frictionsim.solvers.first_excess import time_of_excess
 from frictionsim.solvers.mechanism import DryFriction, EndStops, Trajectory, Value
 
@@ -33,9 +33,23 @@ SMALLEST = float_info.min
 
 def loads_of(scenario: ShaftScenario) -> list[Load]:
     """Return all forces and couples, weights included."""
-    found = [load_of(force, arms_of_force(force)) for force in scenario.forces]
+    found = [load_of(force, force.arms) for force in scenario.forces]
     found += [load_of(couple, COUPLE) for couple in scenario.couples]
     return found + weights_of(scenario)
+
+
+def load_of(part: Force | Couple, arms: Arms) -> Load:
+    """Return the load of a table of the scenario."""
+    size = part.size
+    if isinstance(size, SpeedTable):
+        return Load(arms, _points(size.speed, size.value), "speed")
+    if isinstance(size, AngleTable):
+        return Load(arms, _points([radians(x) for x in size.angle_deg], size.value), "angle")
+    return Load(arms, signal_from(size))
+
+
+def _points(x: Sequence[float], values: Sequence[float]) -> Signal:
+    return Constant(values[0]) if len(set(values)) == 1 else PiecewiseLinear(x, values)
 
 
 def weights_of(scenario: ShaftScenario) -> list[Load]:

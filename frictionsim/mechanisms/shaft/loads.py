@@ -11,16 +11,12 @@ sizes are numbers, or functions of time, speed or angle; time is the drive of th
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot, inf, radians
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import hypot, inf
+from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
-from frictionsim.scenario.signals import Constant, CubicPiece, PiecewiseLinear, Signal
+from frictionsim.scenario.signals import Constant, CubicPiece, Signal
 from frictionsim.solvers.mechanism import SwitchingSurface, Value
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.shaft.schema import Couple, Force
 
 Triple = tuple[float, float, float]
 Size = Callable[[Value, Value, Value], Value]
@@ -106,8 +102,15 @@ def _at(signal: Signal, x: Value) -> Value:
     return np.array([signal(value) for value in np.ravel(x).tolist()]).reshape(np.shape(x))
 
 
-def arms_of_force(force: "Force", unit: Any = None, point: Any = None) -> Arms:
-    """Return moment and components of a force per size, of the type of a given direction and point.
+class Turning(NamedTuple):
+    """What of a force turns with the body."""
+
+    direction: bool
+    point: bool
+
+
+def arms_of_force(unit: Any, point: Any, turning: Turning) -> Arms:
+    """Return moment and components of a force per size, in numbers of any type.
 
     With a point p and a unit direction d at q = 0, and J a quarter turn,
 
@@ -116,21 +119,14 @@ def arms_of_force(force: "Force", unit: Any = None, point: Any = None) -> Arms:
         point turns    M = (p x d) cos q - (p . d) sin q
         direction      M = (p x d) cos q + (p . d) sin q,  F = d cos q + J d sin q
     """
-    if unit is None:
-        length = hypot(*force.direction)
-        unit = [component / length for component in force.direction]
-    x, y = unit
-    if force.cord_radius is not None:
-        return Arms((force.cord_radius, x, y))
-    assert force.point is not None  # checked by the model of the force
-    p_x, p_y = point or force.point
+    (x, y), (p_x, p_y) = unit, point
     across = p_x * y - p_y * x
     along = p_x * x + p_y * y
-    if not force.direction_turns:
-        if not force.point_turns:
+    if not turning.direction:
+        if not turning.point:
             return Arms((across, x, y))
         return Arms((0.0, x, y), (across, 0.0, 0.0), (-along, 0.0, 0.0))
-    if force.point_turns:
+    if turning.point:
         return Arms((across, 0.0, 0.0), (0.0, x, y), (0.0, -y, x))
     return Arms(NONE, (across, x, y), (along, -y, x))
 
@@ -142,20 +138,6 @@ def arms_of_weight(radius: float, azimuth: float) -> Arms:
 
 
 COUPLE = Arms((1.0, 0.0, 0.0))
-
-
-def load_of(part: "Force | Couple", arms: Arms) -> Load:
-    """Return the load of a table of the scenario."""
-    size = part.size
-    if isinstance(size, SpeedTable):
-        return Load(arms, _points(size.speed, size.value), "speed")
-    if isinstance(size, AngleTable):
-        return Load(arms, _points([radians(x) for x in size.angle_deg], size.value), "angle")
-    return Load(arms, signal_from(size))
-
-
-def _points(x: Sequence[float], values: Sequence[float]) -> Signal:
-    return Constant(values[0]) if len(set(values)) == 1 else PiecewiseLinear(x, values)
 
 
 class Loads:

@@ -1,6 +1,6 @@
 """The tables of a scenario of kind `shaft`."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import hypot, inf, radians
 from sys import float_info
 from typing import Any, ClassVar, Literal, Self
@@ -9,8 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ViscousDamping
 from frictionsim.mechanisms.journal_friction import ShaftFriction
-from frictionsim.mechanisms.shaft.loads import arms_of_force, largest_arm
-from frictionsim.mechanisms.shaft.unknowns import check_unknown, one_key
+from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
 from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import PUBLISHED
@@ -101,6 +100,16 @@ class Force(Params):
                 "a cord leaves the body in a fixed direction; give point, or remove this key",
             )
         return self
+
+    @property
+    def arms(self) -> Arms:
+        """Moment and components per size."""
+        length = hypot(*self.direction)
+        x, y = (component / length for component in self.direction)
+        if self.cord_radius is not None:
+            return Arms((self.cord_radius, x, y))
+        turning = Turning(self.direction_turns, self.point_turns)
+        return arms_of_force((x, y), self.point, turning)
 
 
 class Couple(Params):
@@ -218,13 +227,20 @@ class Statics(Params):
     @field_validator("unknown", mode="before")
     @classmethod
     def _unknown_is_one(cls, unknown: Any) -> Any:
-        return one_key(unknown)
+        several = unknown if isinstance(unknown, list | tuple) else str(unknown).split(",")
+        if len(several) > 1:
+            keys = ", ".join(str(key).strip() for key in several)
+            message = f"eq 24 is one equation and has one unknown; found {len(several)}: {keys}"
+            raise inconsistent((), message)
+        return unknown
 
 
 class ShaftScenario(SingleDofScenario):
     """A scenario of kind `shaft`."""
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    # Checks that need the balance of forces; `frictionsim.mechanisms.shaft` sets them.
+    CHECKS: ClassVar[tuple[Callable[["ShaftScenario"], None], ...]] = ()
 
     kind: Literal["shaft"]
     mechanism: ShaftParameters
@@ -301,7 +317,7 @@ class ShaftScenario(SingleDofScenario):
     def largest_arm(self) -> float:
         """The largest arm of the forces and weights over a turn, m."""
         eccentric = self.effects.eccentric_mass
-        arms = [largest_arm(arms_of_force(force)) for force in self.forces]
+        arms = [largest_arm(force.arms) for force in self.forces]
         arms += [eccentric.radius] if eccentric is not None and self.has_weight else []
         return max(arms, default=0.0)
 
@@ -355,9 +371,9 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _unknown_enters(self) -> Self:
-        if self.statics is not None and self.statics.unknown is not None:
-            check_unknown(self)
+    def _balance_is_sound(self) -> Self:
+        for check in self.CHECKS:
+            check(self)
         return self
 
 

@@ -7,8 +7,9 @@ from math import radians
 from typing import TYPE_CHECKING
 
 from frictionsim.mechanisms.shaft.equation import contact_of, terms_of
-from frictionsim.mechanisms.shaft.unknowns import place_of
+from frictionsim.mechanisms.shaft.unknowns import WHERE, place_of, unknown_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
+from frictionsim.scenario.schema import inconsistent
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -22,6 +23,31 @@ if TYPE_CHECKING:
 DIRECTIONS = {1: "counter_clockwise", -1: "clockwise"}
 WORDS = {1: "counter-clockwise", -1: "clockwise"}
 STOPS = {1: "upper", -1: "lower"}  # that which keeps the body from turning in a direction
+
+
+def check_unknown(scenario: "ShaftScenario") -> None:
+    """Check that eq 24 can be solved for the unknown of a scenario.
+
+    Raises
+    ------
+    PydanticCustomError
+    """
+    from frictionsim.mechanisms.shaft.balance import balance_of
+    from frictionsim.mechanisms.shaft.impending_motion import enters
+    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
+
+    if scenario.statics is None or scenario.statics.unknown is None:
+        return
+    unknown = unknown_of(scenario, scenario.statics.unknown)
+    time, angle = place_of(scenario)
+    with many_digits():
+        balance = balance_of(scenario, unknown, time)
+        if not enters(balance, exact(angle)):
+            raise inconsistent(
+                WHERE,
+                f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"
+                " changes neither the moment nor the friction there",
+            )
 
 
 def breakaway_values(scenario: "ShaftScenario") -> Quantities:
@@ -110,7 +136,6 @@ class _Problem:
     def __init__(self, scenario: "ShaftScenario") -> None:
         from frictionsim.mechanisms.shaft.balance import balance_of
         from frictionsim.mechanisms.shaft.many_digits import exact
-        from frictionsim.mechanisms.shaft.unknowns import unknown_of
 
         assert scenario.statics is not None  # asked by the caller
         assert scenario.statics.unknown is not None

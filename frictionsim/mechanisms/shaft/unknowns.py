@@ -95,47 +95,6 @@ def place_of(scenario: "ShaftScenario") -> tuple[float, float]:
     return asked.time, start if asked.angle_deg is None else asked.angle_deg
 
 
-def check_unknown(scenario: "ShaftScenario") -> None:
-    """Check that eq 24 can be solved for the unknown of a scenario.
-
-    Raises
-    ------
-    PydanticCustomError
-    """
-    from frictionsim.mechanisms.shaft.balance import balance_of
-    from frictionsim.mechanisms.shaft.impending_motion import enters
-    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
-
-    if scenario.statics is None or scenario.statics.unknown is None:
-        return
-    unknown = unknown_of(scenario, scenario.statics.unknown)
-    time, angle = place_of(scenario)
-    with many_digits():
-        balance = balance_of(scenario, unknown, time)
-        if not enters(balance, exact(angle)):
-            raise inconsistent(
-                WHERE,
-                f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"
-                " changes neither the moment nor the friction there",
-            )
-
-
-def one_key(value: Any) -> Any:
-    """Return a key as it was given.
-
-    Raises
-    ------
-    PydanticCustomError
-        If several are given.
-    """
-    several = value if isinstance(value, list | tuple) else str(value).split(",")
-    if len(several) > 1:
-        keys = ", ".join(str(key).strip() for key in several)
-        message = f"eq 24 is one equation and has one unknown; found {len(several)}: {keys}"
-        raise inconsistent((), message)
-    return value
-
-
 def _why_not(scenario: "ShaftScenario", key: str, known: list[str]) -> str:
     table, *rest = key.split(".")
     if table in ("forces", "couples") and rest:
