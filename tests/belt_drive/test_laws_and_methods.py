@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.results import failures
 from frictionsim.scenario.methods import BELT
-from tests.support.belt_scenarios import every_effect, pair, scenario_of
+from tests.support.belt_scenarios import every_effect, pair
 from tests.support.scenarios import Scenario, simulate, with_method
 
 PARAMETERS = {
@@ -33,11 +33,15 @@ def test_a_pair_comes_to_its_end(pair_of_names: tuple[str, str]) -> None:
 @pytest.mark.parametrize(
     "effect", ["belt_friction", "axial_damping", "bending", "contact__damping", "every"]
 )
-def test_kernels_of_other_effects_are_compiled(effect: str, backend: str) -> None:
-    data = every_effect(solver__backend=backend)
+def test_compiled_kernels_of_other_effects_keep_their_law_and_energy(
+    effect: str, backend: str
+) -> None:
+    settings = {"solver__backend": backend, "solver__duration": SHORT}
+    data = every_effect(**settings)
     if effect != "every":
-        data = pair(solver__backend=backend, **{f"effects__{effect}": None})
-    BeltDrive(scenario_of(data)).prepare(lambda t: None)
+        data = pair(**settings, **{f"effects__{effect}": None})
+    done = simulate(data)
+    assert (done.status, failures(done.checks)) == ("done", "")
 
 
 @pytest.mark.usefixtures("uncompiled")

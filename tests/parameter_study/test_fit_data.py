@@ -9,6 +9,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.units import factor
+from frictionsim.scenario.csv_columns import read_columns
 from tests.parameter_study.measurements import (
     FORCE,
     MU_S,
@@ -191,3 +192,12 @@ def test_a_unit_in_round_brackets(column: str | int, tmp_path: Path) -> None:
     assert f"\ndata: angular_velocity from {name} in deg/s\n" in found.summary()
     residuals = found.to_json()["residuals"]["angular_velocity"]
     assert (residuals["column"], residuals["data_unit"]) == (column, "deg/s")
+
+
+def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t;w\n0.5;1.5\n1.0;2,5\n")
+    with pytest.raises(InputError, match="2,5"):
+        read_columns(path, ["t", "w"], ["t", "w"])
+    path.write_text("t;w\n0,5;1,5\n1;2,5\n")
+    assert read_columns(path, ["t", "w"], ["t", "w"]).values["w"] == [1.5, 2.5]

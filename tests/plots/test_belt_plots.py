@@ -167,3 +167,16 @@ def test_first_free_body_and_middle_of_the_first_span(
 ) -> None:
     assert first_free_body(np.array(touched)) == off
     assert middle_of_first_span(np.array(touched)) == middle
+
+
+def test_the_mean_of_the_tension_is_that_of_the_last_fifth() -> None:
+    """A tension that is the time everywhere: its mean from 0.8 to 1 of 2 s is 1.8 N."""
+    run = belt_run(TWO, samples=201)
+    tension = np.outer(run.time, np.ones(150))
+    figure = draw(with_channels(run, tension=tension), "tension")
+    (line,) = (
+        line
+        for line in figure.axes[0].get_lines()
+        if line.get_label() == "mean over the last fifth"
+    )
+    assert np.asarray(line.get_ydata()) == pytest.approx(1.8, rel=0.01)  # by the ends of samples

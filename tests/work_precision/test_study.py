@@ -29,6 +29,7 @@ from frictionsim.work_precision import settings
 from frictionsim.work_precision.errors import Error, metric_errors
 from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import advise
+from frictionsim.work_precision.report import attributes
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
 from tests.support.problems import RAMP
@@ -156,6 +157,9 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
         assert page.count("5e\N{MINUS SIGN}10*") == 1
         assert page.count("5e\N{MINUS SIGN}09*") == 0
         assert "* below the reference uncertainty" in page
+    in_time = reference._replace(names=("on its own mesh",))
+    about = attributes(found.data._replace(time_reference=in_time))
+    assert (about["references"], about["time_references"]) == ("one\ntwo", "on its own mesh")
     unknown = reference._replace(floor={})
     other = PublicStudy(found.data._replace(reference=unknown))
     assert [line["below_uncertainty"] for line in other.to_json()["settings"]] == [[], [], []]
