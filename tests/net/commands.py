@@ -69,7 +69,8 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
         if path.suffix == ".h5":
             yield "files", called, contents.structure(path)
             if file not in LIKE_ANOTHER and path.parent == folder:
-                for view, found in figures.of_file(Path(file)):
+                shown = told(["show", file, "--json"], folder)[1]
+                for view, found in figures.of_file(Path(file), shown):
                     yield "figures", f"{called} {view}", found
         elif path.suffix == ".html":
             yield "reports", called, contents.report(path, folder)

@@ -41,7 +41,7 @@ def views(shown: str) -> list[str]:
     if not shown.startswith("{"):  # a damaged file
         return []
     found = json.loads(shown)
-    return list(found["quantities"] if "varied" in found else VIEWS[found["kind"]])
+    return list(found["quantities"] if "varied" in found else VIEWS.get(found["kind"], ()))
 
 
 def _drawn(draw: Callable[[], dict[str, Any]]) -> dict[str, Any]:

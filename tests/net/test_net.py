@@ -98,6 +98,20 @@ def word_differently(found: dict[str, Any]) -> None:
     found["001"]["stderr"] = [line.replace("missing", "absent") for line in found["001"]["stderr"]]
 
 
+def test_a_sequence_of_commands_tells_what_its_files_hold_and_its_views_draw(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        commands,
+        "sequences",
+        lambda: {"one": ["solve pulley -o a.h5", "show a.h5 --json > a.json"]},
+    )
+    told = {(part, name) for part, name, _ in commands.of_sequence("one", tmp_path)}
+    views = {("figures", f"one: a.h5 {view}") for view in ("?", "response", "traction", "motion")}
+    assert views | {("files", "one: a.h5"), ("commands", "one: a.json")} <= told
+
+
 def test_names_are_those_of_the_shipped_scenarios() -> None:
     shipped = {
         p.relative_to(ROOT / "scenarios").with_suffix("")
