@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
-    from frictionsim.api.sweeping import open_sweep as open_sweep
+    from frictionsim.api.sweep_result import Sweep as Sweep
+    from frictionsim.api.sweep_result import open_sweep as open_sweep
     from frictionsim.api.sweeping import resume_sweep as resume_sweep
     from frictionsim.api.sweeping import sweep as sweep
     from frictionsim.api.warming import WarmedUp as WarmedUp
@@ -62,7 +63,8 @@ _MODULES = {
     "cost": "api.studies",
     "Study": "api.studies",
     "sweep": "api.sweeping",
-    "open_sweep": "api.sweeping",
+    "open_sweep": "api.sweep_result",
+    "Sweep": "api.sweep_result",
     "resume_sweep": "api.sweeping",
     "fit": "api.fitting",
     "Fit": "api.fitting",

@@ -1,12 +1,11 @@
 """Checks of arguments that have the wrong type or are out of range."""
 
-from collections.abc import Callable, Iterable
-from inspect import Parameter, signature
+from collections.abc import Iterable
 from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Any
 
-from frictionsim.errors import ArgumentError, unknown
+from frictionsim.errors import ArgumentError
 
 
 def as_path(argument: str, value: str | PathLike[str]) -> Path:
@@ -64,29 +63,6 @@ def as_names(argument: str, value: str | Iterable[str]) -> list[str]:
         if not isinstance(name, str):
             raise ArgumentError(argument, f"expected names, got {_shown(name)}")
     return names
-
-
-def check_keywords(function: Callable[..., Any], given: Iterable[str], options: type) -> None:
-    """Check that a function has the keywords that it was given beside its named arguments.
-
-    Parameters
-    ----------
-    function : callable
-    given : iterable of str
-    options : TypedDict
-        The optional keywords of the function.
-
-    Raises
-    ------
-    TypeError
-        With the nearest keyword that the function has.
-    """
-    named = signature(function).parameters.values()
-    known = [p.name for p in named if p.kind is not Parameter.VAR_KEYWORD]
-    known += options.__annotations__
-    for name in given:
-        if name not in known:
-            raise TypeError(f"{function.__name__}(): {unknown('keyword argument', name, known)}")
 
 
 def _shown(value: Any) -> str:

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_names, as_path, as_tolerance
+from frictionsim.api.tables import Cells, Parts, short_text
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
+from frictionsim.results import finite
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -71,3 +73,40 @@ def _named(
         return str(source.path or words), source.record
     path = as_path(argument, source)
     return str(path), results.open(path).record
+
+
+def comparison_parts(found: Comparison) -> Parts:
+    """Yield the largest differences of two results."""
+    rows = [
+        (
+            row.name,
+            short_text(row.difference),
+            short_text(row.allowed),
+            "" if row.time is None else f"{row.time:.9g}",
+            "ok" if row.ok else (row.note or "different"),
+        )
+        for row in found.rows
+    ]
+    yield Cells(("channel", ">largest difference", ">allowed", ">time, s", ""), rows)
+    yield from found.notes
+    differing = sum(not row.ok for row in found.rows)
+    yield f"{differing} of {len(found.rows)} differ" if differing else "the files agree"
+
+
+def comparison_json(comparison: Comparison) -> dict[str, Any]:
+    """Return the JSON object of a comparison."""
+    return {
+        "same": comparison.same,
+        "rows": [
+            {
+                "channel": row.name,
+                "difference": finite(row.difference),
+                "allowed": finite(row.allowed),
+                "time": finite(row.time),
+                "ok": row.ok,
+                "note": row.note,
+            }
+            for row in comparison.rows
+        ],
+        "notes": list(comparison.notes),
+    }

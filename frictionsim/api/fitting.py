@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isnan
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.arguments import as_count, as_names, as_path, check_keywords
+from frictionsim.api.arguments import as_count, as_names, as_path
+from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.tables import Cells, Parts
 from frictionsim.errors import ArgumentError, counted
@@ -159,23 +160,7 @@ Columns = str | Iterable[str] | Mapping[str, str | int]
 """Names that are those of their columns, too; or the column of each name."""
 
 
-class FitOptions(TypedDict, total=False):
-    """The optional arguments of `fit`."""
-
-    quantities: str | Iterable[str] | Mapping[str, str | int | float]
-    over: Columns
-    sigma: Mapping[str, float | str]
-    units: Mapping[str, str]
-    time: str | int
-    time_unit: str
-    time_offset: float
-    starts: int
-    seed: int
-    bootstrap: int
-    progress: Callable[[int], Any]
-
-
-class Fit:
+class Fit(ResultBase):
     """What a fit of free keys of a scenario to measured data found.
 
     Attributes
@@ -314,27 +299,19 @@ class Fit:
         write_new(target, self.to_toml(), "scenario")
         return target
 
-    def save_plot(self, path: str | PathLike[str]) -> Path:
-        """Write the picture of data, fit and residuals: .png, .pdf or .svg.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written.
-        """
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the fitted scenario (.toml, a new file) or the picture (.png, .pdf, .svg)."""
+        target = as_path("path", path)
+        if target.suffix == ".toml":
+            return self.save_toml(target)
         from frictionsim.plots.picture_file import save
 
-        target = as_path("path", path)
         save(self.plot(), target)
         return target
 
-    def summary(self) -> str:
-        """Return the estimates as text, as the command line prints them."""
-        from frictionsim.api.tables import as_text
-
-        return as_text(fit_parts(self.data))
+    def parts(self) -> Parts:
+        """Yield the estimates, their correlations and the residuals."""
+        return fit_parts(self.data)
 
     def to_json(self) -> dict[str, Any]:
         """Return the fit as plain data, as the command line prints it with --json."""
@@ -344,11 +321,6 @@ class Fit:
         values = ", ".join(f"{key}={value:.6g}" for key, value in self.values.items())
         return f"<frictionsim.Fit {self.scenario.kind}: {self.status}, {values}>"
 
-    def _repr_html_(self) -> str:
-        from frictionsim.api.tables import as_html
-
-        return as_html(fit_parts(self.data))
-
 
 def fit(
     scenario: Scenario | ScenarioSource,
@@ -356,8 +328,18 @@ def fit(
     *,
     data: Any = None,
     channels: Columns = (),
+    quantities: str | Iterable[str] | Mapping[str, str | int | float] = (),
+    over: Columns = (),
     free: Mapping[str, Any],
-    **options: Unpack[FitOptions],
+    sigma: Mapping[str, float | str] | None = None,
+    units: Mapping[str, str] | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    time_offset: float = 0.0,
+    starts: int = 3,
+    seed: int = 0,
+    bootstrap: int = 0,
+    progress: Callable[[int], Any] | None = None,
 ) -> Fit:
     """Fit free keys of a scenario to measured data by least squares within bounds.
 
@@ -370,20 +352,34 @@ def fit(
         or an empty cell, was not measured.
     channels : str, iterable of str or mapping
         The channels that were measured over time; a mapping gives the column of each.
+    quantities : mapping, or names
+        Of one run, the measured value of each; with `over`, the names of columns, or the column of
+        each.
+    over : str, iterable of str or mapping
+        The keys that the rows of the data set, each of which is a run; a mapping gives the column
+        of each.
     free : mapping
         Bounds (low, high), or (low, high, start), of each key to be fitted. Without a start it is
         the scenario's value, or the middle. Several keys with commas between them have one value.
-    **options
-        `quantities`: of one run, the measured value of each; with `over`, the names of columns, or
-        the column of each. `over`: the keys that the rows of the data set, each of which is a
-        run; a mapping gives the column of each. `sigma`: standard deviation of a channel or
-        quantity, in the unit of the data, or the name of its column; without it the scatter about
-        the fit is taken. `units`: unit of the data of a channel or quantity, such as `deg/s`,
-        where it is another one. `time`: column of the times, by default `time`, or the first of a
-        file. `time_unit`: by default s. `time_offset`, s: is added to the times of the data.
-        `starts`: local searches, by default 3; 1 starts from the start only. `seed`: of the points
-        that are scanned for starts, and of the bootstrap. `bootstrap`: how many fits to data drawn
-        anew, by default 0. `progress`: is called with the number of runs so far.
+    sigma : mapping, optional
+        Standard deviation of a channel or quantity, in the unit of the data, or the name of its
+        column; without it the scatter about the fit is taken.
+    units : mapping, optional
+        Unit of the data of a channel or quantity, such as `deg/s`, where it is another one.
+    time : str or int, optional
+        Column of the times; by default `time`, or the first of a file.
+    time_unit : str, optional
+        By default s.
+    time_offset : float, s
+        Is added to the times of the data.
+    starts : int
+        Number of local searches; 1 starts from the start only.
+    seed : int
+        Of the points that are scanned for starts, and of the bootstrap.
+    bootstrap : int
+        Number of fits to data drawn anew.
+    progress : callable, optional
+        Is called with the number of runs so far.
 
     Raises
     ------
@@ -391,12 +387,21 @@ def fit(
         If the scenario, the data or an argument is not valid; before anything is fitted.
     SolverError
         If all runs fail.
-    TypeError
-        If there is no such argument.
     """
-    check_keywords(fit, options, FitOptions)
-    settings = _settings(options)
-    source = _source(data, channels, options)
+    settings = _settings(starts, seed, bootstrap)
+    source = _checked(
+        Source(
+            data=data,
+            channels=_columns("channels", channels),
+            quantities=_quantities(quantities, bool(over)),
+            over=_columns("over", over),
+            sigma={} if sigma is None else sigma,  # type: ignore[arg-type]  # checked there
+            units={} if units is None else units,  # type: ignore[arg-type]
+            time=time,
+            time_unit=time_unit,
+            time_offset=_finite("time_offset", time_offset),
+        )
+    )
     loaded = with_overrides(scenario, overrides)
     if not isinstance(free, Mapping):
         raise ArgumentError(
@@ -408,31 +413,28 @@ def fit(
     keys = free_keys(free, loaded)
     found = measured(source, loaded)
     check_runs(found, keys, loaded)
-    progress = options.get("progress") or (lambda runs: None)
-    if not callable(progress):
+    if not (progress is None or callable(progress)):
         raise ArgumentError("progress", f"expected a function of a number, got {progress!r}")
-    problem = FitProblem(loaded, keys, found, progress)
+    problem = FitProblem(loaded, keys, found, progress or (lambda runs: None))
     origin = loaded.origin
     return Fit(fit_problem(problem, settings), origin.source, origin.values)
 
 
-def _settings(options: FitOptions) -> Settings:
-    seed, bootstrap = options.get("seed", 0), options.get("bootstrap", 0)
+def _settings(starts: int, seed: int, bootstrap: int) -> Settings:
     for name, value in (("seed", seed), ("bootstrap", bootstrap)):
         if not isinstance(value, int) or isinstance(value, bool) or value < 0:
             raise ArgumentError(name, f"expected a whole number of at least 0, got {value!r}")
-    return Settings(as_count("starts", options.get("starts", 3)), seed, bootstrap)
+    return Settings(as_count("starts", starts), seed, bootstrap)
 
 
-def _source(data: Any, channels: Columns, options: FitOptions) -> Source:
-    """Return what is to be compared, with all arguments checked that need no data."""
-    wanted, over = _columns("channels", channels), _columns("over", options.get("over", ()))
-    quantities = _quantities(options.get("quantities", ()), bool(over))
-    if not wanted and not quantities:
+def _checked(given: Source) -> Source:
+    """Check what is to be compared, as far as it needs no data."""
+    data, wanted = given.data, given.channels
+    if not wanted and not given.quantities:
         raise ArgumentError(
             "channels", "expected a channel or quantity that was measured; none is given"
         )
-    if over and wanted:
+    if given.over and wanted:
         raise ArgumentError(
             "over", "the rows of the data are runs, or times of channels; leave out one of them"
         )
@@ -442,24 +444,15 @@ def _source(data: Any, channels: Columns, options: FitOptions) -> Source:
         raise ArgumentError(
             "data", f"expected a CSV file or columns by name, got {type(data).__name__}"
         )
-    if data is None and (wanted or over):
+    if data is None and (wanted or given.over):
         raise ArgumentError("data", "missing; expected a CSV file or columns by name")
-    names = [*wanted, *quantities]
-    for argument in ("sigma", "units"):
-        if not isinstance(options.get(argument, {}), Mapping):
+    names = [*wanted, *given.quantities]
+    for argument, by_name in (("sigma", given.sigma), ("units", given.units)):
+        if not isinstance(by_name, Mapping):
             raise ArgumentError(argument, "expected a mapping of channels or quantities")
-        check_names(argument, options.get(argument, {}), names)  # type: ignore[arg-type]
-    return Source(
-        data=data,
-        channels=wanted,
-        quantities=quantities,
-        over=over,
-        sigma={name: _sigma(name, value) for name, value in options.get("sigma", {}).items()},
-        units=dict(options.get("units", {})),
-        time=options.get("time"),
-        time_unit=options.get("time_unit"),
-        time_offset=_finite("time_offset", options.get("time_offset", 0.0)),
-    )
+        check_names(argument, by_name, names)
+    sigma = {name: _sigma(name, value) for name, value in given.sigma.items()}
+    return given._replace(data=data, sigma=sigma, units=dict(given.units))
 
 
 def _columns(argument: str, given: Any) -> dict[str, str | int]:

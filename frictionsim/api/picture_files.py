@@ -5,16 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api import result as results
-from frictionsim.api.opening import SweepFile, result_or_sweep
 from frictionsim.api.pictures import (
-    PictureOptions,
     check_no_body,
     check_no_choice,
     check_of_sweep,
-    options_of,
     overlaid,
-    quantities_of,
 )
+from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
 from frictionsim.errors import InputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import check_apart
@@ -71,7 +68,8 @@ def save_pictures(
     files: Sequence[Path],
     path: Path | None,
     choice: Choice,
-    options: PictureOptions,
+    look: "Appearance",
+    shown: "Extent",
     *,
     no_clobber: bool = False,
 ) -> Saved:
@@ -84,7 +82,8 @@ def save_pictures(
         Ends in .png, .pdf or .svg. Of several views each is written to FILE-<view>.png; without a
         path also one that is named.
     choice : Choice
-    options : PictureOptions
+    look : Appearance
+    shown : Extent
     no_clobber : bool
         Do not replace existing files.
 
@@ -97,7 +96,6 @@ def save_pictures(
     """
     from frictionsim.plots.picture_file import check_format
 
-    look, shown = options_of(options)
     if path is not None:
         check_format(path)
     found = [(str(file), result_or_sweep(file)) for file in files]
@@ -107,7 +105,7 @@ def save_pictures(
         check_no_choice(choice.at)
         check_no_body(choice.body, "these are several")
         return _save_overlays(overlaid(found), place, choice, look, shown)
-    if isinstance(first, SweepFile):
+    if isinstance(first, Sweep):
         check_of_sweep(choice.body, shown)
         return _save_sweep(first.table, place, choice, look)
     check_no_choice(choice.at)

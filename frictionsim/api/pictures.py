@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
-from frictionsim.api.opening import SweepFile, result_or_sweep
+from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep, table_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber
 
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.io.sweep_table import SweepTable
-    from frictionsim.plots.appearance import Appearance
     from frictionsim.plots.overlay import Overlaid
     from frictionsim.plots.window import Extent
 
-    Source = results.Result | xarray.Dataset | str | PathLike[str]
+    Source = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
 
 
 def animate(
@@ -74,22 +73,6 @@ def animate(
     return target
 
 
-class PictureOptions(TypedDict, total=False):
-    """The options of `plot` by name."""
-
-    width: str | None
-    height: str | None
-    dpi: float | None
-    style: str | None
-    title: bool
-    time: float | None
-    window: tuple[float | None, float | None] | None
-    channels: str | Sequence[str] | None
-
-
-OF_LOOK, OF_EXTENT = ("width", "height", "dpi", "style", "title"), ("time", "window", "channels")
-
-
 def plot(
     result: "Source | Sequence[Source]",
     view: str | None = None,
@@ -97,14 +80,21 @@ def plot(
     body: int | None = None,
     at: Mapping[str, Any] | None = None,
     ax: "Axes | None" = None,
-    **options: Unpack[PictureOptions],
+    width: str | None = None,
+    height: str | None = None,
+    dpi: float | None = None,
+    style: str | None = None,
+    title: bool = True,
+    time: float | None = None,
+    window: tuple[float | None, float | None] | None = None,
+    channels: str | Sequence[str] | None = None,
 ) -> "Figure":
     """Draw a view of a result or a picture of a sweep, as `frictionsim plot` does.
 
     Parameters
     ----------
-    result : results.Result, xarray.Dataset or path; or a list of results
-        A dataset is that of a sweep, as `sweep` and `open_sweep` return it. Several results of
+    result : Result, Sweep, xarray.Dataset or path; or a list of results
+        A dataset is that of a sweep, or a part of it. Several results of
         one kind are drawn over each other, with a key, in a view over time.
     view : str, optional
         Of a result one of the views of its kind; of a sweep a quantity, or several with commas
@@ -115,13 +105,20 @@ def plot(
         By varied key of a grid, the one value of it that is drawn.
     ax : Axes, optional
         Draw in the place of these axes, which are removed: a view may have several panels.
-    **options
-        `width`, `height` : of the picture, as ``"84mm"``; the text keeps its size in points.
-        `dpi` : dots per inch. `style` : "paper", "talk", or "user" for the user's settings of
-        matplotlib. `title` : False leaves it out.
-        `time` : the instant that a view of one shows, s. `window` : start and end of what a view
-        over time shows, s; None is the start or end of the run. `channels` : what a view over
-        time draws instead of its own.
+    width, height : str, optional
+        Of the picture, as ``"84mm"``; the text keeps its size in points.
+    dpi : float, optional
+        Dots per inch.
+    style : str, optional
+        "paper", "talk", or "user" for the user's settings of matplotlib.
+    title : bool
+        False leaves it out.
+    time : float, optional, s
+        The instant that a view of one shows.
+    window : pair of float or None, optional, s
+        Start and end of what a view over time shows; None is the start or end of the run.
+    channels : str or sequence of str, optional
+        What a view over time draws instead of its own.
 
     Returns
     -------
@@ -141,9 +138,11 @@ def plot(
     """
     from warnings import warn
 
+    from frictionsim.plots.appearance import appearance
     from frictionsim.plots.glyphs import GlyphWarning, faults_of
+    from frictionsim.plots.window import extent
 
-    look, shown = options_of(options)
+    look, shown = appearance(width, height, dpi, title, style), extent(time, window, channels)
     found = _found(result)
     if isinstance(found, list):
         check_no_choice(at)
@@ -166,20 +165,6 @@ def plot(
     return figure
 
 
-def options_of(options: Mapping[str, Any]) -> "tuple[Appearance, Extent]":
-    from frictionsim.errors import unknown
-    from frictionsim.plots.appearance import appearance
-    from frictionsim.plots.window import extent
-
-    for name in options:
-        if name not in (*OF_LOOK, *OF_EXTENT):
-            raise InputError(unknown("option", name, [*OF_LOOK, *OF_EXTENT]))
-    return (
-        appearance(**{name: options[name] for name in OF_LOOK if name in options}),
-        extent(**{name: options[name] for name in OF_EXTENT if name in options}),
-    )
-
-
 def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
     """Return what is drawn: a result, a sweep, or several results with their names."""
     if isinstance(source, list | tuple):
@@ -194,9 +179,9 @@ def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
 def _one(source: Any) -> "results.Result | SweepTable":
     if isinstance(source, results.Result):
         return source
+    if isinstance(source, Sweep):
+        return source.table
     if hasattr(source, "data_vars"):
-        from frictionsim.api.sweep_dataset import table_of
-
         return table_of(source)
     opened = result_or_sweep(as_path("result", source))
     return opened if isinstance(opened, results.Result) else opened.table
@@ -207,7 +192,7 @@ def _name(source: Any, number: int) -> str:
     return str(path) if path is not None else f"result {number}"
 
 
-def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | SweepFile]]") -> Any:
+def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
     """Return several results as they are drawn over each other.
 
     Raises
@@ -224,11 +209,6 @@ def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | SweepFile
                 " alone"
             )
     return [Overlaid(name, one.record) for name, one in found if isinstance(one, results.Result)]
-
-
-def quantities_of(view: str | None) -> list[str]:
-    """Return the quantities that a view of a sweep names."""
-    return [] if view is None else [name.strip() for name in view.split(",")]
 
 
 def check_no_choice(at: Mapping[str, Any] | None) -> None:

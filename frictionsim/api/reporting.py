@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_path
-from frictionsim.api.opening import SweepFile
 from frictionsim.api.studies import Study
+from frictionsim.api.sweep_result import Sweep, open_sweep, table_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
@@ -29,7 +29,7 @@ def study_html(source: Any) -> str | None:
     Parameters
     ----------
     source : object
-        A Study, the dataset of a sweep, or a path.
+        A Study, a Sweep or its dataset, or a path.
 
     Raises
     ------
@@ -41,20 +41,20 @@ def study_html(source: Any) -> str | None:
         from frictionsim.work_precision.reading import table_of as table_of_study
 
         return cost_page(table_of_study(source.data), "")
+    if isinstance(source, Sweep):
+        return _sweep_html(source)
     if hasattr(source, "data_vars"):
-        from frictionsim.api.sweep_dataset import table_of
-
-        return _sweep_html(SweepFile(table_of(source), None))
+        return _sweep_html(Sweep(table_of(source)))
     return _of_file(Path(source)) if isinstance(source, (str, os.PathLike)) else None
 
 
 def _of_file(path: Path) -> str | None:
-    from frictionsim.io.hdf5_reader import identity_of, read_costs, read_sweep
+    from frictionsim.io.hdf5_reader import identity_of, read_costs
 
     if _is_hdf5(path):
         identity = identity_of(path)
         if identity.is_sweep:
-            return _sweep_html(SweepFile(read_sweep(path), path))
+            return _sweep_html(open_sweep(path))
         return _costs_html(read_costs(path), path) if identity.is_table else None
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.replaceable import SWEEP_IN_CSV
@@ -85,15 +85,14 @@ def _costs_html(table: Any, path: Path) -> str:
     return cost_page(table, str(path))
 
 
-def _sweep_html(found: SweepFile) -> str:
+def _sweep_html(found: Sweep) -> str:
     import numpy as np
 
-    from frictionsim.api.sweep_tables import sweep_parts
     from frictionsim.reports.sweep_report import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        parts, pictures = sweep_parts(found.table, found.path), _pictures_of_sweep(found.table)
-        return sweep_page(found.table, parts, str(found.path or ""), pictures)
+        pictures = _pictures_of_sweep(found.table)
+        return sweep_page(found.table, found.parts(), str(found.path or ""), pictures)
 
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
@@ -123,7 +122,7 @@ Source = results.Result | str | PathLike[str]
 
 
 def report(
-    source: "Source | Study | xarray.Dataset | Sequence[Source]",
+    source: "Source | Study | Sweep | xarray.Dataset | Sequence[Source]",
     path: str | PathLike[str],
     *,
     no_clobber: bool = False,
@@ -132,7 +131,7 @@ def report(
 
     Parameters
     ----------
-    source : Result, Study, xarray.Dataset or path, or sequence of results and paths
+    source : Result, Study, Sweep, xarray.Dataset or path, or sequence of results and paths
         The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep; several
         results of one kind are compared.
     path : path

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.arguments import as_path
+from frictionsim.api.result_base import ResultBase
+from frictionsim.api.tables import Cells, Parts, number_text, quantities_table, short_text
 from frictionsim.errors import (
     EXIT_DONE,
     AuditError,
@@ -14,18 +16,32 @@ from frictionsim.errors import (
     InputError,
     failure_class,
 )
-from frictionsim.results import Check, Quantities, Record, SolverStatistics, failures
+from frictionsim.results import (
+    Check,
+    Quantities,
+    Record,
+    SolverStatistics,
+    Transition,
+    failures,
+    finite,
+    quantities_json,
+)
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.work_precision.error_estimate import Estimate
 
 LOG = logging.getLogger(__name__)
+MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -", 2: "open", 3: "taut", 4: "slack"}
+# Of more events, the table shows the first ones and the last.
+MAX_EVENTS = 20
 
 
-class Result:
+class Result(ResultBase):
     """The result of a run: its channels, events, quantities and audit.
 
     Made by `solve`, `resume` and `open`. Results are not changed; they can be pickled and used by
@@ -252,22 +268,77 @@ class Result:
             LOG.warning("saved without the state to resume from: %s", error)
             return None
 
-    def summary(self) -> str:
-        """Return the summary as text, as the command line prints it."""
-        from frictionsim.api.tables import as_text, summary
+    def plot(
+        self, view: str | None = None, *, body: int | None = None, ax: "Axes | None" = None
+    ) -> "Figure":
+        """Draw a view; `frictionsim.plot` has further options.
 
-        return as_text(summary(self))
+        Parameters
+        ----------
+        view : str, optional
+            By default the first of the kind.
+        body : int, optional
+            Number of the body of a belt, for the view `body`.
+        ax : Axes, optional
+            Draw in the place of these axes, which are removed.
+        """
+        from frictionsim.plots import draw
+
+        return draw(self.record, view, body, ax=ax)
+
+    def parts(self) -> Parts:
+        """Yield the lines and tables of the summary."""
+        attributes = self.record.attributes
+        effects = ", ".join(self.effects) or "none"
+        law = f"law {attributes['law']}, " if attributes.get("law") else ""
+        yield f"{self.title or self.kind}: {self.status}"
+        yield f"kind {self.kind}, effects {effects}, {law}backend {attributes['backend']}"
+        if self.quantities:
+            yield quantities_table(self.quantities, self.errors)
+        if self.errors:
+            yield self.error_estimate
+        if transitions := self.record.transitions:
+            yield _transitions_table(transitions)
+        if self.audit:
+            yield _audit_table(self.audit)
+        if self.statistics is not None:
+            yield _statistics(self.statistics, len(self.record.channels["time"]))
+        else:
+            yield "from a file of format version 1, which holds no quantities, audit and counts"
+        yield f"result: {self.path or 'none'}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json."""
-        from frictionsim.api.json_data import result_json
+        """Return the summary as plain data, as the command line prints it with --json.
 
-        return result_json(self)
-
-    def _repr_html_(self) -> str:
-        from frictionsim.api.tables import as_html, summary
-
-        return as_html(summary(self))
+        With estimated errors each quantity has an `error`, and there is an `error_estimate`.
+        """
+        attributes = self.record.attributes
+        statistics = self.statistics
+        data: dict[str, Any] = {
+            "scenario": self.origin.source or None,
+            "overrides": self.origin.values,
+            "kind": self.kind,
+            "law": attributes.get("law") or None,
+            "backend": attributes["backend"],
+            "status": self.status,
+            "reason": self.reason,
+            "failure": self.failure,
+            "quantities": quantities_json(self.quantities),
+            "events": [_event_json(e) for e in self.record.transitions],
+            "solver": {} if statistics is None else statistics._asdict(),
+            "effects": list(self.effects),
+            "audit": {
+                name: {"value": finite(check.value), "limit": finite(check.limit), "ok": check.ok}
+                for name, check in self.audit.items()
+            },
+            "warnings": list(self.warnings),
+            "output": None if self.path is None else str(self.path),
+        }
+        if self.error_estimate:
+            for name, quantity in data["quantities"].items():
+                quantity["error"] = finite(self.errors.get(name))
+            data["error_estimate"] = self.error_estimate
+        return data
 
     def __repr__(self) -> str:
         n, events = len(self.record.channels["time"]), len(self.record.events["time"])
@@ -302,3 +373,56 @@ def open(path: str | PathLike[str]) -> Result:
 
     found = as_path("path", path)
     return Result(read(found), found)
+
+
+def _statistics(statistics: SolverStatistics, samples: int) -> str:
+    compiled, seconds = statistics.compile_seconds, statistics.wall_seconds
+    compilation = f" after {compiled:.3g} s of compilation" if compiled else ""
+    solved = "" if seconds is None else f"solved in {seconds:.3g} s{compilation}: "
+    return (
+        f"{solved}{statistics.states} states,"
+        f" {statistics.steps} steps, {statistics.rejected} rejected steps,"
+        f" {statistics.rhs_evaluations} evaluations of the right-hand side"
+        f" (including {samples} samples)"
+    )
+
+
+def _transitions_table(transitions: list[Transition]) -> Cells:
+    placed = any(transition.position is not None for transition in transitions)
+    angle = (">angle, rad",) if placed else ()
+    numbered = list(enumerate(transitions, start=1))
+    if len(numbered) > MAX_EVENTS:
+        shown, last = numbered[: MAX_EVENTS - 2], numbered[-1:]
+    else:
+        shown, last = numbered, []
+    dots = [("...",)] if last else []
+    rows = [
+        *(_transition_cells(number, e) for number, e in shown),
+        *dots,
+        *(_transition_cells(number, e) for number, e in last),
+    ]
+    return Cells((">event", ">time, s", "contact", "from", "to", *angle), rows)
+
+
+def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
+    modes = MODE_NAMES[e.mode_from], MODE_NAMES[e.mode_to]
+    angle = () if e.position is None else (number_text(e.position),)
+    return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
+
+
+def _audit_table(checks: dict[str, Check]) -> Cells:
+    rows = [
+        (name, short_text(check.value), short_text(check.limit), "ok" if check.ok else "FAILED")
+        for name, check in checks.items()
+    ]
+    return Cells(("audit", ">value", ">limit", ""), rows)
+
+
+def _event_json(e: Transition) -> dict[str, Any]:
+    event = {
+        "time": e.time,
+        "contact": e.contact,
+        "mode_from": e.mode_from,
+        "mode_to": e.mode_to,
+    }
+    return event if e.position is None else {**event, "angle": e.position}

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.arguments import as_names, as_number, as_path, check_keywords
+from frictionsim.api.arguments import as_names, as_number, as_path
+from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.tables import Cells, Parts
 from frictionsim.errors import ArgumentError, InputError, unknown
@@ -27,13 +28,6 @@ if TYPE_CHECKING:
 
     from frictionsim.scenario.overrides import Overrides
     from frictionsim.work_precision.outcome import Row
-
-
-class Meshes(TypedDict, total=False):
-    """The arguments of `cost` on meshes."""
-
-    bodies: int | Iterable[int] | None
-    models: str | Iterable[str] | None
 
 
 class Choice(NamedTuple):
@@ -231,7 +225,7 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
 CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 
 
-class Study:
+class Study(ResultBase):
     """A work-precision study: errors and run times of a scenario for several settings.
 
     Attributes
@@ -316,11 +310,9 @@ class Study:
 
         return diagram(self.data, ax=ax)
 
-    def summary(self) -> str:
-        """Return the table as text, as the command line prints it."""
-        from frictionsim.api.tables import as_text
-
-        return as_text(study_parts(self.data))
+    def parts(self) -> Parts:
+        """Yield the reference uncertainty, the table and the recommendations."""
+        return study_parts(self.data)
 
     def to_json(self) -> dict[str, Any]:
         """Return the table as plain data, as the command line prints it with --json."""
@@ -330,11 +322,6 @@ class Study:
         scenario, rows = self.data.scenario, len(self.data.rows)
         title = f" '{scenario.title}'" if scenario.title else ""
         return f"<frictionsim.Study {scenario.kind}{title}: {self.status}, {rows} settings>"
-
-    def _repr_html_(self) -> str:
-        from frictionsim.api.tables import as_html
-
-        return as_html(study_parts(self.data))
 
 
 def cost(
@@ -346,8 +333,9 @@ def cost(
     tolerances: float | Iterable[float] | None = None,
     max_wall: float = 5.0,
     repeats: int = 3,
+    bodies: int | Iterable[int] | None = None,
+    models: str | Iterable[str] | None = None,
     progress: "Progress | Callable[[str], Any] | None" = None,
-    **meshes: Unpack[Meshes],
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
@@ -365,12 +353,13 @@ def cost(
         Limit of the wall time of each run.
     repeats : int
         Maximum number of timed runs of each setting.
+    bodies : int or iterable of int, optional
+        Of belts only, the numbers of bodies to compare; none, ``[]``, for a study over time alone.
+        By default from 0.4 to 4 times the scenario's.
+    models : str or iterable of str, optional
+        Of belts only, of `string`, `corrected` and `polygon`; by default all.
     progress : callable or Progress, optional
         Is called with the name of each setting; a `Progress` is told each step as well.
-    **meshes
-        Of belts only. `bodies`, int or iterable of int: numbers of bodies to compare; none, `[]`,
-        for a study over time alone. `models`, str or iterable of str: of `string`, `corrected` and
-        `polygon`. By default all models, and from 0.4 to 4 times the scenario's bodies.
 
     Raises
     ------
@@ -378,17 +367,14 @@ def cost(
         If the scenario or an argument is not valid; before anything is run.
     SolverError
         If all reference runs fail.
-    TypeError
-        If there is no such argument.
     """
-    check_keywords(cost, meshes, Meshes)
     if as_number("max_wall", max_wall, "s") == float("inf"):
         raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
     if not isinstance(repeats, int) or repeats < 1:
         raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
     told = _progress(progress)
     loaded = with_overrides(scenario, overrides)
-    wanted = Choice(laws, backends, tolerances, **meshes)
+    wanted = Choice(laws, backends, tolerances, bodies, models)
     return Study(
         work_precision.study(
             loaded, plan_of(loaded, wanted), max_wall, repeats, told.on_step, told.on_setting

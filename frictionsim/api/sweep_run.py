@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionsim.api.interruption import StopAfterStep
+from frictionsim.api.sweep_result import Sweep
 from frictionsim.errors import ArgumentError, InputError, Interrupted
 from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
@@ -76,20 +77,6 @@ class SweepInterrupted(Interrupted):
         return self._text
 
 
-class Done(NamedTuple):
-    """A sweep that was run.
-
-    Attributes
-    ----------
-    table : SweepTable
-    path : Path or None
-        Of its file.
-    """
-
-    table: SweepTable
-    path: Path | None
-
-
 def execution_of(workers: int | None, dask: str | None, runs: int) -> Execution:
     """Return what runs a sweep.
 
@@ -137,7 +124,7 @@ def run_study(
     progress: OnProgress | None = None,
     workers: int | None = None,
     dask: str | None = None,
-) -> Done:
+) -> Sweep:
     """Run a study.
 
     Parameters
@@ -182,7 +169,7 @@ def resume_study(
     progress: OnProgress | None = None,
     workers: int | None = None,
     dask: str | None = None,
-) -> Done:
+) -> Sweep:
     """Do the runs that are left of an interrupted sweep.
 
     Parameters
@@ -287,7 +274,7 @@ class _Running:
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
         self._checked = self._done
 
-    def run(self, workers: int | None, dask: str | None) -> Done:
+    def run(self, workers: int | None, dask: str | None) -> Sweep:
         """Run what is left, and write the files."""
         files = self._files
         try:
@@ -296,12 +283,12 @@ class _Running:
                 execution.check(self._plan, self._assembly.left, self._on_checked, beat)
                 if files is None:
                     run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
-                    return Done(self._table(), None)
+                    return Sweep(self._table(), None)
                 if self._plan.series is not None:
                     make_series_folder(self._plan.series, self._study)
                 files.begin(self._table(RUNNING))
                 self._run_and_keep(execution, files, beat)
-            return Done(self._table(), files.whole)
+            return Sweep(self._table(), files.whole)
         finally:
             if files is not None:
                 files.close()

@@ -21,7 +21,7 @@ from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
 
 if TYPE_CHECKING:
-    from frictionsim.api.opening import SweepFile
+    from frictionsim.api.sweep_result import Sweep
 
 
 @app.command()
@@ -77,7 +77,7 @@ def warm_up(
 
 
 def show_sweep(
-    sweep: "SweepFile",
+    sweep: "Sweep",
     *,
     as_json: bool = False,
     as_csv: bool = False,
@@ -88,12 +88,12 @@ def show_sweep(
 
     Parameters
     ----------
-    sweep : SweepFile
+    sweep : Sweep
     as_json, as_csv, scenario, study : bool
         The options of `frictionsim show`, of which at most one is true.
     """
     if scenario or study:
-        print_text(sweep.toml("study" if study else "scenario"))
+        print_text(sweep.to_toml("study" if study else "scenario"))
         return
     if as_json:
         print_json(sweep.to_json())
@@ -104,8 +104,8 @@ def show_sweep(
             stdout.flush()
     else:
         print_text(sweep.summary())
-    if sweep.left:
-        print_error(sweep.left)
+    if sweep.missing_runs:
+        print_error(sweep.missing_runs)
 
 
 @app.command()
@@ -123,7 +123,7 @@ def show(
     """Print the summary of a result or sweep again."""
     if as_json + as_csv + scenario + study > 1:
         raise InputError("show: give one of --json, --csv, --scenario and --study")
-    from frictionsim.api.opening import result_or_sweep
+    from frictionsim.api.sweep_result import result_or_sweep
 
     found = result_or_sweep(result)
     if not isinstance(found, fs.Result):
@@ -191,15 +191,14 @@ def compare(
     comparison = fs.compare(
         result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
     )
-    if as_json:
-        from frictionsim.api.json_data import comparison_json
+    from frictionsim.api.comparing import comparison_json, comparison_parts
 
+    if as_json:
         print_json({"result": str(result), "golden": str(golden), **comparison_json(comparison)})
     else:
         from frictionsim.api.tables import as_text
-        from frictionsim.api.tables import comparison as parts
 
-        print_text(as_text(parts(comparison)))
+        print_text(as_text(comparison_parts(comparison)))
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 

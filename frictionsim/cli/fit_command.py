@@ -190,7 +190,7 @@ class _Files(NamedTuple):
         OutputError
         """
         errors = []
-        for path, write in ((self.output, found.save_toml), (self.plot, found.save_plot)):
+        for path, write in ((self.output, found.save_toml), (self.plot, found.save)):
             if path is not None:
                 try:
                     write(path)

@@ -186,21 +186,15 @@ def plot(
         write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
         return
     from frictionsim.api.picture_files import Choice, save_pictures
+    from frictionsim.plots.appearance import appearance
+    from frictionsim.plots.window import extent
 
     done = save_pictures(
         result,
         output,
         Choice(view or [], body, _values_by_key(at or [])),
-        {
-            "width": width,
-            "height": height,
-            "dpi": dpi,
-            "style": style,
-            "title": not no_title,
-            "time": time,
-            "window": (start, stop),
-            "channels": channels,
-        },
+        appearance(width, height, dpi, not no_title, style),
+        extent(time, (start, stop), channels),
         no_clobber=no_clobber,
     )
     pictures = list(map(str, done.pictures))

@@ -28,9 +28,7 @@ from frictionsim.cli.messages import print_beside_files, print_error, warn, warn
 from frictionsim.cli.monitor import SECONDS_FOR_ONE_SIGNAL, STOP_SIGNALS
 from frictionsim.cli.sources import STDIN, load_scenario
 from frictionsim.errors import (
-    EXIT_DONE,
     EXIT_SIGNAL,
-    EXIT_SOLVER_FAILED,
     ArgumentError,
     InputError,
     OutputError,
@@ -38,8 +36,8 @@ from frictionsim.errors import (
 from frictionsim.io.terminal import is_terminal
 
 if TYPE_CHECKING:
-    from frictionsim.api.opening import SweepFile
-    from frictionsim.api.sweep_run import Done, SweepProgress
+    from frictionsim.api.sweep_result import Sweep
+    from frictionsim.api.sweep_run import SweepProgress
 
 RESULTS = Path("results")
 MARK = "-sweep"
@@ -120,18 +118,15 @@ def sweep(
 ) -> int:
     """Run a scenario for many combinations of values and write them to one file."""
     from frictionsim.api.sweep_run import check_workers, run_study
-    from frictionsim.api.sweeping import SweepOptions, study_from
+    from frictionsim.api.sweeping import study_from
 
     check_workers(workers, dask)
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is an HDF5 file, it is not printed; give a file name")
-    given: SweepOptions = {"zip": together, "indices": indices, "keep_series": keep_series}
-    if sample is not None:
-        given["sample"] = sample
-    if method is not None:
-        given["method"] = method
-    if seed is not None:
-        given["seed"] = seed
+    given = {
+        "zip": together, "sample": sample, "method": method, "seed": seed, "indices": indices,
+        "keep_series": keep_series,
+    }  # fmt: skip
     study = study_from(
         source if source != STDIN else load_scenario(source, overrides),
         _varied(vary or []),
@@ -140,7 +135,7 @@ def sweep(
     )
     files = Files(output, csv, no_clobber)
 
-    def run(target: Path, progress: Any) -> "Done":
+    def run(target: Path, progress: Any) -> "Sweep":
         return run_study(study, target, no_clobber, progress, workers, dask)
 
     with _target(output, source) as target:
@@ -223,31 +218,29 @@ def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:
 
     check_workers(*ways)
 
-    def run(target: Path, progress: Any) -> "Done":
+    def run(target: Path, progress: Any) -> "Sweep":
         return resume_study(path, files.output, files.no_clobber, progress, *ways)
 
     return _run(run, path, files, shown)
 
 
-def _run(run: "Callable[[Path, Any], Done]", target: Path, files: Files, shown: Shown) -> int:
+def _run(run: "Callable[[Path, Any], Sweep]", target: Path, files: Files, shown: Shown) -> int:
     """Run a sweep, and print what it comes to."""
-    from frictionsim.api.opening import SweepFile
     from frictionsim.cli.log_lines import log_on_stderr
 
     log_on_stderr(shown.verbose)
     gc.enable()  # the program does without, as its commands end soon; a sweep may take days
     with _Monitor(not (shown.quiet or shown.as_json)) as monitor:
-        done = run(target, monitor)
-        swept = SweepFile(done.table, done.path)
+        swept = run(target, monitor)
         if files.csv is not None:
             swept.save_csv(files.csv)
     _print(swept, files, shown)
     if monitor.signal:
         return EXIT_SIGNAL + monitor.signal
-    return EXIT_SOLVER_FAILED if swept.all_failed else EXIT_DONE
+    return swept.exit_code
 
 
-def _print(swept: "SweepFile", files: Files, shown: Shown) -> None:
+def _print(swept: "Sweep", files: Files, shown: Shown) -> None:
     """Print the summary, and how many runs have failed."""
     if shown.as_json:
         csv = None if files.csv is None else str(files.csv)

@@ -14,7 +14,7 @@ seed = 1
 "mechanism.load" = "normal(2224, 50)"   # several keys with commas between them have one value
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -112,12 +112,23 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
             f"{name}: study.scenario: expected the file of a scenario, as"
             ' scenario = "pulley.toml", or its tables'
         )
-    settings = _settings(given, name)
+    settings = _settings_of_file(given, name)
     fixed = dict(_leaves(_table(data, "set", name), ""))
     scenario = load(scenario_file(source, folder) if isinstance(source, str) else source, fixed)
-    vary, sampling = _vary(data, name), _sampling(settings)
+    vary = _vary(data, name)
     check_not_fixed(fixed, vary)
-    return Study(scenario, vary, settings.zip, sampling, settings.keep_series)
+    return study_with(scenario, vary, settings)
+
+
+def study_with(scenario: "Scenario", vary: dict[str, Values], settings: StudySettings) -> Study:
+    """Return the study of a scenario with these settings.
+
+    Raises
+    ------
+    InputError
+        If a setting of samples is given, and no number of runs.
+    """
+    return Study(scenario, vary, settings.zip, _sampling(settings), settings.keep_series)
 
 
 def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values], Sampling | None]:
@@ -141,14 +152,28 @@ def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values],
         If they are not valid.
     """
     given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
-    return _vary(data, name), _sampling(_settings(given, name))
+    return _vary(data, name), _sampling(_settings_of_file(given, name))
 
 
-def _settings(given: dict[str, Any], name: str) -> StudySettings:
+def settings_of(given: Mapping[str, Any], table: str = "") -> StudySettings:
+    """Return the settings of a study; messages name them with the table, if there is one.
+
+    Raises
+    ------
+    InputError
+        If one is not valid.
+    """
     try:
-        return validate_table(StudySettings, given)
+        return validate_table(StudySettings, dict(given))
     except ValidationFailure as failure:
-        raise InputError(f"{name}: " + "; ".join(f"study.{x}" for x in failure.lines())) from None
+        raise InputError("; ".join(f"{table}{line}" for line in failure.lines())) from None
+
+
+def _settings_of_file(given: dict[str, Any], name: str) -> StudySettings:
+    try:
+        return settings_of(given, "study.")
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
@@ -156,19 +181,14 @@ def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
 
 
 def _sampling(settings: StudySettings) -> Sampling | None:
-    if settings.sample is None:
-        check_of_sample(settings.model_fields_set)
-        return None
-    return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
-
-
-def check_of_sample(given: Collection[str]) -> None:
-    """Raise InputError if something is given that only a sample has."""
+    if settings.sample is not None:
+        return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
     for name in OF_SAMPLES:
-        if name in given:
+        if name in settings.model_fields_set:
             raise InputError(
                 f"{name}: only a sample has this; give the number of its runs with --sample N"
             )
+    return None
 
 
 def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:

@@ -92,14 +92,15 @@ def other_functions(folder: Path) -> None:
     advice: list[str] = study.recommendations
     drawn: Figure = study.plot()
     vary = {MU_S: [0.2, 0.3], "mechanism.load": "lin(1000.0, 2000.0, 3)"}
-    swept: xarray.Dataset = fs.sweep(fs.scenarios()["pulley"], vary, output=folder / "s.h5")
-    sample: xarray.Dataset = fs.sweep(scenarios()[1], {MU_S: "uniform(0.2, 0.3)"}, sample=4)
-    again: xarray.Dataset = fs.open_sweep(folder / "s.h5")
+    swept: fs.Sweep = fs.sweep(fs.scenarios()["pulley"], vary, output=folder / "s.h5")
+    sample: fs.Sweep = fs.sweep(scenarios()[1], {MU_S: "uniform(0.2, 0.3)"}, sample=4)
+    again: fs.Sweep = fs.open_sweep(folder / "s.h5")
+    dataset: xarray.Dataset = again.dataset
     try:
         again = fs.resume_sweep(folder / "s.h5")
     except fs.InputError as error:
         print(error)  # it is done
-    print(swept.sizes, sample.sizes, again.sizes)
+    print(swept.sizes, sample.sizes, again.sizes, dataset.attrs)
     schema: dict[str, Any] = fs.schema("pulley")
     kinds: tuple[str, ...] = fs.kinds()
     warmed: tuple[fs.WarmedUp, ...] = fs.warm_up("pulley")

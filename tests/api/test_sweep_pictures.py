@@ -8,7 +8,7 @@ import pytest
 import xarray
 
 import frictionsim as fs
-from frictionsim.api.sweep_dataset import table_of
+from frictionsim.api.sweep_result import table_of
 from frictionsim.io.hdf5_reader import read_sweep
 from tests.support.scenarios import SCENARIOS
 
@@ -19,7 +19,9 @@ MU_S, WAY = "effects.shaft_friction.mu_s", "drive.direction"
 def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path]:
     path = tmp_path_factory.mktemp("sweep") / "s.h5"
     vary = {MU_S: [0.1, 0.2, 0.3], WAY: ["vertical", "horizontal"]}
-    return fs.sweep(SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path), path
+    return fs.sweep(
+        SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path
+    ).dataset, path
 
 
 def test_the_table_of_a_dataset_is_that_of_its_file(swept: tuple[xarray.Dataset, Path]) -> None:

@@ -11,7 +11,7 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.api import sweep_run
-from frictionsim.api.opening import SweepFile
+from frictionsim.api.sweep_result import Sweep
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import in_process, single_run
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
@@ -57,7 +57,7 @@ def test_several_keys_have_one_value(tmp_path: Path) -> None:
     for mu in values:
         assert_as_single(found.sel({BOTH: mu}), fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu}))
     assert found[BOTH].attrs["units"] == "1"
-    xarray.testing.assert_equal(found, fs.sweep(tomllib.loads(found.attrs["study"])))
+    assert found.equals(fs.sweep(tomllib.loads(found.attrs["study"])))
     assert fs.open_sweep(tmp_path / "s.h5").identical(found)
 
 
@@ -74,7 +74,7 @@ def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
     found = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
     assert fs.open_sweep(tmp_path / "s.h5").identical(found)
     with xarray.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as read:
-        xarray.testing.assert_equal(read.load(), found)
+        xarray.testing.assert_equal(read.load(), found.dataset)
         assert read["drive.direction"].values.tolist() == ["vertical", "horizontal"]
 
 
@@ -82,7 +82,7 @@ def test_the_study_in_the_file_runs_again(tmp_path: Path) -> None:
     vary = {MU_S: "uniform(0.1, 0.4)", LOAD: "normal(2000.0, 50.0)"}
     found = fs.sweep(PULLEY, vary, LOOSE, sample=4, seed=3)
     again = fs.sweep(tomllib.loads(found.attrs["study"]))
-    xarray.testing.assert_equal(found, again)
+    assert found.equals(again)
 
 
 @pytest.mark.parametrize(
@@ -120,8 +120,8 @@ def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path)
         assert of_key["sobol_total_low"] < of_key["sobol_total"] < of_key["sobol_total_high"]
     assert fs.open_sweep(path).identical(found)
     with xarray.open_dataset(path, engine="h5netcdf") as read:
-        xarray.testing.assert_equal(read.load(), found)
-    swept = SweepFile(read_sweep(path), path)
+        xarray.testing.assert_equal(read.load(), found.dataset)
+    swept = Sweep(read_sweep(path), path)
     swept.save_csv(csv_path)
     told = swept.to_json()["sobol_indices"]
     with (tmp_path / "s.sobol.csv").open(newline="") as file:

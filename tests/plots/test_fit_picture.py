@@ -44,7 +44,7 @@ def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> Non
     assert residuals.get_ydata() == pytest.approx(data.get_ydata() - fitted.get_ydata())
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["data", "fit", "data minus fit"]
-    assert series.save_plot(tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
+    assert series.save(tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_in_the_place_of_axes(series: fs.Fit) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api import tables
 from frictionsim.reports.charts import MAX_SAMPLES, charts_of
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import data_of, run_report
@@ -216,5 +215,5 @@ def test_headings_name_a_quantity_and_its_unit_as_axes_do(pulley: fs.Result) -> 
     assert ">angle, rad</th>" in html
     assert with_unit("load", "N") == "load, N"
     assert with_unit("mu_s", "1") == with_unit("mu_s", "") == "mu_s"
-    assert re.search("event +time, s +contact", tables.as_text(tables.summary(pulley)))
+    assert re.search("event +time, s +contact", pulley.summary())
     assert '<th scope="col"></th>' not in events([run]) + origins([run])

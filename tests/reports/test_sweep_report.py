@@ -11,7 +11,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.api.reporting import MAX_PICTURES
-from frictionsim.api.sweep_dataset import table_of
+from frictionsim.api.sweep_result import table_of
 from frictionsim.parameter_study.statistics import extremes
 from frictionsim.plots.picture_file import save
 from frictionsim.reports import sweep_report

@@ -1,0 +1,67 @@
+"""What results of runs, sweeps, cost studies and fits have in common."""
+
+from abc import ABC, abstractmethod
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.errors import EXIT_DONE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from frictionsim.api.tables import Parts
+
+
+class ResultBase(ABC):
+    """A result: it has a status, and is summarised, drawn and saved."""
+
+    @property
+    @abstractmethod
+    def status(self) -> str:
+        """`done`, or how it ended before."""
+
+    @property
+    @abstractmethod
+    def reason(self) -> str:
+        """Why it is not done, or not to be trusted; else empty."""
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this result."""
+        return EXIT_DONE
+
+    @abstractmethod
+    def parts(self) -> "Parts":
+        """Yield the lines and tables of the summary."""
+
+    @abstractmethod
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as plain data, as the command line prints it with --json."""
+
+    @abstractmethod
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the result to a file, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of those that it can be written as.
+        OutputError
+            If the file cannot be written, or would replace one of another kind.
+        """
+
+    @abstractmethod
+    def plot(self) -> "Figure":
+        """Draw the result, as the command line does."""
+
+    def summary(self) -> str:
+        """Return the summary as text, as the command line prints it."""
+        from frictionsim.api.tables import as_text
+
+        return as_text(self.parts())
+
+    def _repr_html_(self) -> str:
+        from frictionsim.api.tables import as_html
+
+        return as_html(self.parts())
