@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionsim.mechanisms.belt_drive.composition import EffectParameters
 from frictionsim.mechanisms.belt_drive.effects.base import Chain
 from frictionsim.mechanisms.belt_drive.effects.bending import BendingParameters
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
@@ -19,7 +20,6 @@ from frictionsim.mechanisms.belt_drive.equilibrium import (
     find_equilibrium,
 )
 from frictionsim.mechanisms.belt_drive.geometry import Pulley, belt_path
-from frictionsim.mechanisms.belt_drive.kernels.system import EffectParameters
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
+    Belt,
     BeltEffect,
     Chain,
     Decay,
@@ -58,8 +59,7 @@ class FoundationEffect(BeltEffect):
     table = FoundationTable
     add_forces = add_foundation
 
-    def parameters(self, scenario: Any, chain: Chain) -> Foundation | None:
-        table = scenario.effects.foundation
+    def parameters(self, table: FoundationTable | None, belt: Belt) -> Foundation | None:
         return None if table is None else Foundation(table.stiffness, table.damping)
 
     def dissipates(self, parameters: Foundation) -> bool:

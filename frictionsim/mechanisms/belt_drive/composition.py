@@ -1,13 +1,13 @@
 """From a scenario to the arrays that the kernels step, in the plane or guided on a line."""
 
+from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive import restored_contacts, stability_limits
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.mechanisms.belt_drive.effects.base import Chain
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
+from frictionsim.mechanisms.belt_drive.effects.base import Belt, Chain
 from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.equilibrium import (
@@ -34,7 +34,8 @@ from frictionsim.mechanisms.belt_drive.kernels.signals import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     Contacts,
-    EffectParameters,
+    FrictionCoefficients,
+    PitchLine,
     Pulleys,
     System,
 )
@@ -45,13 +46,16 @@ from frictionsim.scenario.signals import PiecewiseLinear, Signal
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
     ComplexArray = npt.NDArray[np.complex128]
     Indices = npt.NDArray[np.int64]
+
+
+# The parameters of each effect, by its name.
+EffectParameters: Any = namedtuple("EffectParameters", [e.key for e in EFFECTS])  # type: ignore[misc]
 
 
 class BeltModel(NamedTuple):
@@ -111,7 +115,7 @@ class BeltModel(NamedTuple):
 
 
 def compose(
-    scenario: "BeltDriveScenario", body_length: float, line: "PitchLine | None" = None
+    scenario: "BeltDriveScenario", body_length: float, line: PitchLine | None = None
 ) -> System:
     """Return what acts in a belt drive with bodies of a length, m, in the plane or on a line."""
     chain, pulleys = chain_of(scenario, body_length), _pulleys(scenario)
@@ -124,7 +128,7 @@ def compose(
         layout,
         chain,
         effect_parameters(scenario, chain),
-        _friction_coefficients(scenario, body_length),
+        _friction_coefficients(scenario, chain),
         _signals(scenario),
         aligned_zeros(workspace_rows, layout.width),
         _contacts(layout, count, corrected),
@@ -151,7 +155,11 @@ def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
 
 def effect_parameters(scenario: "BeltDriveScenario", chain: Chain) -> Any:
     """Return the parameters of each effect, None for those that the scenario lacks."""
-    return EffectParameters(*(effect.parameters(scenario, chain) for effect in EFFECTS))
+    belt = Belt(chain, scenario.mechanism.belt.axial_rigidity, scenario.mechanism.names)
+    tables = (getattr(scenario.effects, effect.key) for effect in EFFECTS)
+    return EffectParameters(
+        *(effect.parameters(table, belt) for effect, table in zip(EFFECTS, tables, strict=True))
+    )
 
 
 def _pulleys(scenario: "BeltDriveScenario") -> Pulleys:
@@ -178,20 +186,19 @@ def _contacts(layout: StateLayout, pulleys: int, corrected: bool) -> Contacts:
 
 
 def _friction_coefficients(
-    scenario: "BeltDriveScenario", body_length: float
+    scenario: "BeltDriveScenario", chain: Chain
 ) -> FrictionCoefficients | None:
     """Return the coefficients of every body at every pulley; a patch goes over the pulley's."""
     law, patch = scenario.effects.belt_friction, scenario.effects.patch
     if law is None:
         return None
-    bodies = scenario.mechanism.belt.bodies
-    static = np.empty((len(scenario.mechanism.pulleys), bodies))
+    static = np.empty((len(scenario.mechanism.pulleys), chain.bodies))
     kinetic = np.empty_like(static)
     for j, name in enumerate(scenario.mechanism.names):
         own = law.pulleys.get(name, law)
         static[j], kinetic[j] = own.mu_s, own.mu_k
     if patch is not None:
-        inside = patch_bodies(scenario, body_length)
+        inside = patch_bodies(patch, chain)
         static[:, inside], kinetic[:, inside] = patch.mu_s, patch.mu_k
     return FrictionCoefficients(static, kinetic)
 

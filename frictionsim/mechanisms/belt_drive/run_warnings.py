@@ -137,7 +137,7 @@ def _untouched_patch(
     """Say that a patch of the belt was never on a pulley."""
     if scenario.effects.patch is None:
         return
-    if not patch_bodies(scenario, model.system.chain.length).any():
+    if not patch_bodies(scenario.effects.patch, model.system.chain).any():
         yield (
             "effects.patch has the middle of no body in it, and changes nothing: make it longer"
             f" than a body, {model.system.chain.length:.4g} m, or take more bodies"

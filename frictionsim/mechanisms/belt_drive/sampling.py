@@ -94,7 +94,7 @@ class Observer:
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._before = np.arange(self._bodies) - 1
-        self._patch = patch_bodies(scenario, system.chain.length)
+        self._patch = patch_bodies(scenario.effects.patch, system.chain)
         self.samples = SampleStore(
             {
                 name: stored_type(channel)

@@ -25,6 +25,7 @@ from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
+    Belt,
     BeltEffect,
     Chain,
     Decay,
@@ -54,7 +55,6 @@ from frictionsim.scenario.schema import Params, unit_field
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import System
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 TINY = 1e-300  # a joint of no length has no force
 
@@ -283,14 +283,11 @@ class AxialEffect(BeltEffect):
     on_guided_string = True
     solved_for_in_fixed_steps = True
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> AxialParameters:
-        table = scenario.effects.axial_damping
-        return AxialParameters(
-            scenario.mechanism.belt.axial_rigidity / chain.length,
-            table.coefficient / (chain.length if table.basis == "section" else 1.0)
-            if table
-            else None,
-        )
+    def parameters(self, table: AxialDampingTable | None, belt: Belt) -> AxialParameters:
+        length, damping = belt.chain.length, None
+        if table is not None:
+            damping = table.coefficient / (length if table.basis == "section" else 1.0)
+        return AxialParameters(belt.axial_rigidity / length, damping)
 
     def dissipates(self, parameters: AxialParameters) -> bool:
         return parameters.damping is not None

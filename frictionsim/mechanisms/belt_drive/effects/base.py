@@ -2,15 +2,12 @@
 
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.scenario.schema import Params
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -33,6 +30,22 @@ class Chain(NamedTuple):
     mass: float
     inertia: float
     total_turning: float
+
+
+class Belt(NamedTuple):
+    """What the parameters of an effect are computed from, beside its table.
+
+    Attributes
+    ----------
+    chain : Chain
+    axial_rigidity : float, N
+    pulleys : tuple of str
+        Their names.
+    """
+
+    chain: Chain
+    axial_rigidity: float
+    pulleys: tuple[str, ...]
 
 
 class Shape:
@@ -201,8 +214,11 @@ class BeltEffect:
     on_guided_string = False
     solved_for_in_fixed_steps = False
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> Any:
-        """Return what the force is a function of, a tuple of numbers; None where it is absent."""
+    def parameters(self, table: Any, belt: Belt) -> Any:
+        """Return what the force is a function of, a tuple of numbers; None where it is absent.
+
+        `table` is None where the scenario lacks the effect.
+        """
         return None
 
     def dissipates(self, parameters: Any) -> bool:

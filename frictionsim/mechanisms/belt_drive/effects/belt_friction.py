@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Stage
+from frictionsim.mechanisms.belt_drive.effects.base import Array, Belt, BeltEffect, Stage
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -77,10 +77,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
-    from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.mechanisms.belt_drive.kernels.system import (
+        Contacts,
+        PitchLine,
+        Pulleys,
+        System,
+        WrapFactors,
+    )
 
     Bodies = npt.NDArray[np.uint64]
 
@@ -242,13 +245,6 @@ class FrictionLaw(NamedTuple):
     creep: CreepFriction | None
 
 
-class FrictionCoefficients(NamedTuple):
-    """Coefficients of friction of every body at every pulley, (pulleys, n): static and kinetic."""
-
-    static: Array
-    kinetic: Array
-
-
 class FrictionEffect(BeltEffect):
     """`[effects.belt_friction]`: it is solved for after all other forces are known."""
 
@@ -257,12 +253,11 @@ class FrictionEffect(BeltEffect):
     stage = Stage.FRICTION
     on_guided_string = True
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> FrictionLaw | None:
-        table = scenario.effects.belt_friction
+    def parameters(self, table: BeltFrictionTable | None, belt: Belt) -> FrictionLaw | None:
         if table is None:
             return None
-        stiffness = scenario.mechanism.belt.axial_rigidity / chain.length
-        transit = float(np.sqrt(chain.mass / stiffness))
+        stiffness = belt.axial_rigidity / belt.chain.length
+        transit = float(np.sqrt(belt.chain.mass / stiffness))
         return FrictionLaw(
             SetValuedFriction(min(RELAXATION_TRANSITS * transit, MAX_RELAXATION_TIME))
             if table.law == "set-valued"

@@ -14,6 +14,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
+    Belt,
     BeltEffect,
     Chain,
     Decay,
@@ -29,7 +30,6 @@ from frictionsim.scenario.schema import Params, unit_field
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import System
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
 class BendingTable(Params):
@@ -92,11 +92,11 @@ class BendingEffect(BeltEffect):
     stage = Stage.JOINT
     add_forces = add_bending
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> BendingParameters | None:
-        table = scenario.effects.bending
+    def parameters(self, table: BendingTable | None, belt: Belt) -> BendingParameters | None:
         if table is None:
             return None
-        return BendingParameters(table.rigidity / chain.length, table.damping / chain.length)
+        length = belt.chain.length
+        return BendingParameters(table.rigidity / length, table.damping / length)
 
     def dissipates(self, parameters: BendingParameters) -> bool:
         return parameters.damping > 0.0

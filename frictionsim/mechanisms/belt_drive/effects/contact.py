@@ -17,6 +17,7 @@ from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
+    Belt,
     BeltEffect,
     Chain,
     Decay,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, System
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Bodies = npt.NDArray[np.uint64]
     Offsets = npt.NDArray[np.int64]
@@ -229,10 +229,10 @@ def add_contacts(
     return 0.0
 
 
-def mesh_scale(scenario: "BeltDriveScenario") -> float:
+def mesh_scale(table: ContactTable, bodies: int) -> float:
     """Return the ratio of a body's contact to the one that the scenario gives."""
-    reference = scenario.effects.contact.reference_bodies
-    return 1.0 if reference is None else reference / scenario.mechanism.belt.bodies
+    reference = table.reference_bodies
+    return 1.0 if reference is None else reference / bodies
 
 
 class ContactEffect(BeltEffect):
@@ -244,14 +244,13 @@ class ContactEffect(BeltEffect):
     add_forces = add_contacts
     solved_for_in_fixed_steps = True
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> ContactParameters | None:
-        table = scenario.effects.contact
+    def parameters(self, table: ContactTable | None, belt: Belt) -> ContactParameters | None:
         if table is None:
             return None
-        scale = mesh_scale(scenario)
+        scale = mesh_scale(table, belt.chain.bodies)
 
         def of_pulleys(key: str) -> Array:
-            return np.array([table.at(name, key) for name in scenario.mechanism.names])
+            return np.array([table.at(name, key) for name in belt.pulleys])
 
         coefficient = scale * of_pulleys("damping")
         damping = ContactDamping(coefficient, of_pulleys("p_max")) if coefficient.any() else None

@@ -4,13 +4,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects.base import Array, BeltEffect, Chain, Shape, Stage
+from frictionsim.mechanisms.belt_drive.effects.base import (
+    Array,
+    Belt,
+    BeltEffect,
+    Chain,
+    Shape,
+    Stage,
+)
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.effects import Gravity
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import System
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
 class GravityParameters(NamedTuple):
@@ -46,8 +52,7 @@ class GravityEffect(BeltEffect):
     stage = Stage.BODY
     add_forces = add_gravity
 
-    def parameters(self, scenario: "BeltDriveScenario", chain: Chain) -> GravityParameters | None:
-        table = scenario.effects.gravity
+    def parameters(self, table: Gravity | None, belt: Belt) -> GravityParameters | None:
         return None if table is None else GravityParameters(0.0, -table.g)
 
     def energies(self, parameters: GravityParameters, shape: Shape) -> Array:

@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from pydantic import model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Chain
 from frictionsim.scenario.friction_law import CoefficientsOfFriction
 from frictionsim.scenario.schema import inconsistent, unit_field
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 
 class PatchTable(CoefficientsOfFriction):
@@ -46,10 +44,9 @@ class PatchEffect(BeltEffect):
     on_guided_string = True
 
 
-def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> "npt.NDArray[np.bool_]":
+def patch_bodies(patch: PatchTable | None, chain: Chain) -> "npt.NDArray[np.bool_]":
     """Return which bodies are in the patch, (n,); none without one."""
-    patch = scenario.effects.patch
-    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
+    centres = (np.arange(chain.bodies) + 0.5) * chain.length
     if patch is None:
         return np.zeros(len(centres), dtype=bool)
     return (centres >= patch.start) & (centres < patch.end)

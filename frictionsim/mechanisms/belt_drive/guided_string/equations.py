@@ -12,7 +12,6 @@ from frictionsim.mechanisms.belt_drive.guided_string.line import (
     COUNT,
     FIRST_CANDIDATE,
     FIRST_POINT,
-    PitchLine,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
@@ -33,14 +32,14 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.effects.axial import AxialParameters
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, System
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, PitchLine, System
 
     Array = npt.NDArray[np.float64]
 
 
 @inline_kernel
 def string_rates(
-    line: PitchLine | None, h: float, state: "Array", rate: "Array", system: "System"
+    line: "PitchLine | None", h: float, state: "Array", rate: "Array", system: "System"
 ) -> float:
     """Write the accelerations of a guided string; return the power its dampers take, W.
 
@@ -114,7 +113,7 @@ def add_damping(
 
 
 @inline_kernel
-def normal_forces(line: PitchLine, velocity: "Array", system: "System") -> None:
+def normal_forces(line: "PitchLine", velocity: "Array", system: "System") -> None:
     """Write NORMAL; reads TENSION and MIDDLE."""
     table, mass = system.contacts.table, system.chain.mass
     tension, middle = system.workspace[TENSION], system.workspace[MIDDLE]

@@ -5,7 +5,7 @@ one place where the last one is followed by the first: they are listed as runs, 
 needs no table of indices.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -47,32 +47,8 @@ FIRST_POINT, FIRST_CANDIDATE, COUNT, PULLEY = range(4)
 RUN_ROWS = 4
 
 
-class PitchLine(NamedTuple):
-    """The line of a guided string.
-
-    Attributes
-    ----------
-    length : float, m
-    starts, arcs : (pulleys,), m
-        Where the arc of each pulley begins, from where the belt leaves the first pulley, and its
-        length.
-    senses : (pulleys,)
-        +1 where the belt passes a pulley counter-clockwise, else -1.
-    runs : (4, runs)
-        Runs of candidates, with the rows above.
-    run_count : (1,)
-    """
-
-    length: float
-    starts: "Array"
-    arcs: "Array"
-    senses: "Array"
-    runs: "Indices"
-    run_count: "Indices"
-
-
 @inline_kernel
-def line_candidates(line: PitchLine | None, system: "System", kinematics: "Array") -> None:
+def line_candidates(line: "PitchLine | None", system: "System", kinematics: "Array") -> None:
     """Make candidates of the points on the arcs, and near their ends.
 
     NX and NY are the normal in the frame of the belt, whose first axis is along it.

@@ -10,7 +10,7 @@ from frictionsim.mechanisms.belt_drive.composition import (
     distinct_static_friction,
 )
 from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
-from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS, PitchLine
+from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     POSITION,
     PULLEY_RADIUS,
@@ -20,6 +20,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
 from frictionsim.mechanisms.belt_drive.restored_contacts import offsets_fault
 from frictionsim.mechanisms.belt_drive.stability_limits import (
     FRICTION_MARGIN,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.geometry import Path
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     Indices = npt.NDArray[np.int64]
 
 
-def run_values(line: PitchLine, system: "System") -> dict[str, Expected]:
+def run_values(line: PitchLine, system: System) -> dict[str, Expected]:
     """Return what the arrays of the runs may hold, by name."""
     capacity = max(len(system.contacts.body), system.layout.bodies)
     return {
@@ -51,7 +51,7 @@ def run_values(line: PitchLine, system: "System") -> dict[str, Expected]:
     }
 
 
-def run_fault(line: PitchLine, system: "System") -> str:
+def run_fault(line: PitchLine, system: System) -> str:
     """Return the array that does not go with the others; empty if all do.
 
     A run lists candidates of one pulley and points that follow each other; each candidate that is
@@ -197,7 +197,7 @@ def arc_shares(line: PitchLine, points: int, spacing: float) -> "Array":
     return shares
 
 
-def _error_scales(equilibrium: Equilibrium, system: "System") -> "Array":
+def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
     """Return the size of each state that its error is measured by."""
     layout, mass = system.layout, system.chain.mass
     stiffness = system.effects.axial_damping.stiffness

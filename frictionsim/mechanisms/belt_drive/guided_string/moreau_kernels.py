@@ -29,7 +29,6 @@ from frictionsim.mechanisms.belt_drive.guided_string.line import (
     FIRST_CANDIDATE,
     FIRST_POINT,
     PULLEY,
-    PitchLine,
     line_candidates,
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import (
@@ -83,7 +82,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -132,7 +131,7 @@ def integrate_string(
     state: StringState,
     distinct_static_friction: bool,
     stiff: StiffDamping | None,
-    line: PitchLine,
+    line: "PitchLine",
     system: "System",
 ) -> int:
     """Take so many steps of length h, s; return ENDED or NOT_FINITE.
@@ -162,7 +161,7 @@ def integrate_string(
 
 
 @inline_kernel
-def find_candidates(line: PitchLine, kinematics: "Array", system: "System") -> None:
+def find_candidates(line: "PitchLine", kinematics: "Array", system: "System") -> None:
     """Make candidates of the points near the arcs, with their coefficients of friction."""
     line_candidates(line, system, kinematics)
     assign_friction_coefficients(system.contacts, system.pulleys.table.shape[1], system.friction)
@@ -174,7 +173,7 @@ def step_string(
     h: float,
     state: StringState,
     stiff: StiffDamping | None,
-    line: PitchLine,
+    line: "PitchLine",
     system: "System",
 ) -> None:
     """Take one step from time t."""
@@ -227,7 +226,7 @@ def solve_friction_impulses(
     old: "Array",
     new: "Array",
     stiff: StiffDamping | None,
-    line: PitchLine,
+    line: "PitchLine",
     system: "System",
 ) -> float:
     """Solve for the friction, unless that was done together with the dampers; return its heat, J.
@@ -266,7 +265,7 @@ def solve_friction_impulses(
 
 
 @inline_kernel
-def stick_biases(new: "Array", line: PitchLine, table: "Array") -> None:
+def stick_biases(new: "Array", line: "PitchLine", table: "Array") -> None:
     """Write STICK_BIAS of the new velocities without friction."""
     runs = line.runs
     for run in range(line.run_count[0]):
@@ -283,7 +282,7 @@ def solve_dampers(
     old: "Array",
     new: "Array",
     stiff: StiffDamping | None,
-    line: PitchLine,
+    line: "PitchLine",
     system: "System",
 ) -> float:
     """Solve for the impulses of stiff dampers and of friction; return the heat of the dampers, J.
@@ -328,7 +327,7 @@ def add_impulses(rate: float, impulse: "Array", tension: "Array", n: int) -> Non
 
 @inline_kernel
 def update_tensions(
-    h: float, middle: "Array", stiff: StiffDamping, line: PitchLine, system: "System"
+    h: float, middle: "Array", stiff: StiffDamping, line: "PitchLine", system: "System"
 ) -> bool:
     """Correct tensions, normal forces and limits by the impulses of the dampers that were found.
 

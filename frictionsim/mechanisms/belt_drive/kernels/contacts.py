@@ -49,9 +49,13 @@ from frictionsim.mechanisms.belt_drive.kernels.wrap import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
     from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
+    from frictionsim.mechanisms.belt_drive.kernels.system import (
+        Contacts,
+        FrictionCoefficients,
+        Pulleys,
+        System,
+    )
 
     Array = npt.NDArray[np.float64]
 

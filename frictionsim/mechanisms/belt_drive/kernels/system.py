@@ -1,9 +1,7 @@
 """What acts in a belt drive, as one argument of the kernels."""
 
-from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.kernels.layout import StateLayout
 
 if TYPE_CHECKING:
@@ -11,17 +9,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
-    from frictionsim.mechanisms.belt_drive.guided_string.line import PitchLine
     from frictionsim.mechanisms.belt_drive.kernels.signals import Signals
-    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
-
-# The parameters of each effect by its name, None where a scenario lacks it: a kernel that finds
-# None is compiled to nothing at all.
-EffectParameters: Any = namedtuple("EffectParameters", [e.key for e in EFFECTS])  # type: ignore[misc]
 
 
 class Pulleys(NamedTuple):
@@ -33,6 +24,21 @@ class Pulleys(NamedTuple):
     free: "Indices"
     prescribed: "Indices"
     table: "Array"
+
+
+class WrapFactors(NamedTuple):
+    """The wrap factors of a state.
+
+    Attributes
+    ----------
+    factor : (contacts,)
+        kappa of the body of each candidate.
+    mass_ratio : (contacts,)
+        1/kappa^2, of the mass that yields to friction over that of the body.
+    """
+
+    factor: "Array"
+    mass_ratio: "Array"
 
 
 class Contacts(NamedTuple):
@@ -53,7 +59,38 @@ class Contacts(NamedTuple):
     table: "Array"
     saved_modes: "Array"
     release: "Array"
-    wrap: "WrapFactors | None"
+    wrap: WrapFactors | None
+
+
+class FrictionCoefficients(NamedTuple):
+    """Coefficients of friction of every body at every pulley, (pulleys, n): static and kinetic."""
+
+    static: "Array"
+    kinetic: "Array"
+
+
+class PitchLine(NamedTuple):
+    """The line of a guided string.
+
+    Attributes
+    ----------
+    length : float, m
+    starts, arcs : (pulleys,), m
+        Where the arc of each pulley begins, from where the belt leaves the first pulley, and its
+        length.
+    senses : (pulleys,)
+        +1 where the belt passes a pulley counter-clockwise, else -1.
+    runs : (4, runs)
+        Runs of candidates, with the rows of `guided_string.line`.
+    run_count : (1,)
+    """
+
+    length: float
+    starts: "Array"
+    arcs: "Array"
+    senses: "Array"
+    runs: "Indices"
+    run_count: "Indices"
 
 
 class System(NamedTuple):
@@ -64,7 +101,9 @@ class System(NamedTuple):
     layout : StateLayout
     chain : Chain
         What the bodies have in common.
-    effects : EffectParameters
+    effects : named tuple
+        The parameters of each effect by its name, None where the scenario lacks it: a kernel that
+        finds None is compiled to nothing at all.
     friction : FrictionCoefficients or None
     signals : Signals
         What drives the pulleys.
@@ -78,9 +117,9 @@ class System(NamedTuple):
     layout: StateLayout
     chain: "Chain"
     effects: Any
-    friction: "FrictionCoefficients | None"
+    friction: FrictionCoefficients | None
     signals: "Signals"
     workspace: "Array"
     contacts: Contacts
     pulleys: Pulleys
-    line: "PitchLine | None" = None
+    line: PitchLine | None = None

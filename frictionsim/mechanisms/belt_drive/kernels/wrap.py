@@ -36,7 +36,7 @@ point meets the rim at an angle of l/(2.4 R), as on a contact that is so much so
 at both points would couple the contacts, which now have one scalar equation a pulley.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -50,30 +50,15 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     full_vectors,
 )
 from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
+from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, WrapFactors
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
 
     Array = npt.NDArray[np.float64]
     Bodies = npt.NDArray[np.uint64]
-
-
-class WrapFactors(NamedTuple):
-    """The wrap factors of a state.
-
-    Attributes
-    ----------
-    factor : (contacts,)
-        kappa of the body of each candidate.
-    mass_ratio : (contacts,)
-        1/kappa^2, of the mass that yields to friction over that of the body.
-    """
-
-    factor: "Array"
-    mass_ratio: "Array"
 
 
 def wrap_factors(contacts: int) -> WrapFactors:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import FrictionCoefficients
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.kernels.system import FrictionCoefficients
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import FixedSteps
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping

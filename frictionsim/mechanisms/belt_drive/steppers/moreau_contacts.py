@@ -64,8 +64,12 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-    from frictionsim.mechanisms.belt_drive.kernels.wrap import WrapFactors
+    from frictionsim.mechanisms.belt_drive.kernels.system import (
+        Contacts,
+        Pulleys,
+        System,
+        WrapFactors,
+    )
 
     Array = npt.NDArray[np.float64]
     Bodies = npt.NDArray[np.uint64]
