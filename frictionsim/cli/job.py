@@ -7,8 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
-from frictionsim.cli.log_lines import log_on_stderr
-from frictionsim.cli.messages import print_beside_files, print_error, warn, warn_of_name
+from frictionsim.cli.messages import (
+    log_on_stderr,
+    print_beside_files,
+    print_error,
+    warn,
+    warn_of_name,
+)
 from frictionsim.cli.monitor import RunMonitor, monitor_run
 from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (

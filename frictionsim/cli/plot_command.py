@@ -185,7 +185,7 @@ def plot(
     if animate is not None:
         write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
         return
-    from frictionsim.api.picture_files import Choice, save_pictures
+    from frictionsim.api.pictures import Choice, save_pictures
     from frictionsim.plots.appearance import appearance
     from frictionsim.plots.window import extent
 

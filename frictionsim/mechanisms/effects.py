@@ -1,6 +1,68 @@
-"""Effects of several kinds of mechanism, except dry friction."""
+"""Effects of several kinds of mechanism: gravity, viscous damping, friction of a journal."""
 
+from math import hypot
+from sys import float_info
+from typing import Self
+
+from pydantic import model_validator
+
+from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
 from frictionsim.scenario.schema import Params, unit_field
+
+CONTACT_NAME = "shaft"
+# Torque and limit are sums of three products: a few roundings of each.
+ROUNDING = 16 * float_info.epsilon
+
+
+def friction_radius(shaft_radius: float, mu: float) -> float:
+    """Return the friction radius of a dry journal: the distance of the reaction from its axis [1]_.
+
+    r_f = r sin(atan mu) = r mu / sqrt(1 + mu^2); the friction torque is r_f R.
+    Valid while the shaft itself does not accelerate.
+
+    Parameters
+    ----------
+    shaft_radius : float, m
+    mu : float, dimensionless, not negative
+
+    Returns
+    -------
+    float, m
+
+    References
+    ----------
+    .. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering
+       Research 13(11), 2018, 8871-8881, eqs 5-6 and 50-51.
+    """
+    return shaft_radius * mu / hypot(1.0, mu)
+
+
+class ShaftFriction(FrictionLaw):
+    """Dry friction of a journal on a fixed shaft.
+
+    Sticking holds while |M| <= r_s R; sliding gives a torque r_k R against the motion, with
+    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft.
+    """
+
+    shaft_radius: float = unit_field("m", "Radius of the shaft, where the journal slides.", gt=0)
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+        return self
+
+    @property
+    def static_radius(self) -> float:
+        """r_s, m."""
+        return friction_radius(self.shaft_radius, self.mu_s)
+
+    @property
+    def kinetic_radius(self) -> float:
+        """r_k, m."""
+        return friction_radius(self.shaft_radius, self.mu_k)
+
 
 RENAMED_AIR_DRAG = "renamed to viscous_damping: write [effects.viscous_damping]"
 

@@ -55,8 +55,7 @@ A mechanism that does not fit into one coordinate
     SimulationResult, Check: what it observes
 """
 
-from frictionsim.mechanisms.effects import Gravity, ViscousDamping
-from frictionsim.mechanisms.journal_friction import ShaftFriction, friction_radius
+from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping, friction_radius
 from frictionsim.mechanisms.scalar_math import cos, sin
 from frictionsim.mechanisms.single_dof import (
     METRICS,

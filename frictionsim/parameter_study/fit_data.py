@@ -1,13 +1,13 @@
-"""The measured data of a fit: time series of one run, or a table of runs with their quantities."""
+"""The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.parameter_study.units import factor
+from frictionsim.parameter_study.keys import factor
 from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
 from frictionsim.scenario.model_validation import MIN_NUMBER
@@ -18,6 +18,49 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
     Array = npt.NDArray[np.float64]
+
+
+EXACT = 1e-9  # of the spread: data are not taken to be more exact
+
+
+class Noise:
+    """The standard deviations of the data, given or estimated.
+
+    Attributes
+    ----------
+    sigma : (n,)
+    spread : (n,)
+        Of the data.
+    """
+
+    def __init__(self, targets: "Iterable[Target]") -> None:
+        targets = list(targets)
+        self.spread = np.concatenate([t.scale for t in targets])
+        self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
+        names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
+        groups = [name for name in dict.fromkeys(names) if name]
+        self.groups = [np.array([n == name for n in names]) for name in groups]
+        self.all_given = not self.groups
+        self.is_to_be_balanced = len(dict.fromkeys(names)) > 1
+
+    def estimate(self, residuals: "Array", determined: int) -> float:
+        """Estimate the standard deviations that were not given; return their relative change.
+
+        Parameters
+        ----------
+        residuals : (n,)
+        determined : int
+            How many values were determined from the data.
+        """
+        change, left = 0.0, max(1.0 - determined / residuals.size, 0.0)
+        for group in self.groups:
+            relative = residuals[group] / self.spread[group]
+            size = np.sqrt(np.mean(relative**2) / left) if left else np.sqrt(np.mean(relative**2))
+            sigma = self.spread[group] * max(float(size), EXACT)
+            change = max(change, abs(float(sigma[0] / self.sigma[group][0]) - 1.0))
+            self.sigma[group] = sigma
+        return change
+
 
 AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
 DEFAULT_TIME = "time"

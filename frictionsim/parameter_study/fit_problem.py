@@ -15,8 +15,7 @@ import numpy as np
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.parameter_study.fit_data import Measured, Target
 from frictionsim.parameter_study.fit_keys import FreeKey
-from frictionsim.parameter_study.keys import expanded
-from frictionsim.parameter_study.units import factor
+from frictionsim.parameter_study.keys import expanded, factor
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:

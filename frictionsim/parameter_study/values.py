@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from frictionsim.errors import InputError, unknown
 from frictionsim.parameter_study.keys import names_in
 from frictionsim.scenario.overrides import plain, toml_value
-from frictionsim.scenario.toml_limits import excess_of_text
+from frictionsim.scenario.toml_text import excess_of_text
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

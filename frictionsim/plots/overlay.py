@@ -37,8 +37,7 @@ from frictionsim.plots.time_history import (
 )
 from frictionsim.scenario.recorded import scenario_of
 from frictionsim.scenario.validation import ValidationFailure, validate
-from frictionsim.simulation.jumps import with_jumps
-from frictionsim.simulation.phases import sticking_phases
+from frictionsim.simulation.phases import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

@@ -26,8 +26,7 @@ from frictionsim.plots.time_history import annotate_above, mark_modes, stacked_a
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 from frictionsim.scenario.validation import ValidationFailure, validate
-from frictionsim.simulation.jumps import with_jumps
-from frictionsim.simulation.phases import sticking_phases
+from frictionsim.simulation.phases import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

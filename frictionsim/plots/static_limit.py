@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.plots.style import BLACK, Style
 from frictionsim.scenario.recorded import scenario_value
 

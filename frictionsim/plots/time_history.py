@@ -28,7 +28,6 @@ from frictionsim.plots.style import (
     text_scale,
 )
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.jumps import with_jumps
 from frictionsim.simulation.phases import (
     BREAKAWAY,
     IMPACT,
@@ -39,6 +38,7 @@ from frictionsim.simulation.phases import (
     STICKS,
     event_names,
     sticking_phases,
+    with_jumps,
 )
 from frictionsim.solvers.end_stops import EVENT as END_STOP
 

@@ -1,12 +1,14 @@
 """The work-precision diagram: error against wall time and right-hand-side evaluations.
 
-The work-precision diagram of a study of meshes: the error of the mesh beside that of the steps.
-
+Of a study of meshes, the error of the mesh is drawn beside that of the steps.
 Left: error against the limit of fine meshes, a line for each model, a marker for each number of
 bodies. Right: how far runs on the scenario's own mesh are from that mesh converged in time. Both
 have the same axes: a run that is exact in time stays as far off on the left as its mesh is.
+
+Failed runs are marked in a strip above the errors.
 """
 
+from collections.abc import Sequence
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.plots.failed_runs import add_strip, places_of
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     COLOURS,
@@ -26,9 +27,54 @@ from frictionsim.plots.style import (
 )
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.figure import SubFigure
 
     from frictionsim.work_precision.outcome import Row, WorkPrecision
+
+    Array = npt.NDArray[np.float64]
+
+
+STRIP = 0.09  # of the height of a panel
+
+
+def add_strip(ax: Any) -> float:
+    """Extend the scale of errors of a panel by a strip for failed runs; return its middle.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its limits, and a logarithmic scale of y.
+    """
+    low, high = ax.get_ylim()
+    top = high * (high / low) ** (STRIP / (1.0 - STRIP))
+    ax.axhspan(high, top, facecolor=STICK_COLOUR, linewidth=0, zorder=0.5)
+    ax.axhline(high, color=GREY, linewidth=0.8)
+    ax.set_yticks([tick for tick in ax.get_yticks() if low <= tick <= high])  # none in the strip
+    ax.set_yticks([], minor=True)
+    ax.set_ylim(low, top)
+    if ax.get_subplotspec() is None or ax.get_subplotspec().is_first_col():
+        ax.annotate(
+            "failed",
+            (0.0, 1.0 - 0.5 * STRIP),
+            (-5.0, 0.0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize="small",
+        )
+    return float(np.sqrt(high * top))
+
+
+def places_of(work: Sequence[float], others: Sequence[float]) -> "Array":
+    """Return where failed runs are marked along an axis of work, which is logarithmic.
+
+    One that was refused has done none: it is marked at the least work of all.
+    """
+    done = [value for value in (*work, *others) if value > 0.0]
+    return np.maximum(np.asarray(work, dtype=np.float64), min(done, default=1.0))
+
 
 MESH_MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")  # of numbers of bodies
 MESH_LINES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of models

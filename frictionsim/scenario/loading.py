@@ -18,7 +18,7 @@ from frictionsim.scenario.model_validation import (
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
-from frictionsim.scenario.toml_limits import MAX_BYTES, excess_of_data, excess_of_text
+from frictionsim.scenario.toml_text import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
@@ -125,7 +125,7 @@ def _validated(
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:
-        from frictionsim.scenario.toml_positions import key_lines
+        from frictionsim.scenario.toml_text import key_lines
 
         lines = key_lines(text) if lines is None else lines
         raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None

@@ -6,7 +6,7 @@ from os import PathLike, fsdecode
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.toml_limits import excess_of_text
+from frictionsim.scenario.toml_text import excess_of_text
 
 KeyPath = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str]

@@ -15,9 +15,8 @@ from frictionsim.solvers.common import (
     subject_of,
 )
 from frictionsim.solvers.end_stops import EVENT, StopContact
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 from frictionsim.solvers.state_values import FLAG, TIME, Values
-from frictionsim.solvers.stepper import Stepper
+from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -1,4 +1,4 @@
-"""Parts shared by the solvers: sample buffer, right-hand sides, event location, chattering."""
+"""Parts shared by the solvers: samples, right-hand sides, located events, chattering."""
 
 from array import array
 from collections import deque
@@ -9,15 +9,43 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
 from frictionsim.scenario.methods import METHODS
-from frictionsim.solvers.load_reversal import reversal_in_step
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
-from frictionsim.solvers.stepper import Stepper
+from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import DryFriction, Mechanism
+
+
+def reversal_in_step(
+    load: Callable[[float, float, float], tuple[float, float]],
+    mechanism: "Mechanism",
+    stepper: Stepper,
+) -> float:
+    """Return when the load of a contact has turned by a right angle since the begin of a step, s.
+
+    A load that passes zero turns by two at once, where its size, and friction with it, has a
+    corner. The end of the step if it has not turned so far.
+    """
+    drive, y_old, y = mechanism.drive, stepper.y_old, stepper.y
+    x_old, up_old = load(drive(stepper.t_old), y_old[0], y_old[1])
+
+    def against(u: float, q: float, v: float) -> float:
+        x, up = load(u, q, v)
+        return -(x * x_old + up * up_old)
+
+    if not against(drive(stepper.t), y[0], y[1]) > 0.0:
+        return stepper.t
+
+    def inside(t: float) -> float:
+        state = stepper.interpolate(t)
+        return against(drive(t), state[0], state[1])
+
+    if not inside(stepper.t) > 0.0:  # the interpolant may differ by roundoff
+        return stepper.t
+    return bracket_root(inside, stepper.t_old, stepper.t)[1]
 
 
 # A root search stops at an interval of two units in the last place of the time.

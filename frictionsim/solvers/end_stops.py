@@ -16,8 +16,7 @@ from frictionsim.solvers.root_finding import bracket_root
 
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
-    from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
-    from frictionsim.solvers.stepper import Stepper
+    from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 # A flight of so many units in the last place of time or position, over 1 - e, is none: rounding
 # would give the body as much speed as an impact takes.

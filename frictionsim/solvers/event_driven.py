@@ -23,8 +23,9 @@ from frictionsim.solvers.common import (
 )
 from frictionsim.solvers.end_stops import StopContact
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import DIRECTION, FLAG, NUMBER, TIME
+from frictionsim.solvers.stepper import Rhs, State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -6,7 +6,7 @@ from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.base import Solver
 from frictionsim.solvers.common import Row, SampleBuffer, rhs_without_friction, row
 from frictionsim.solvers.end_stops import EVENT
-from frictionsim.solvers.runge_kutta_fehlberg import State
+from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.solvers.runge_kutta_fehlberg import MIN_TRIAL_STEP, Rhs, stages
-from frictionsim.solvers.step_size import (
+from frictionsim.solvers.runge_kutta_fehlberg import MIN_TRIAL_STEP, stages
+from frictionsim.solvers.stepper import (
     MAX_FACTOR,
     MIN_ERROR_NORM,
     MIN_FACTOR,
@@ -18,6 +18,7 @@ from frictionsim.solvers.step_size import (
     PI_BETA,
     SAFETY,
     STEP_END_TOLERANCE,
+    Rhs,
 )
 
 if TYPE_CHECKING:

@@ -30,8 +30,9 @@ from frictionsim.solvers.multi_contact_modes import (
     consistent_modes,
     margins_of,
 )
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, RungeKuttaFehlberg45, State
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values
+from frictionsim.solvers.stepper import Rhs, State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -16,8 +16,8 @@ from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.base import Solver
 from frictionsim.solvers.common import Row, SampleBuffer, advance, row
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 from frictionsim.solvers.state_values import DIRECTION, TIME
+from frictionsim.solvers.stepper import Rhs, State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -25,8 +25,8 @@ from frictionsim.solvers.common import (
     rhs_with_friction,
     row,
 )
-from frictionsim.solvers.runge_kutta_fehlberg import State
 from frictionsim.solvers.state_values import DIRECTION, TIME
+from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

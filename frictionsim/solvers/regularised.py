@@ -15,8 +15,8 @@ from frictionsim.solvers.base import ContactSolver
 from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import State
 from frictionsim.solvers.state_values import DIRECTION, TIME
+from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings

@@ -5,24 +5,23 @@ states; numba compiles the same functions for the arrays of belts. Long sums are
 loops, because compilers vectorise loops over a few arrays only.
 """
 
-from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite, ulp
 from typing import ClassVar
 
 from frictionsim.errors import BudgetExceeded
 from frictionsim.solvers.state_values import COUNT, NON_NEGATIVE, NUMBER, TIME, Values, unfit
-from frictionsim.solvers.step_errors import non_finite_error, step_underflow
-from frictionsim.solvers.step_size import (
+from frictionsim.solvers.stepper import (
     MIN_ERROR_NORM,
     STEP_END_TOLERANCE,
+    Rhs,
+    State,
     clipped_step,
     next_step_size,
+    non_finite_error,
     reduced_step,
+    step_underflow,
 )
-
-State = MutableSequence[float]
-Rhs = Callable[[float, State, State], None]
-"""rhs(t, y, dy): write the time derivative of the state y at time t into dy."""
 
 # Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
 C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1

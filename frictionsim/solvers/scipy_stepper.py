@@ -10,9 +10,8 @@ import scipy.integrate
 from numpy.linalg import LinAlgError
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.solvers.runge_kutta_fehlberg import Rhs, State
 from frictionsim.solvers.state_values import Values
-from frictionsim.solvers.step_errors import non_finite_error, step_underflow
+from frictionsim.solvers.stepper import Rhs, State, non_finite_error, step_underflow
 
 
 class ScipyStepper:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms import marble_machine
-from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.validation import validate

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.pulley import limit_forces, statics
 from frictionsim.scenario.validation import validate
 from tests.support.problems import CORD_RADIUS, LOAD, MU_S, SHAFT_RADIUS

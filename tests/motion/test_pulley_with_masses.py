@@ -10,7 +10,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.motion.parts import Arrow, Band, Motion
 from frictionsim.motion.poses import moment_of, shown_word
-from frictionsim.motion.pulley_with_masses import drawn_scale
+from frictionsim.motion.pulley import drawn_scale
 from frictionsim.motion.torque_arc import LARGEST
 from frictionsim.results import MODES, SLACK, Record
 from tests.support.motions import body, motion, record_of, scenario

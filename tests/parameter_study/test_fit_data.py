@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.parameter_study.units import factor
+from frictionsim.parameter_study.keys import factor
 from frictionsim.scenario.csv_columns import read_columns
 from tests.parameter_study.measurements import (
     FORCE,

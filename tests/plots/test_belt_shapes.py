@@ -11,8 +11,14 @@ from matplotlib.text import Annotation
 from frictionsim.motion.belt_path import arc_of, path_of
 from frictionsim.plots import draw
 from frictionsim.plots.belt_geometry import GuidedLine, belt_line
-from frictionsim.plots.belt_layout import BACKWARD, FORWARD, NORMAL, force_handles
-from frictionsim.plots.belt_shape import belt_of, patch_of
+from frictionsim.plots.belt_layout import (
+    BACKWARD,
+    FORWARD,
+    NORMAL,
+    belt_of,
+    force_handles,
+    patch_of,
+)
 from frictionsim.results import Record
 from frictionsim.scenario.recorded import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from frictionsim.plots.failed_runs import STRIP, places_of
-from frictionsim.plots.work_precision import diagram
+from frictionsim.plots.work_precision import STRIP, diagram, places_of
 from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.errors import Error

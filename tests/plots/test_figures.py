@@ -29,7 +29,7 @@ from frictionsim.plots.picture_file import png
 from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.jumps import with_jumps
+from frictionsim.simulation.phases import with_jumps
 from frictionsim.work_precision.outcome import WorkPrecision
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import drawn_views, shown, with_channels

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.reports.charts import MAX_SAMPLES, charts_of
 from frictionsim.reports.reported_run import ReportedRun, labels_of
-from frictionsim.reports.run_report import data_of, run_report
+from frictionsim.reports.run_report import MAX_SAMPLES, charts_of, data_of, run_report
 from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
 from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record

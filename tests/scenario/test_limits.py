@@ -13,7 +13,7 @@ from frictionsim.scenario.csv_signals import MAX_BYTES as MAX_CSV
 from frictionsim.scenario.csv_signals import MAX_LINES
 from frictionsim.scenario.loading import load, loads
 from frictionsim.scenario.signals import Sine
-from frictionsim.scenario.toml_positions import key_lines
+from frictionsim.scenario.toml_text import key_lines
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, pulley
 

@@ -13,7 +13,7 @@ import frictionsim as fs
 from frictionsim.api.studies import Choice, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
-from frictionsim.mechanisms.pulley.lift_outputs import CAR, OTHER
+from frictionsim.mechanisms.pulley.masses import CAR, OTHER
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import StepUnderflow
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
-from frictionsim.solvers import step_size as one_run
+from frictionsim.solvers import stepper as one_run
 from frictionsim.solvers.lockstep_functions import (
     changed,
     functions_agree,

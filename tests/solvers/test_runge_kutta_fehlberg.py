@@ -13,7 +13,8 @@ from frictionsim.scenario.loading import load
 from frictionsim.scenario.settings import SolverSettings
 from frictionsim.solvers import new_solver, runge_kutta_fehlberg
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, State, stages
+from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45, stages
+from frictionsim.solvers.stepper import State
 from tests.support.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.quick

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from frictionsim.mechanisms.journal_friction import friction_radius
+from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.results import Record, Transition
 
 CORD_RADIUS, INERTIA, LOAD, DRAG = 0.0508, 1.355, 2224.1, 1.355

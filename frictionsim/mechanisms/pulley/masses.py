@@ -17,7 +17,7 @@ tensions: eliminating both, the friction shifts the arms of the forces by its ra
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
 d2 = x2 + r theta, grows, and is taken up by an impact, of which the friction of the shaft is a
-part (`frictionsim.mechanisms.pulley.rope_impact`).
+part (`frictionsim.mechanisms.pulley.masses`).
 
 With cord friction, x is the displacement of the cord, x1 = x and x2 = -x. It sticks while
 exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' - r w),
@@ -26,26 +26,45 @@ T2 = T1 exp(sigma mu_k phi) [1]_.
 References
 ----------
 .. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
+
+The impact that takes up a slack rope over a pulley on a dry shaft.
+
+Tensions are impulsive in it, so is the reaction of the shaft, the sum of both tensions, and with
+it the friction of the shaft. The other forces are finite and have no part. Let J be the impulse of
+the rope that is taken up, w the speed of the pulley, positive against the pull of that rope, and
+d' the rate of the gap; m is the body on the rope and m' that on the other side. With the impulse
+J' of the other rope, while the shaft slides in direction s,
+
+    m dv = dJ,    m' r dw = -dJ',    I dw = (dJ' - dJ) r - s r_k (dJ + dJ')
+    dw/dJ = -k,   k = (r + s r_k)/(I + m' r (r - s r_k)),   dJ' = m' r k dJ,   m' = 0 if slack
+    d(d')/dJ = 1/m + r k
+
+At w = 0 the shaft locks if r_s >= r, as then r dJ <= r_s dJ; if not, s becomes -1. Where k < 0,
+which takes r_k > r and s = -1, J' would be negative: the other rope falls slack, and m' = 0.
+
+All speeds are linear in J, in two pieces at most. The rope takes the work -d' dJ up while the gap
+closes, and gives the part e^2 of it back, the energetic restitution [1]_. In an impact of one
+piece, d' after is -e d' before (Newton), which is no law for others: together with friction, it may
+give more energy than there was.
+
+References
+----------
+.. [1] W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. Lond. A 431, 1990.
+
+Channels, quantities, warnings and checks of a pulley with masses on its cord.
 """
 
-from collections.abc import Sequence
-from math import radians
-from typing import Any
+from collections.abc import Callable, Sequence
+from math import inf, radians, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.mechanisms.journal_friction import CONTACT_NAME, ROUNDING
-from frictionsim.mechanisms.pulley.lift_outputs import (
-    CAR,
-    CAR_ROPE,
-    CORD,
-    COUNTERWEIGHT_ROPE,
-    OTHER,
-    SLIP,
-    TORQUE,
-    outputs,
-)
-from frictionsim.mechanisms.pulley.rope_impact import shock
+import numpy as np
+
+from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
-from frictionsim.results import FORWARD, STICK, TAUT
+from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
+from frictionsim.results import FORWARD, SLACK, STICK, TAUT, Check, Quantities, Quantity, Transition
+from frictionsim.scenario.signal_checks import extremes
 from frictionsim.solvers.multi_contact import (
     Balance,
     Contact,
@@ -57,6 +76,255 @@ from frictionsim.solvers.multi_contact import (
     Value,
     Vector,
 )
+
+if TYPE_CHECKING:
+    from frictionsim.solvers.multi_contact import Contact, MultiContactTrajectory
+
+
+TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
+SLIP = 1  # coordinate of a cord that may slip, x - r theta
+CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
+ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}
+# A tension at the located start of slack is below zero by the roundoff of the location.
+TENSION_ROUNDOFF = 1e-12
+Heights = Callable[[Any], tuple[Any, Any]]
+
+
+def outputs(
+    scenario: PulleyScenario, contacts: "tuple[Contact, ...]", heights: Heights
+) -> dict[str, Any]:
+    """Return the arguments of the mechanism that say what is recorded.
+
+    Parameters
+    ----------
+    scenario : PulleyScenario
+    contacts : tuple of Contact
+    heights : callable
+        The heights of car and counterweight, of the coordinates.
+    """
+    names = [contact.name for contact in contacts]
+    n = scenario.lift_parameters
+    weights = n.weight_1 + n.weight_2 + _largest_force(scenario)
+
+    def channels(trajectory: "MultiContactTrajectory") -> dict[str, Any]:
+        q, v, a = trajectory.position, trajectory.velocity, trajectory.acceleration
+        forces, modes = trajectory.forces, dict(zip(names, trajectory.modes, strict=True))
+        x1, x2 = heights(_from_start(q, scenario))
+        v1, v2 = heights(v)
+        found = {
+            "angle": q[0],
+            "angular_velocity": v[0],
+            "angular_acceleration": a[0],
+            "drive_torque" if n.by_torque else "drive_force": trajectory.drive,
+            "shaft_reaction": forces[CAR] + forces[OTHER],
+            "rope_tension_car": forces[CAR],
+            "rope_tension_counterweight": forces[OTHER],
+            "car_position": x1,
+            "car_velocity": v1,
+            "car_acceleration": heights(a)[0],
+            "counterweight_position": x2,
+            "counterweight_velocity": v2,
+        }
+        if CONTACT_NAME in modes:
+            found |= {"friction_torque": forces[TORQUE], "mode": modes[CONTACT_NAME]}
+        if CORD in modes:
+            found |= {"cord_slip": q[SLIP], "cord_mode": modes[CORD]}
+        else:
+            ropes = [mode == SLACK for name, mode in modes.items() if name != CONTACT_NAME]
+            found["slack"] = sum(side << i for i, side in enumerate(np.asarray(ropes, dtype=int)))
+        return found
+
+    def quantities(trajectory: "MultiContactTrajectory") -> Quantities:
+        return impending_motion_of_lift(scenario) | _of_samples(
+            trajectory, channels(trajectory), names
+        )
+
+    def checks(trajectory: "MultiContactTrajectory") -> dict[str, Check]:
+        tensions = trajectory.forces[CAR:]
+        lowest = float(np.min(tensions, initial=0.0))
+        largest = max(weights, float(np.max(np.abs(tensions), initial=0.0)))
+        return {"rope_tension": Check(-lowest / largest if lowest else 0.0, TENSION_ROUNDOFF)}
+
+    def run_warnings(trajectory: "MultiContactTrajectory") -> list[str]:
+        return _run_warnings(trajectory.transitions)
+
+    torque = (
+        max(map(abs, extremes(scenario.drive.torque, scenario.solver.duration)))
+        if (n.by_torque)
+        else 0.0
+    )
+    speed = scenario.mechanism.initial_angular_velocity
+    inertia = n.inertia + (n.m1 + n.m2) * n.r**2
+    return {
+        "channels": channels,
+        "quantities": quantities,
+        "checks": checks,
+        "run_warnings": run_warnings,
+        "energy_scale": n.r * weights + torque + 0.5 * inertia * speed**2,
+    }
+
+
+def _largest_force(scenario: PulleyScenario) -> float:
+    """Return the largest magnitude of the force on the cord, N."""
+    force = scenario.drive.force
+    if force is None:
+        return 0.0
+    return max(map(abs, extremes(force, scenario.solver.duration)))
+
+
+def _from_start(q: Any, scenario: PulleyScenario) -> Any:
+    """Return the coordinates, the angle from its start."""
+    moved = np.array(q)
+    moved[0] -= np.radians(scenario.mechanism.initial_angle_deg)
+    return moved
+
+
+def _of_samples(
+    trajectory: "MultiContactTrajectory", channels: dict[str, Any], names: Sequence[str]
+) -> Quantities:
+    """Return the quantities of samples and events; none without a sample."""
+    if not trajectory.time.size:
+        return {}
+    found = {}
+    for name in ("rope_tension_car", "rope_tension_counterweight"):
+        found[f"{name}_max"] = Quantity(float(np.max(channels[name])), "N")
+        found[f"{name}_min"] = Quantity(float(np.min(channels[name])), "N")
+    largest = float(np.max(np.abs(channels["car_acceleration"])))
+    found["car_acceleration_max"] = Quantity(largest, "m/s^2")
+    found["car_travel"] = Quantity(float(channels["car_position"][-1]), "m")
+    if CORD in names:
+        slip = float(np.max(np.abs(channels["cord_slip"])))
+        found["cord_slip_max"] = Quantity(slip, "m")
+        found["cord_slip_time"] = Quantity(
+            _first(trajectory, lambda e: e.contact == CORD and e.mode_from == STICK), "s"
+        )
+    else:
+        found["slack_time"] = Quantity(_first(trajectory, lambda e: e.mode_to == SLACK), "s")
+    return found
+
+
+def _first(
+    trajectory: "MultiContactTrajectory", applies: Callable[[Transition], bool]
+) -> float | None:
+    """Return the time of the first event of a sort up to the last sample, s; None if none."""
+    end = float(trajectory.time[-1])
+    return next((e.time for e in trajectory.transitions if applies(e) and e.time <= end), None)
+
+
+def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
+    """Return a warning for each rope that fell slack: the model has no elasticity."""
+    found = []
+    for contact, body in ROPES.items():
+        slack = [
+            e for e in transitions if e.contact == contact and e.mode_to == SLACK != e.mode_from
+        ]
+        if not slack:
+            continue
+        first = f"{slack[0].time:.6g} s"
+        when = f"once, at {first}" if len(slack) == 1 else f"{len(slack)} times, first at {first}"
+        found.append(
+            f"the rope of the {body} falls slack {when}; where it is taken up, the impact is that"
+            " of a rigid rope: its force has no value, and the energy lost depends on restitution"
+        )
+    return found
+
+
+class Shock(NamedTuple):
+    """The state after an impact, and the energy lost.
+
+    Attributes
+    ----------
+    w : float, rad/s
+    rate : float, m/s
+        Of the gap; exactly zero without restitution.
+    other_slackens : bool
+        The rope of the other side, taut before, does not pull in the impact: its body flies on.
+    rope_loss, heat : float, J
+        What is lost in the rope and by the friction of the shaft.
+    """
+
+    w: float
+    rate: float
+    other_slackens: bool
+    rope_loss: float
+    heat: float
+
+
+def shock(
+    n: LiftParameters, masses: tuple[float, float], w: float, rate: float, restitution: float
+) -> Shock:
+    """Return what an impact leaves.
+
+    Parameters
+    ----------
+    n : LiftParameters
+    masses : (float, float), kg
+        On the rope that is taken up, and on the other, zero if that is slack.
+    w : float, rad/s
+        Speed of the pulley, positive against the pull of the rope that is taken up.
+    rate : float, m/s
+        Of the gap, negative.
+    restitution : float
+    """
+    impact = _Impact(n, masses, w, rate)
+    while impact.rate < 0.0 and not impact.pull(-impact.rate / impact.softness):
+        pass
+    impact.rate = 0.0
+    given_back = restitution * restitution * impact.work
+    while given_back > 0.0:
+        softness, rate = impact.softness, impact.rate
+        until = sqrt(rate * rate + 2.0 * softness * given_back)
+        before = impact.work
+        if impact.pull((until - rate) / softness):
+            break
+        given_back -= before - impact.work
+    rope_loss = (1.0 - restitution * restitution) * impact.taken_up
+    return Shock(impact.w, impact.rate, impact.other_slackens, rope_loss, impact.heat)
+
+
+class _Impact:
+    """An impact under way: speeds and works, advanced piece by piece."""
+
+    def __init__(
+        self, n: LiftParameters, masses: tuple[float, float], w: float, rate: float
+    ) -> None:
+        self._n = n
+        self._own, self._other = masses
+        self.w, self.rate = w, rate
+        self.work = self.taken_up = self.heat = 0.0  # work that the rope holds, and has taken up
+        self.other_slackens = False
+        self._begin_piece()
+
+    def _begin_piece(self) -> None:
+        """Set how the speeds depend on the impulse, from here to the next stop of the shaft."""
+        n = self._n
+        self._slowing = self._friction = 0.0
+        if self.w != 0.0 or n.r_s < n.r:
+            shift = n.r_k if self.w > 0.0 else -n.r_k
+            self._slowing = (n.r + shift) / (n.inertia + self._other * n.r * (n.r - shift))
+            if self._slowing < 0.0:
+                self.other_slackens = self._other > 0.0
+                self._other = 0.0
+                self._slowing = (n.r + shift) / n.inertia
+            self._friction = n.r_k * (1.0 + self._other * n.r * self._slowing)
+        self.softness = 1.0 / self._own + n.r * self._slowing
+
+    def pull(self, impulse: float) -> bool:
+        """Advance by an impulse, N s, or until the shaft stops; return whether by all of it."""
+        stop = self.w / self._slowing if self.w * self._slowing > 0.0 else inf
+        whole = impulse < stop
+        step = impulse if whole else stop
+        w = self.w - self._slowing * step if whole else 0.0
+        rate = self.rate + self.softness * step
+        work = -0.5 * (self.rate + rate) * step
+        self.work += work
+        self.taken_up += max(work, 0.0)
+        self.heat += self._friction * 0.5 * abs(self.w + w) * step
+        self.w, self.rate = w, rate
+        if not whole:
+            self._begin_piece()
+        return whole
+
 
 TURN, GAP_1, GAP_2 = 0, 1, 2  # coordinates
 

@@ -9,9 +9,9 @@ from pydantic.config import JsonDict
 
 from frictionsim.mechanisms.effects import (
     RENAMED_AIR_DRAG,
+    ShaftFriction,
     ViscousDamping,
 )
-from frictionsim.mechanisms.journal_friction import ShaftFriction
 from frictionsim.mechanisms.pulley.channels import CHANNELS
 from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,

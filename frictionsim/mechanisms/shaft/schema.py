@@ -7,8 +7,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from frictionsim.mechanisms.effects import Gravity, ViscousDamping
-from frictionsim.mechanisms.journal_friction import ShaftFriction
+from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping
 from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
 from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel

@@ -36,6 +36,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import Array, Belt, BeltEffect, Stage
+from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -63,7 +64,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     TORQUE,
 )
-from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
     times_factor,

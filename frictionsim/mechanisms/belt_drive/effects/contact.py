@@ -26,6 +26,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stiffness,
     Waves,
 )
+from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     BODY_VX,
@@ -42,7 +43,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     X,
     Y,
 )
-from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
 

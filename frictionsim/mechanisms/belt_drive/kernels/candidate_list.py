@@ -1,4 +1,7 @@
-"""The list of candidates for a contact: what a new search keeps of the last one, and fills up."""
+"""The list of candidates for a contact: what a new search keeps and fills up.
+
+A run is a part of the list in which neighbours are neighbours on the belt.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +20,25 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 )
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
+
+    Bodies = npt.NDArray[np.uint64]
+
+
+@inline_kernel
+def run_end(body: "Bodies", start: int, count: int) -> int:
+    """Return the end of the run that starts at a candidate: a loop over it needs no list.
+
+    Candidates come in blocks of `SIMD_WIDTH` neighbours. Loops over a run count without a sign: an
+    index that may be negative would be looked at for each number.
+    """
+    end = start + SIMD_WIDTH
+    while end < count and body[end] == body[start] + np.uint64(end - start):
+        end += SIMD_WIDTH
+    return end
+
 
 NEW_CONTACT = 2.0  # in the place of a mode: the body was no candidate
 

@@ -40,6 +40,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
@@ -49,7 +50,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     aligned_zeros,
     full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, WrapFactors
 
 if TYPE_CHECKING:

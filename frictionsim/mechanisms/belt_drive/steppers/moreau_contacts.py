@@ -18,6 +18,7 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
     contact_forces,
     damper_share,
 )
+from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -46,7 +47,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VX,
     VY,
 )
-from frictionsim.mechanisms.belt_drive.kernels.runs import run_end
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
     times_factor,

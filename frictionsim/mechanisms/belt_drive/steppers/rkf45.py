@@ -28,7 +28,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
-from frictionsim.solvers import runge_kutta_fehlberg, step_size
+from frictionsim.solvers import runge_kutta_fehlberg, stepper
 from frictionsim.solvers.runge_kutta_fehlberg import (
     B1,
     B3,
@@ -54,7 +54,7 @@ from frictionsim.solvers.state_values import (
     Rows,
     Values,
 )
-from frictionsim.solvers.step_size import MIN_ERROR_NORM
+from frictionsim.solvers.stepper import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -133,9 +133,9 @@ stage_4 = inline_kernel(runge_kutta_fehlberg.stage_4)
 stage_5 = inline_kernel(runge_kutta_fehlberg.stage_5)
 stage_6 = inline_kernel(runge_kutta_fehlberg.stage_6)
 error_estimate_5 = inline_kernel(runge_kutta_fehlberg.error_estimate_5)
-clipped_step = inline_kernel(step_size.clipped_step)
-reduced_step = inline_kernel(step_size.reduced_step)
-next_step_size = inline_kernel(step_size.next_step_size)
+clipped_step = inline_kernel(stepper.clipped_step)
+reduced_step = inline_kernel(stepper.reduced_step)
+next_step_size = inline_kernel(stepper.next_step_size)
 
 FIRST_STEP_RATIO = 0.01  # of the longest step
 
