@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
+from frictionsim.simulation.monitor import RunMonitor
 
 if TYPE_CHECKING:
     from frictionsim.api.sweep_run import SweepProgress
@@ -62,7 +63,7 @@ class ProgressBar:
         self._progress.stop()
 
 
-class RunProgress:
+class RunProgress(RunMonitor):
     """The `on_step` of a run in Python that shows its progress.
 
     Parameters

@@ -9,12 +9,18 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api.arguments import as_count, as_number, as_path
-from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.result import Result, open
 from frictionsim.api.statics import with_overrides
 from frictionsim.errors import ArgumentError, FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.monitor import (
+    Monitors,
+    RunMonitor,
+    StopAfterStep,
+    WallTimeLimit,
+    compilation_of,
+)
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
@@ -193,11 +199,11 @@ def _simulate(
     done: Record | None = None
     stop = nullcontext(None) if destination is None else StopAfterStep()
     with stop as interruption, _shown(progress, scenario) as shown:
-        on_step = shown if interruption is None else interruption.after(shown)
-        limited, steps = _with_limit(on_step, limits, scenario), limits.max_steps
+        parts = [interruption, shown, _limit(limits, scenario)]
+        monitor, steps = Monitors(*(part for part in parts if part)), limits.max_steps
         try:
             segments = None if destination is None else destination.segments()
-            done = run(scenario, limited, _checkpoint_writer(destination), state, segments, steps)
+            done = run(scenario, monitor, _checkpoint_writer(destination), state, segments, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
         finally:
@@ -208,7 +214,7 @@ def _simulate(
         if estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
-            estimate = estimate_errors(scenario, done, limited, steps)
+            estimate = estimate_errors(scenario, done, monitor, steps)
     if interruption is not None and interruption.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
@@ -223,14 +229,12 @@ def _written(done: "Record", destination: "Destination") -> Path | None:
         destination.close()
 
 
-def _shown(
-    progress: Progress, scenario: Scenario
-) -> AbstractContextManager[Callable[[float], Any]]:
+def _shown(progress: Progress, scenario: Scenario) -> AbstractContextManager[RunMonitor | None]:
     """Return the context of a run that shows its progress as wanted."""
     if progress is False:
-        return nullcontext(_nothing)
+        return nullcontext()
     if callable(progress):
-        return nullcontext(_guarded(progress))
+        return nullcontext(_ProgressFunction(progress))
     from frictionsim.api.progress import RunProgress
 
     return RunProgress(scenario.solver.duration)
@@ -240,39 +244,29 @@ class _ProgressFailed(Exception):
     """An error of the user's function, which is not one of the run."""
 
 
-def _guarded(progress: Callable[[float], Any]) -> Callable[[float], Any]:
-    """Return a function of the user whose errors are not taken for those of the run."""
+class _ProgressFunction(RunMonitor):
+    """A function of the user, whose errors are not taken for those of the run."""
 
-    def on_step(t: float) -> None:
+    def __init__(self, progress: Callable[[float], Any]) -> None:
+        self._progress = progress
+
+    def __call__(self, t: float) -> None:
         try:
-            progress(t)
+            self._progress(t)
         except FrictionsimError:
             raise
         except Exception as error:
             raise _ProgressFailed from error
 
-    compiling = getattr(progress, "compiling", None)
-    if compiling is not None:
-        on_step.compiling = compiling  # type: ignore[attr-defined]
-    return on_step
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        return compilation_of(self._progress, expected)
 
 
-def _nothing(t: float) -> None:
-    pass
-
-
-def _with_limit(
-    on_step: Callable[[float], Any], limits: Limits, scenario: Scenario
-) -> Callable[[float], Any]:
-    """Return an `on_step` that also stops the run at a wall time, s, if there is a limit."""
+def _limit(limits: Limits, scenario: Scenario) -> WallTimeLimit | None:
     if limits.max_wall is None:
-        return on_step
-    from frictionsim.simulation.wall_time import LimitedSteps
-
+        return None
     solver = scenario.solver
-    return LimitedSteps(
-        on_step, limits.max_wall, solver.duration, solver.after_budget, limits.since
-    )
+    return WallTimeLimit(limits.max_wall, solver.duration, solver.after_budget, limits.since)
 
 
 def _checkpoint_writer(

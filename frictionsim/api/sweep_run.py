@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.api.interruption import StopAfterStep
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.errors import ArgumentError, InputError, Interrupted
 from frictionsim.io.destination import whole_name
@@ -34,6 +33,7 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
+from frictionsim.simulation.monitor import StopAfterStep
 from frictionsim.version import __version__
 
 RUNNING = (

@@ -39,9 +39,8 @@ from frictionsim.cli.messages import (
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.monitor import StatusLine, monitor_run
 from frictionsim.cli.sources import check_read_once, load_scenario, scenarios_in
-from frictionsim.cli.status_line import StatusLine
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,

@@ -134,7 +134,7 @@ def _fitted(
     options: dict[str, Any],
 ) -> "fs.Fit":
     """Run the fit, with errors that name the options."""
-    from frictionsim.cli.status_line import StatusLine
+    from frictionsim.cli.monitor import StatusLine
 
     shown = 0.0
     with StatusLine() as show:

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
+from frictionsim.cli.log_lines import log_on_stderr
 from frictionsim.cli.messages import (
-    log_on_stderr,
     print_beside_files,
     print_error,
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import RunMonitor, monitor_run
+from frictionsim.cli.monitor import CommandMonitor, monitor_run
 from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (
     EXIT_DONE,
@@ -77,7 +77,7 @@ class Report:
         log_on_stderr(verbose)
 
     @contextmanager
-    def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[RunMonitor]:
+    def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[CommandMonitor]:
         """Return the context of a run that can be stopped and shows its progress."""
         shown = not (self.quiet or self._as_json)
         with (

@@ -1,4 +1,4 @@
-"""Monitoring of a run in progress: stop signals, wall-time limit and progress bar."""
+"""Monitoring of a run in progress: stop signals, wall-time limit, progress bar, status line."""
 
 import os
 import signal
@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL, Interrupted
-from frictionsim.io.terminal import is_terminal, print_on_stderr, write_on_stderr
+from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 
 if TYPE_CHECKING:
     from socket import socket
 
     from frictionsim.api.progress import ProgressBar
+
 
 # A lost connection sends SIGHUP, which Windows does not have.
 STOP_SIGNALS = tuple(
@@ -34,7 +35,7 @@ SECONDS_AFTER_LIMIT = 0.1
 SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
 
-class RunMonitor:
+class CommandMonitor:
     """The `on_step` callback of a run: called with the simulated time after each step.
 
     Parameters
@@ -242,7 +243,9 @@ class RunMonitor:
 
 
 @contextmanager
-def monitor_run(duration: float, with_progress: bool, quiet: bool = False) -> Iterator[RunMonitor]:
+def monitor_run(
+    duration: float, with_progress: bool, quiet: bool = False
+) -> Iterator[CommandMonitor]:
     """Monitor a run: a stop signal stops it after the current step, a second ends the process.
 
     Stop signals are SIGINT, SIGTERM and SIGHUP, unless the process ignores them. Before the first
@@ -259,11 +262,27 @@ def monitor_run(duration: float, with_progress: bool, quiet: bool = False) -> It
 
     Yields
     ------
-    RunMonitor
+    CommandMonitor
         To be called with the time after each step.
     """
-    monitor = RunMonitor(duration, with_progress, quiet)
+    monitor = CommandMonitor(duration, with_progress, quiet)
     try:
         yield monitor
     finally:
         monitor.close()
+
+
+class StatusLine:
+    """Shows a text in one line of a terminal; the line is erased at the end."""
+
+    def __enter__(self) -> "StatusLine":
+        self._shown = is_terminal(sys.stderr)
+        return self
+
+    def __call__(self, text: str) -> None:
+        if self._shown:
+            write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            write_on_stderr(CLEAR_LINE)

@@ -9,7 +9,7 @@ import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, app
 from frictionsim.cli.completion import styles, views
 from frictionsim.cli.messages import print_beside_files, print_error, warn
-from frictionsim.cli.status_line import StatusLine
+from frictionsim.cli.monitor import StatusLine
 from frictionsim.errors import InputError
 
 

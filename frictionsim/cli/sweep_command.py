@@ -226,7 +226,7 @@ def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:
 
 def _run(run: "Callable[[Path, Any], Sweep]", target: Path, files: Files, shown: Shown) -> int:
     """Run a sweep, and print what it comes to."""
-    from frictionsim.cli.messages import log_on_stderr
+    from frictionsim.cli.log_lines import log_on_stderr
 
     log_on_stderr(shown.verbose)
     gc.enable()  # the program does without, as its commands end soon; a sweep may take days

@@ -7,9 +7,10 @@ friction circles as well. The reaction of the shaft is drawn where it acts: at t
 pulley slips, and stays within the static one while it sticks.
 
 With masses on the cord, the car hangs on the right and rises where the pulley turns
-counter-clockwise. The ways of the masses are drawn smaller where they are longer than the picture allows, by a round number that is said. Marks run with the rope over the
-wheel, and ticks turn with the rim: where they pass each other the rope slips. A slack rope is a bow
-that is as long as the rope, until it is too wide.
+counter-clockwise. The ways of the masses are drawn smaller where they are longer than the picture
+allows, by a round number that is said. Marks run with the rope over the wheel, and ticks turn with
+the rim: where they pass each other the rope slips. A slack rope is a bow that is as long as the
+rope, until it is too wide.
 """
 
 from math import floor, log10, pi
@@ -28,8 +29,7 @@ from frictionsim.motion.event_frames import (
 from frictionsim.motion.frames import required
 from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Motion, Part, Readout
 from frictionsim.motion.poses import STATES
-from frictionsim.motion.shapes import arc, around, block, ray, wheel
-from frictionsim.motion.torque_arc import torque_arc
+from frictionsim.motion.shapes import arc, around, block, ray, torque_arc, wheel
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
 if TYPE_CHECKING:

@@ -32,8 +32,7 @@ from frictionsim.motion.shaft_body import (
     spring_line,
     stops_of,
 )
-from frictionsim.motion.shapes import around
-from frictionsim.motion.torque_arc import torque_arc
+from frictionsim.motion.shapes import around, torque_arc
 from frictionsim.scenario.recorded import scenario_of
 from frictionsim.scenario.validation import ValidationFailure, validate
 

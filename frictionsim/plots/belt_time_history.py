@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.plots.belt_geometry import (
     BeltLine,
     Pulley,

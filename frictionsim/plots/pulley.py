@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
-from frictionsim.plots.static_limit import LIMIT_LINE, draw_static_limit
 from frictionsim.plots.style import (
     BLACK,
     BLUE,
@@ -22,7 +21,13 @@ from frictionsim.plots.style import (
     line_style,
     require_channels,
 )
-from frictionsim.plots.time_history import annotate_above, mark_modes, stacked_axes
+from frictionsim.plots.time_history import (
+    LIMIT_LINE,
+    annotate_above,
+    draw_static_limit,
+    mark_modes,
+    stacked_axes,
+)
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 from frictionsim.scenario.validation import ValidationFailure, validate

@@ -1,17 +1,487 @@
-"""The pictures of a body on a dry shaft."""
+"""The pictures of a body on a dry shaft: its friction circle with all forces, its response."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyArrowPatch
+from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
+
+from frictionsim.mechanisms.shaft.free_body import ECCENTRIC_WEIGHT
+from frictionsim.motion.parts import Body, Disc
+from frictionsim.motion.poses import Moment
+from frictionsim.motion.shaft import bodies_of, cords_of, scale_of, tail_of
+from frictionsim.motion.shaft_body import look_of
+from frictionsim.motion.shapes import arc
 from frictionsim.plots import time_history
-from frictionsim.plots.friction_circle import friction_circle as friction_circle
-from frictionsim.plots.static_limit import draw_static_limit
-from frictionsim.plots.style import add_legend
+from frictionsim.plots.direct_labels import Label, View, draw_labels
+from frictionsim.plots.free_body import (
+    Instant,
+    Resultant,
+    instant_of,
+    length,
+    notes_of,
+    number,
+    words_of_reaction,
+    words_of_resultant,
+)
+from frictionsim.plots.moving_parts import COLOURS as OF_ROLES
+from frictionsim.plots.moving_parts import moving
+from frictionsim.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WINE,
+    Style,
+    add_legend,
+    relative_width,
+    set_up,
+    width_of,
+)
+from frictionsim.plots.text_size import text_width, wrapped
+from frictionsim.plots.time_history import draw_static_limit
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.motion.parts import Line
     from frictionsim.results import Record
+
+    Pair = tuple[float, float]
+    Array = npt.NDArray[np.floating[Any]]
+
+
+WIDTH, BROAD = 2.0, 4.0  # points, of an arrow, and of one that others lie over
+HEAD = 11.0  # points
+MIN_ARROW, MIN_NAMED = 3.0, 12.0  # points: a shorter arrow is left out, or has no name beside it
+STEP = 4.0  # points between places of a line that names keep away from
+CURVED = (0, (3, 1))
+LINE: Style = {"linewidth": 0.8, "linestyle": (0, (5, 3)), "scalex": False, "scaley": False}
+
+
+class ForceDrawing:
+    """A drawing of forces, whose names are written when all of them are drawn."""
+
+    def __init__(self, ax: Any, view: View) -> None:
+        self.ax, self.view = ax, view
+        self._labels: list[Label] = []
+        self._lines: list[Any] = [np.zeros((1, 2))]
+
+    def arrow(self, name: str, tail: "Pair", way: "Pair", colour: str, broad: bool = False) -> bool:
+        """Draw an arrow from a place; return whether it is long enough for a name."""
+        length = np.hypot(*way) * self.view.scale
+        if not self.shows(way):
+            return False
+        tip = tail[0] + way[0], tail[1] + way[1]
+        arrow = FancyArrowPatch(
+            tail,
+            tip,
+            arrowstyle="-|>",
+            mutation_scale=HEAD * (1.2 if broad else 1.0),
+            shrinkA=0.0,
+            shrinkB=0.0,
+            color=colour,
+            linewidth=BROAD if broad else WIDTH,
+            zorder=4.5 if broad else 6,
+            label=name,
+        )
+        self.ax.add_patch(arrow)
+        self.keep_free(np.array([tail, tip]))
+        return bool(length >= MIN_NAMED)
+
+    def shows(self, way: "Pair") -> bool:
+        """Return whether an arrow is long enough to be drawn."""
+        return bool(np.hypot(*way) * self.view.scale >= MIN_ARROW)
+
+    def curved_arrow(self, name: str, points: "Array", colour: str) -> None:
+        """Draw a curved arrow along points (n, 2), with its name beside it."""
+        arrow = FancyArrowPatch(
+            path=Path(points),
+            arrowstyle="-|>",
+            mutation_scale=HEAD,
+            color=colour,
+            linewidth=WIDTH,
+            linestyle=CURVED,
+            fill=False,
+            zorder=5,
+            label=name,
+        )
+        self.ax.add_patch(arrow)
+        self.keep_free(points)
+        x, y = (float(value) for value in points[len(points) // 2])
+        self.name(name, (x, y), (x, y))
+
+    def force(
+        self, name: str, force: "Resultant", length: float, colour: str, broad: bool = False
+    ) -> None:
+        """Draw a force with its line of action, from the foot of its lever arm."""
+        (x, y), (ux, uy) = force.foot, force.direction
+        (left, bottom), (right, top) = self.view.low, self.view.high
+        far = 2.0 * float(np.hypot(right - left, top - bottom))
+        ends = [x - far * ux, x + far * ux], [y - far * uy, y + far * uy]
+        self.ax.plot(*ends, **LINE, color=colour)
+        way = length * ux, length * uy
+        if self.arrow(name, force.foot, way, colour, broad):
+            self.name(name, (x + way[0], y + way[1]), way)
+
+    def name(self, text: str, place: "Pair", away: "Pair", first: bool = False) -> None:
+        """Write a name beside a place, on the side of a direction if there is room."""
+        self._labels.insert(0 if first else len(self._labels), Label(text, place, away))
+
+    def keep_free(self, points: "Array") -> None:
+        """Keep names away from a line through points (n, 2), m."""
+        for start, end in pairwise(points):
+            count = 2 + int(float(np.hypot(*(end - start))) * self.view.scale / STEP)
+            part = np.linspace(0.0, 1.0, min(count, 400))[:, None]
+            self._lines.append(start + part * (end - start))
+
+    def write_names(self) -> None:
+        """Write the names, and show what the view says."""
+        draw_labels(self.ax, self._labels, np.concatenate(self._lines), self.view)
+        (left, bottom), (right, top) = self.view.low, self.view.high
+        self.ax.set_xlim(left, right)
+        self.ax.set_ylim(bottom, top)
+        self.ax.set_aspect("equal")
+
+
+def arrow_sample(colour: str, words: str, broad: bool = False, curved: bool = False) -> Any:
+    """Return a sample of an arrow for a key."""
+    tip: Style = {"marker": ">", "markevery": [-1], "markersize": 6}
+    width = BROAD if broad else WIDTH
+    dashes: Any = (0, (1, 1)) if curved else "-"
+    return Line2D([0, 1], [0, 0], color=colour, lw=width, linestyle=dashes, label=words, **tip)
+
+
+NARROW = 0.75  # of the usual width: the two drawings stand below each other
+SHARE = 0.56  # of the width for the whole body beside the enlarged shaft
+MIN_HEIGHT, MAX_HEIGHT, HEADING = 2.4, 4.4, 1.4  # inches
+BELOW_TITLE = 0.09  # inches, around drawings with their captions
+MAX_OF_TWO = 2.7  # inches, of each drawing if they stand below each other
+POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see View.scale
+TICK, MAX_TICKS = 1.3, 6  # widths of a number from tick to tick; ticks along an axis
+MARGIN = 0.14  # of the size of what is drawn
+MAX_NAMED, MAX_COUPLES = 10, 4  # forces and couples with a colour of their own
+COLOURS = (BLUE, GREEN, PURPLE, SKY)
+REACTION, RESULTANT, INERTIA = VERMILION, GREY, WINE
+WEIGHTS = (ORANGE, "#8A6100")  # the second is that of an eccentric mass, which is orange itself
+UNSEEN = " (not drawn)"  # too short
+OF_COUPLES, MAX_SWEEP, SWEEP = 0.42, 2.0, 0.75  # arcs: of the reach; rad; of their share
+FIRST_ARC = 135.0  # deg, the middle of the first
+CIRCLE_SEEN = 0.12  # of the shaft's radius: of smaller friction circles the shaft is left out
+SHAFT_VIEW, CIRCLE_VIEW = 1.6, 4.0  # half side of the enlarged view, of the radius of either
+LONG, LONG_ALONE = 0.32, 0.6  # length of the larger force in it, of its half side
+BODY_SEEN = 1.5  # radius of the body around the shaft there, of the shaft
+OF_STATIC: Style = {"fc": "none", "ec": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.2}
+OF_KINETIC: Style = {"fc": "none", "ec": VERMILION, "linewidth": 1.2}
+ARM: Style = {"color": BLACK, "linewidth": 2.6, "solid_capstyle": "butt"}
+
+
+def friction_circle(result: "Record", figure: "Figure | SubFigure") -> None:
+    """Draw all forces at the last sample, and the shaft with its friction circles enlarged.
+
+    Forces are arrows from where they act, couples are curved. The resultant of all of them and
+    the reaction of the shaft are on their lines of action; c is the lever arm of the reaction,
+    whose product with the reaction is the friction torque.
+    """
+    now = instant_of(result, "friction_circle")
+    space = _space_of(figure, now)
+    set_up(figure, result, space.height, scaled=False)
+    engine: Any = figure.get_layout_engine()
+    if isinstance(figure, Figure) and engine is not None:
+        engine.set(h_pad=BELOW_TITLE)
+    if space.side == 0.0:
+        axes = [figure.subplots()]
+    elif space.stacked:
+        axes = figure.subplots(2, 1, height_ratios=(space.body_height + 0.5, space.side))
+    else:
+        axes = figure.subplots(1, 2, width_ratios=(SHARE, 1.0 - SHARE))
+    handles = _draw_body(axes[0], now, space.view)
+    _caption(axes[0], "\n".join(notes_of(now)), space.width)
+    if space.side:
+        handles += _draw_shaft(axes[1], now, CAUTION * POINTS * space.side)
+        _caption(axes[1], "shaft and friction circles, enlarged", space.width)
+    add_legend(figure, handles, columns=2)
+
+
+class _Space(NamedTuple):
+    """The space of the two drawings.
+
+    Attributes
+    ----------
+    height : float, inches
+        Of the figure without its key.
+    width, body_height : float, inches
+        Of the drawing of the whole body.
+    side : float, inches
+        Of the enlarged shaft; 0 without dry friction, which has none.
+    stacked : bool
+        Whether that is below the body, not beside it.
+    view : View
+        Of the body.
+    """
+
+    height: float
+    width: float
+    body_height: float
+    side: float
+    stacked: bool
+    view: View
+
+
+def _space_of(figure: "Figure | SubFigure", now: Instant) -> _Space:
+    enlarged = now.scenario.effects.shaft_friction is not None
+    stacked = enlarged and relative_width(figure) < NARROW
+    whole, (low, high) = width_of(figure), _bounds(now)
+    width = whole * (SHARE if enlarged and not stacked else 1.0) - BESIDE
+    wide, tall = high[0] - low[0], high[1] - low[1]
+    tallest = MAX_OF_TWO if stacked else MAX_HEIGHT
+    height = float(np.clip(width * tall / wide, MIN_HEIGHT, tallest))
+    side = 0.0
+    if enlarged:
+        side = min(whole - 0.3, MAX_OF_TWO)
+        side = side if stacked else min((1.0 - SHARE) * whole - 0.2, height)
+    total = height + HEADING + (side if stacked else 0.0)
+    scale = CAUTION * POINTS * min(width / wide, height / tall)
+    return _Space(total, width, height, side, stacked, View(low, high, scale))
+
+
+def _caption(ax: Any, text: str, width: float) -> None:
+    ax.set_title(wrapped(text, POINTS * width, "small"), fontsize="small")
+
+
+def _parts(now: Instant) -> list[Any]:
+    """Return body, shaft, spring, stops and cords."""
+    bodies = [
+        part._replace(shapes=_unmarked(part.shapes)) if isinstance(part, Body) else part
+        for part in bodies_of(now.scenario, now.angle)
+    ]
+    return [*bodies, *cords_of(now.scenario, now.found, now.angle)]
+
+
+def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
+    """Return shapes without the marks that show a turn: nothing moves, and marks look like forces.
+
+    A spoke that is marked is one of the others; what comes against a stop is a part of the body.
+    """
+    found: list[Disc | Line] = []
+    for shape in shapes:
+        if shape.role != "marked":
+            found.append(shape)
+        elif not isinstance(shape, Disc):
+            found.append(shape._replace(role="moving" if shape.closed else "fixed"))
+    return tuple(found)
+
+
+def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
+    """Return name, kind, tail and way of the arrow of each force, m."""
+    reach = look_of(now.scenario).reach
+    scale = scale_of(now.found, reach)
+    found = []
+    for force in now.found.forces:
+        x, y = tail_of(force, reach)
+        way = float(scale * force.across[0]), float(scale * force.up[0])
+        found.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
+    return found
+
+
+def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
+    """Return the corners of what is drawn of the body, with a margin, m."""
+    look = look_of(now.scenario)
+    arcs = OF_COUPLES * look.reach if _drawn_couples(now) else 0.0
+    round_axis = max(look.rim, 1.3 * look.hub, arcs)
+    points = [np.array([[-round_axis, -round_axis], [round_axis, round_axis]])]
+    for part in _parts(now):
+        if not isinstance(part, Body):
+            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
+    for _, _, tail, way in _segments(now):
+        points.append(np.array([tail, np.add(tail, way)]))
+    scale = scale_of(now.found, look.reach)
+    for force in (now.reaction, now.resultant):
+        if force.arm <= look.reach:
+            tip = np.add(force.foot, (scale * force.across, scale * force.up))
+            points.append(np.array([force.foot, tip]))
+    cosine, sine = float(np.cos(now.angle[0])), float(np.sin(now.angle[0]))
+    eccentric = now.scenario.effects.eccentric_mass
+    places = list(look.arms)
+    if eccentric is not None:
+        azimuth = np.radians(eccentric.azimuth_deg)
+        out = eccentric.radius + 0.1 * look.reach
+        places.append((float(out * np.cos(azimuth)), float(out * np.sin(azimuth))))
+    points += [np.array([[cosine * x - sine * y, sine * x + cosine * y]]) for x, y in places]
+    corners = np.concatenate(points)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    margin = MARGIN * float(max(high - low))
+    return (
+        (float(low[0]) - margin, float(low[1]) - margin),
+        (float(high[0]) + margin, float(high[1]) + margin),
+    )
+
+
+def _drawn_couples(now: Instant) -> list[str]:
+    """Return the names of the couples that are drawn."""
+    return [couple.name for couple in now.couples if couple.size[0]][:MAX_COUPLES]
+
+
+def _draw_body(ax: Any, now: Instant, view: View) -> list[Any]:
+    """Draw the body with all that acts on it; return legend handles."""
+    look = look_of(now.scenario)
+    reach = look.reach
+    for part in _parts(now):
+        moving(ax, part, 1.0, 1.0 / view.scale).move(Moment(0, 0.0), now.time)
+    drawing = ForceDrawing(ax, view)
+    drawing.keep_free(arc(look.rim, 0.0, 2.0 * np.pi, 45))
+    handles = [*_draw_forces(drawing, now), *_draw_couples(drawing, now)]
+    scale = scale_of(now.found, reach)
+    for force, name, colour, words in (
+        (now.resultant, "resultant", RESULTANT, words_of_resultant(now, reach)),
+        (now.reaction, "reaction", REACTION, words_of_reaction(now)),
+    ):
+        shown = force if force.arm <= reach else force._replace(foot=(0.0, 0.0))
+        broad = force is now.resultant
+        if not force.vanishes:
+            drawing.force(name, shown, scale * force.size, colour, broad)
+        handles.append(arrow_sample(colour, words, broad))
+    drawing.write_names()
+    number_width = TICK * text_width("\N{MINUS SIGN}0.15", "medium")
+    ticks = view.scale * (view.high[0] - view.low[0]) / number_width
+    ax.xaxis.set_major_locator(MaxNLocator(int(np.clip(ticks, 1, MAX_TICKS))))
+    ax.set_xlabel("x, m")
+    ax.set_ylabel("y, m")
+    return handles
+
+
+def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
+    """Draw the forces; the largest have a colour, a name and a place in the key of their own."""
+    sizes = {force.name: float(force.size[0]) for force in now.found.forces}
+    named = sorted(sizes, key=lambda name: -abs(sizes[name]))[:MAX_NAMED]
+    handles, number_of = [], 0
+    for name, kind, tail, way in _segments(now):
+        if kind == "inertia":
+            colour = INERTIA
+        elif kind == "weight":
+            colour = WEIGHTS[name == ECCENTRIC_WEIGHT]
+        elif name in named:
+            colour = COLOURS[number_of % len(COLOURS)]
+            number_of += 1
+        else:
+            colour = BLACK
+        long = drawing.arrow(name, tail, way, colour)
+        if name in named:
+            if long:
+                words = "inertia force" if kind == "inertia" else name  # there is one
+                drawing.name(words, (tail[0] + way[0], tail[1] + way[1]), way)
+            unseen = UNSEEN if sizes[name] and not drawing.shows(way) else ""
+            handles.append(arrow_sample(colour, f"{name}, {number(sizes[name], 'N')}{unseen}"))
+    further = len(sizes) - len(named)
+    if further > 0:
+        handles.append(arrow_sample(BLACK, f"{further} smaller forces"))
+    return handles
+
+
+def _draw_couples(drawing: ForceDrawing, now: Instant) -> list[Any]:
+    """Draw couples as curved arrows about the axis; those that vanish are in the key only."""
+    handles = []
+    drawn = _drawn_couples(now)
+    share = 2.0 * np.pi / max(len(drawn), 1)
+    radius, half = OF_COUPLES * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
+    for i, couple in enumerate(now.couples[:MAX_NAMED]):
+        size = float(couple.size[0])
+        colour = COLOURS[(len(now.scenario.forces) + i) % len(COLOURS)]
+        words = f"{couple.name}, {number(size, 'N m')}"
+        handles.append(arrow_sample(colour, words, curved=True))
+        if couple.name in drawn:
+            middle = np.radians(FIRST_ARC) + share * drawn.index(couple.name)
+            points = arc(radius, middle - half, middle + half)
+            drawing.curved_arrow(couple.name, points if size > 0.0 else points[::-1], colour)
+    further = len(now.couples) - MAX_NAMED
+    if further > 0:
+        total = sum(float(couple.size[0]) for couple in now.couples[MAX_NAMED:])
+        words = f"{further} further couples, {number(total, 'N m')}"
+        handles.append(arrow_sample(BLACK, words, curved=True))
+    return handles
+
+
+def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
+    """Draw shaft, friction circles and lever arm enlarged; return legend handles.
+
+    Parameters
+    ----------
+    ax : Axes
+    now : Instant
+    side : float, points
+        Side of the drawing.
+    """
+    journal = now.scenario.effects.shaft_friction
+    assert journal is not None  # checked by the caller
+    shaft, r_s = journal.shaft_radius, journal.static_radius
+    small = 0.0 < r_s < CIRCLE_SEEN * shaft
+    half = CIRCLE_VIEW * r_s if small else SHAFT_VIEW * shaft
+    drawing = ForceDrawing(ax, View((-half, -half), (half, half), side / (2.0 * half)))
+    ax.add_patch(Circle((0.0, 0.0), BODY_SEEN * shaft, fc=OF_ROLES["moving"], ec=GREY, lw=0.8))
+    ax.add_patch(Circle((0.0, 0.0), shaft, fc=OF_ROLES["still"], ec=GREY, lw=0.8))
+    handles = []
+    for name, radius, look in (
+        ("static", r_s, OF_STATIC),
+        ("kinetic", journal.kinetic_radius, OF_KINETIC),
+    ):
+        words = f"circle of {name} friction, {length(radius)}"
+        if radius > 0.0:
+            ax.add_patch(Circle((0.0, 0.0), radius, **look, zorder=3, label=words))
+        face: Style = {"color": "none", "mfc": "none", "mec": look["ec"], "mew": 1.3}
+        handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
+    drawing.keep_free(arc(r_s, 0.0, 2.0 * np.pi, 45))
+    larger = max(now.reaction.size, now.resultant.size)
+    scale = (LONG_ALONE if small else LONG) * half / larger if larger > 0.0 else 0.0
+    resultant, reaction = now.resultant, now.reaction
+    if resultant.arm < half and not resultant.vanishes:
+        drawing.force("resultant", resultant, scale * resultant.size, RESULTANT, broad=True)
+    handles += _draw_lever_arm(drawing, reaction)
+    if not reaction.vanishes:
+        from_contact = _draw_contact(drawing, reaction, 0.0 if small else shaft)
+        drawing.force("reaction", from_contact, scale * reaction.size, REACTION)
+    ax.plot(0.0, 0.0, marker="+", markersize=7, color=BLACK, zorder=7)
+    drawing.write_names()
+    ax.set_axis_off()
+    return handles
+
+
+def _draw_contact(drawing: ForceDrawing, reaction: Resultant, shaft: float) -> Resultant:
+    """Draw where the shaft of a radius is loaded, m, and its normal; return the force from there.
+
+    The line of action of the reaction leaves the shaft there. With the radius 0 it is not in the
+    drawing.
+    """
+    (x, y), (ux, uy) = reaction.foot, reaction.direction
+    out = float(np.sqrt(max(shaft**2 - reaction.arm**2, 0.0)))
+    contact = x + out * ux, y + out * uy
+    if out:
+        drawing.ax.plot([0.0, contact[0]], [0.0, contact[1]], color=GREY, lw=0.8, zorder=3)
+        drawing.ax.plot(*contact, marker="o", markersize=4.5, color=BLACK, zorder=7)
+        drawing.keep_free(np.array([(0.0, 0.0), contact]))
+        drawing.name("contact", contact, (uy, -ux))
+    return reaction._replace(foot=contact)
+
+
+def _draw_lever_arm(drawing: ForceDrawing, reaction: Resultant) -> list[Any]:
+    """Draw the lever arm of the reaction, from the axis to its line of action."""
+    if reaction.arm == 0.0:
+        return []
+    x, y = reaction.foot
+    drawing.ax.plot([0.0, x], [0.0, y], **ARM, zorder=6.5, label="lever arm")
+    drawing.keep_free(np.array([(0.0, 0.0), (x, y)]))
+    drawing.name(f"c = {length(reaction.arm)}", (0.5 * x, 0.5 * y), (-y, x), first=True)
+    torque = f"lever arm c, friction torque {number(reaction.torque, 'N m')}"
+    return [Line2D([], [], **ARM, label=torque)]
 
 
 def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:

@@ -10,8 +10,8 @@ from frictionsim.errors import InputError, SolverError
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
+from frictionsim.simulation.monitor import Monitors, WallTimeLimit
 from frictionsim.simulation.simulate import run
-from frictionsim.simulation.wall_time import WallTimeLimit
 from frictionsim.work_precision.errors import Comparable, Error, metric_errors
 from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
 from frictionsim.work_precision.settings import ScenarioVariants
@@ -245,14 +245,7 @@ class Benchmark:
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
     solver = scenario.solver
     limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
-
-    def step(t: float) -> None:
-        on_step(t)
-        limit(t)
-
-    if hasattr(on_step, "compiling"):
-        step.compiling = on_step.compiling  # type: ignore[attr-defined]
-    result = run(scenario, step)
+    result = run(scenario, Monitors(on_step, limit))
     if result.status == "interrupted":
         raise Stopped(result)
     return result

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.quantities import torque_balance
-from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run

@@ -18,8 +18,8 @@ from frictionsim.plots.picture_file import save
 from frictionsim.results import Record, failures
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import validate
+from frictionsim.simulation.monitor import WallTimeLimit
 from frictionsim.simulation.simulate import run
-from frictionsim.simulation.wall_time import LimitedSteps
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
@@ -74,7 +74,7 @@ def solve(
         apply_override(data, override)
     scenario = validate(data, SCENARIOS)
     solver = scenario.solver
-    limited = LimitedSteps(lambda t: None, max_wall, solver.duration, solver.after_budget)
+    limited = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
     return run(scenario, limited)
 
 

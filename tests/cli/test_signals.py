@@ -20,7 +20,7 @@ from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import monitor_run
 from frictionsim.errors import BudgetExceeded, Interrupted
 from frictionsim.io.destination import Destination
-from frictionsim.simulation.wall_time import LimitedSteps
+from frictionsim.simulation.monitor import Monitors, WallTimeLimit
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS
 
@@ -204,9 +204,12 @@ def test_max_wall_counts_from_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_compilation_does_not_begin_after_the_limit() -> None:
-    limited = LimitedSteps(lambda t: None, 1e-9, 1.0, "raise it")
-    with pytest.raises(BudgetExceeded, match="reached before kernels were compiled"):
-        limited.compiling(20.0)
+    limited = Monitors(lambda t: None, WallTimeLimit(1e-9, 1.0, "raise it"))
+    with (
+        pytest.raises(BudgetExceeded, match="reached before kernels were compiled"),
+        limited.compiling(20.0),
+    ):
+        pytest.fail("the compilation began")
 
 
 def test_the_command_line_is_deaf_to_nothing_after_a_run(told: Run) -> None:

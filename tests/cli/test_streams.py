@@ -195,7 +195,7 @@ def test_control_characters_are_shown_as_escapes(
 def test_a_log_and_a_progress_line_go_through_the_same_filter(
     told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from frictionsim.cli.status_line import StatusLine
+    from frictionsim.cli.monitor import StatusLine
 
     name = "a\x1b[2J.toml"
     Path(name).write_text(Path(PULLEY).read_text(encoding="utf-8"))

@@ -11,7 +11,7 @@ import frictionsim as fs
 from frictionsim.motion.parts import Arrow, Band, Motion
 from frictionsim.motion.poses import moment_of, shown_word
 from frictionsim.motion.pulley import drawn_scale
-from frictionsim.motion.torque_arc import LARGEST
+from frictionsim.motion.shapes import LARGEST
 from frictionsim.results import MODES, SLACK, Record
 from tests.support.motions import body, motion, record_of, scenario
 from tests.support.records import shown

@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.reports.reported_run import ReportedRun, labels_of
-from frictionsim.reports.run_report import MAX_SAMPLES, charts_of, data_of, run_report
+from frictionsim.reports.run_report import MAX_CHART_SAMPLES, charts_of, data_of, run_report
 from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
 from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record
@@ -170,7 +170,7 @@ def test_a_long_channel_is_thinned_and_keeps_its_peak(pulley: fs.Result) -> None
     events = {name: values[:0] for name, values in pulley.record.events.items()}
     charts = charts_of([ReportedRun(pulley.record._replace(channels=channels, events=events))])
     (line,) = next(chart for chart in charts if chart.name == "angle").lines
-    assert MAX_SAMPLES / 2 < line.time.size <= MAX_SAMPLES
+    assert MAX_CHART_SAMPLES / 2 < line.time.size <= MAX_CHART_SAMPLES
     kept = np.searchsorted(time, line.time)
     assert 33_333 in kept
     np.testing.assert_array_equal(line.values, channels["angle"][kept])

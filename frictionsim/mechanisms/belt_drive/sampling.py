@@ -40,7 +40,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
 from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.schema import CHANNELS
-from frictionsim.mechanisms.belt_drive.spans import span_tensions
+from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.record import stored_type

@@ -16,6 +16,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from frictionsim.simulation.monitor import compilation_of
+
 LOG = logging.getLogger(__name__)
 
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
@@ -209,10 +211,8 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
 
         def on_start(self, event: Any) -> None:
             """Announce the first."""
-            compiling = getattr(on_step, "compiling", None)
-            if not found.noticed and compiling is not None:
-                stack.enter_context(compiling(expected))
             if not found.noticed:
+                stack.enter_context(compilation_of(on_step, expected))
                 LOG.info("compilation of kernels starts")
             found.noticed = True
 
