@@ -1,8 +1,8 @@
 """Pictures of result files; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, each a function that draws a result into an empty
-figure or subfigure: `view(result, figure, **options)`. The first is the default. A kind that is not
-in VIEWS may have a mapping VIEWS in its module; without one, its channels are drawn over time.
+A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default. A
+kind that is not in VIEWS may have a mapping VIEWS of functions in its module; without one, its
+channels are drawn over time.
 
 `draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
 cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
@@ -29,6 +29,7 @@ from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.time_history import response
+from frictionsim.plots.view import View, over_time
 from frictionsim.plots.window import WHOLE, Extent, check_channels, check_numbers, until, within
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of
@@ -42,53 +43,21 @@ __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", 
 
 ALL, BODY, PATH = "all", "body", "path"
 
-Views = Mapping[str, Callable[..., None]]
-"""Functions `view(result, figure, **options)` by name."""
+Views = Mapping[str, View]
+"""By name, the default first."""
 
 VIEWS: Mapping[str, Views] = {
-    "pulley": {"response": pulley.response, "traction": pulley.traction},
-    "marble_machine": {"response": response, "torque": marble_machine.torque},
-    "epicyclic": {
-        "response": epicyclic.response,
-        "torque": epicyclic.torque,
-        "path": epicyclic.path,
-    },
+    "pulley": pulley.VIEWS,
+    "marble_machine": marble_machine.VIEWS,
+    "epicyclic": epicyclic.VIEWS,
     "belt_drive": {
-        "speeds": belt_time_history.speeds,
-        "drive": belt_layout.drive,
-        "tension": belt_time_history.tension,
-        BODY: belt_time_history.body,
+        "speeds": over_time(belt_time_history.speeds, ("pulley_speed", "pulley_torque")),
+        "drive": View(belt_layout.drive, instant=True),
+        "tension": View(belt_time_history.tension, instant=True),
+        BODY: View(belt_time_history.body, window=True),
     },
-    "shaft": {"response": shaft.response, "friction_circle": shaft.friction_circle},
+    "shaft": shaft.VIEWS,
 }
-
-
-# Views of results with an effect; without it `plot_all` leaves them out.
-OF_EFFECT = {("pulley", "traction"): "cord_friction"}
-# To what a part of a result applies; views of other packages are drawn whole.
-OF_AN_INSTANT = {
-    *(("belt_drive", "drive"), ("belt_drive", "tension"), ("epicyclic", PATH)),
-    ("shaft", "friction_circle"),
-}
-OF_A_WINDOW = {
-    *(("epicyclic", "torque"), ("marble_machine", "torque")),
-    *(("belt_drive", "speeds"), ("belt_drive", BODY)),
-    ("pulley", "traction"),
-}
-OF_CHANNELS = {("belt_drive", "speeds")}
-# Channels of the views, beside `response`, that several results are drawn over each other in.
-OVERLAID = {("belt_drive", "speeds"): ("pulley_speed", "pulley_torque")}
-
-
-def applies(kind: str, view: str) -> tuple[bool, bool, bool]:
-    """Return whether a view takes a time, a window of time, and channels."""
-    of, over_time = (kind, view), _is_response(kind, view)
-    return of in OF_AN_INSTANT, over_time or of in OF_A_WINDOW, over_time or of in OF_CHANNELS
-
-
-def _is_response(kind: str, view: str) -> bool:
-    """Return whether a view is the one over time that any kind has, or a kind's own form of it."""
-    return views_of(kind)[view] in (response, pulley.response, epicyclic.response, shaft.response)
 
 
 def check_view(kind: str, view: str) -> None:
@@ -112,18 +81,18 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
     InputError
         If it cannot; with the views of the kind that can.
     """
-    given = shown.time is not None, shown.has_window, bool(shown.channels)
-    words = (
-        "shows no single instant; a time (--time)",
-        "does not go over time; a window of time (--from, --to)",
-        "draws channels of its own; a choice of channels (--channels)",
-    )
-    for place, (wanted, text) in enumerate(zip(given, words, strict=True)):
-        if not wanted or applies(kind, view)[place]:
+    views = views_of(kind)
+    words = {
+        "instant": "shows no single instant; a time (--time)",
+        "window": "does not go over time; a window of time (--from, --to)",
+        "channels": "draws channels of its own; a choice of channels (--channels)",
+    }
+    for part, given in shown.given.items():
+        if not given or getattr(views[view], part):
             continue
-        fit = [name for name in views_of(kind) if applies(kind, name)[place]]
+        fit = [name for name, other in views.items() if getattr(other, part)]
         others = f"is for the view {' or '.join(map(repr, fit))}" if fit else "is for other kinds"
-        raise InputError(f"the view '{view}' {text} {others}")
+        raise InputError(f"the view '{view}' {words[part]} {others}")
 
 
 def views_of(kind: str) -> Views:
@@ -140,8 +109,8 @@ def views_of(kind: str) -> Views:
         module = mechanism_module(kind)
     except InputError as error:
         raise InputError(f"cannot draw this result: {error}") from None
-    own: Views = getattr(module, "VIEWS", {})
-    return {"response": response, **own}
+    own: Mapping[str, Callable[..., None]] = getattr(module, "VIEWS", {})
+    return {"response": over_time(response)} | {name: View(draw) for name, draw in own.items()}
 
 
 def draw(
@@ -205,7 +174,10 @@ def draw(
         check_channels(result, shown.channels)
         options["channels"] = shown.channels
     return drawn_in(
-        lambda target: views[view](part, target, **options), figure, ax, look=_fitted(look, shown)
+        lambda target: views[view].draw(part, target, **options),
+        figure,
+        ax,
+        look=_fitted(look, shown),
     )
 
 
@@ -264,9 +236,8 @@ def draw_overlay(
         check_channels(record, shown.channels)
         part = within(record, shown.start, shown.stop) if shown.has_window else record
         parts.append(Overlaid(name, part))
-    of_view = OVERLAID.get((kind, view), ())
     return drawn_in(
-        lambda target: overlay(parts, target, of_view, shown.channels),
+        lambda target: overlay(parts, target, views[view].overlaid or (), shown.channels),
         ax=ax,
         look=look._replace(fitted=True),
     )
@@ -274,7 +245,7 @@ def draw_overlay(
 
 def views_of_overlay(kind: str) -> list[str]:
     """Return the views of a kind in which several results are drawn over each other."""
-    return [v for v in views_of(kind) if _is_response(kind, v) or (kind, v) in OVERLAID]
+    return [name for name, view in views_of(kind).items() if view.overlaid is not None]
 
 
 def check_overlaid(kind: str, view: str) -> None:
@@ -366,25 +337,17 @@ def plot_all(
     kind = result.attributes["kind"]
     written: dict[Path, Figure] = {}
     reasons = []
-    views = list(views_of(kind))
-    for place, given in enumerate((shown.time is not None, shown.has_window, shown.channels)):
-        if given and not any(applies(kind, view)[place] for view in views):
-            check_applies(kind, views[0], shown)
-    for view in views:
-        effect = OF_EFFECT.get((kind, view))
-        if effect and effect not in scenario_of(result).get("effects", {}):
+    views = views_of(kind)
+    for part, given in shown.given.items():
+        if given and not any(getattr(view, part) for view in views.values()):
+            check_applies(kind, next(iter(views)), shown)
+    for name, view in views.items():
+        if view.effect and view.effect not in scenario_of(result).get("effects", {}):
             continue
-        picture = path_of(path, view)
-        instant, window, channels = applies(kind, view)
-        part = Extent(
-            shown.time if instant else None,
-            shown.start if window else None,
-            shown.stop if window else None,
-            shown.channels if channels else (),
-        )
+        picture = path_of(path, name)
         try:
-            of_view = body if view == BODY else None
-            written[picture] = plot(result, picture, view, of_view, look, part)
+            of_view = body if name == BODY else None
+            written[picture] = plot(result, picture, name, of_view, look, view.applicable(shown))
         except ArgumentError:
             raise
         except InputError as error:

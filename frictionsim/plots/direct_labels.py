@@ -37,7 +37,7 @@ class Label(NamedTuple):
     away: tuple[float, float]
 
 
-class View(NamedTuple):
+class Area(NamedTuple):
     """What a drawing shows.
 
     Attributes
@@ -53,7 +53,7 @@ class View(NamedTuple):
     scale: float
 
 
-def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: View) -> None:
+def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: Area) -> None:
     """Write names beside their places, apart from each other and from lines where that is possible.
 
     A name without room is left out: what it names is in the key as well.
@@ -65,7 +65,7 @@ def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: View) ->
         The most important first.
     drawn : (n, 2), m
         Points of lines that should stay free.
-    view : View
+    view : Area
     """
     lines = drawn * view.scale
     kept: list[tuple[float, float, float, float]] = []
@@ -114,7 +114,7 @@ def _offsets(away: tuple[float, float], wide: float, high: float) -> list[tuple[
     return found
 
 
-def _leaves(box: tuple[float, float, float, float], view: View) -> bool:
+def _leaves(box: tuple[float, float, float, float], view: Area) -> bool:
     low, high = (tuple(view.scale * value for value in corner) for corner in (view.low, view.high))
     return box[0] < low[0] or box[1] < low[1] or box[2] > high[0] or box[3] > high[1]
 

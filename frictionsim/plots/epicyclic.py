@@ -41,6 +41,7 @@ from frictionsim.plots.style import (
     set_up,
     width_of,
 )
+from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 from frictionsim.scenario.validation import ValidationFailure, validate
@@ -363,3 +364,10 @@ def _draw_planet(
         point = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 6, "linestyle": ""}
         parts += plane.plot(*end, **point, zorder=5, label="tracer point")
     return parts
+
+
+VIEWS = {
+    "response": over_time(response),
+    "torque": View(torque, window=True),
+    "path": View(path, instant=True),
+}

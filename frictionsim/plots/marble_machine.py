@@ -15,7 +15,8 @@ from frictionsim.plots.style import (
     require_channels,
     set_up,
 )
-from frictionsim.plots.time_history import OTHER_EVENT
+from frictionsim.plots.time_history import OTHER_EVENT, response
+from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.recorded import scenario_value
 
 if TYPE_CHECKING:
@@ -107,3 +108,6 @@ def _mark_transfers(result: "Record", axes: Any) -> list[Any]:
         for angle in angles:
             ax.axvline(angle, **OTHER_EVENT)
     return [Line2D([], [], **OTHER_EVENT, label=TRANSFER)]
+
+
+VIEWS = {"response": over_time(response), "torque": View(torque, window=True)}

@@ -28,6 +28,7 @@ from frictionsim.plots.time_history import (
     mark_modes,
     stacked_axes,
 )
+from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 from frictionsim.scenario.validation import ValidationFailure, validate
@@ -321,3 +322,9 @@ def label_places(lines: Sequence[float], height: float) -> list[float]:
     low = min(max(lines[0] - half, half), 1.0 - 3.0 * half)
     high = min(max(lines[1] + half, low + height), 1.0 - half)
     return [low, high]
+
+
+VIEWS = {
+    "response": over_time(response),
+    "traction": View(traction, window=True, effect="cord_friction"),
+}

@@ -18,7 +18,7 @@ from frictionsim.motion.shaft import bodies_of, cords_of, scale_of, tail_of
 from frictionsim.motion.shaft_body import look_of
 from frictionsim.motion.shapes import arc
 from frictionsim.plots import time_history
-from frictionsim.plots.direct_labels import Label, View, draw_labels
+from frictionsim.plots.direct_labels import Area, Label, draw_labels
 from frictionsim.plots.free_body import (
     Instant,
     Resultant,
@@ -49,6 +49,7 @@ from frictionsim.plots.style import (
 )
 from frictionsim.plots.text_size import text_width, wrapped
 from frictionsim.plots.time_history import draw_static_limit
+from frictionsim.plots.view import View, over_time
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -72,7 +73,7 @@ LINE: Style = {"linewidth": 0.8, "linestyle": (0, (5, 3)), "scalex": False, "sca
 class ForceDrawing:
     """A drawing of forces, whose names are written when all of them are drawn."""
 
-    def __init__(self, ax: Any, view: View) -> None:
+    def __init__(self, ax: Any, view: Area) -> None:
         self.ax, self.view = ax, view
         self._labels: list[Label] = []
         self._lines: list[Any] = [np.zeros((1, 2))]
@@ -167,7 +168,7 @@ SHARE = 0.56  # of the width for the whole body beside the enlarged shaft
 MIN_HEIGHT, MAX_HEIGHT, HEADING = 2.4, 4.4, 1.4  # inches
 BELOW_TITLE = 0.09  # inches, around drawings with their captions
 MAX_OF_TWO = 2.7  # inches, of each drawing if they stand below each other
-POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see View.scale
+POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see Area.scale
 TICK, MAX_TICKS = 1.3, 6  # widths of a number from tick to tick; ticks along an axis
 MARGIN = 0.14  # of the size of what is drawn
 MAX_NAMED, MAX_COUPLES = 10, 4  # forces and couples with a colour of their own
@@ -226,7 +227,7 @@ class _Space(NamedTuple):
         Of the enlarged shaft; 0 without dry friction, which has none.
     stacked : bool
         Whether that is below the body, not beside it.
-    view : View
+    view : Area
         Of the body.
     """
 
@@ -235,7 +236,7 @@ class _Space(NamedTuple):
     body_height: float
     side: float
     stacked: bool
-    view: View
+    view: Area
 
 
 def _space_of(figure: "Figure | SubFigure", now: Instant) -> _Space:
@@ -252,7 +253,7 @@ def _space_of(figure: "Figure | SubFigure", now: Instant) -> _Space:
         side = side if stacked else min((1.0 - SHARE) * whole - 0.2, height)
     total = height + HEADING + (side if stacked else 0.0)
     scale = CAUTION * POINTS * min(width / wide, height / tall)
-    return _Space(total, width, height, side, stacked, View(low, high, scale))
+    return _Space(total, width, height, side, stacked, Area(low, high, scale))
 
 
 def _caption(ax: Any, text: str, width: float) -> None:
@@ -332,7 +333,7 @@ def _drawn_couples(now: Instant) -> list[str]:
     return [couple.name for couple in now.couples if couple.size[0]][:MAX_COUPLES]
 
 
-def _draw_body(ax: Any, now: Instant, view: View) -> list[Any]:
+def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
     """Draw the body with all that acts on it; return legend handles."""
     look = look_of(now.scenario)
     reach = look.reach
@@ -426,7 +427,7 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
     shaft, r_s = journal.shaft_radius, journal.static_radius
     small = 0.0 < r_s < CIRCLE_SEEN * shaft
     half = CIRCLE_VIEW * r_s if small else SHAFT_VIEW * shaft
-    drawing = ForceDrawing(ax, View((-half, -half), (half, half), side / (2.0 * half)))
+    drawing = ForceDrawing(ax, Area((-half, -half), (half, half), side / (2.0 * half)))
     ax.add_patch(Circle((0.0, 0.0), BODY_SEEN * shaft, fc=OF_ROLES["moving"], ec=GREY, lw=0.8))
     ax.add_patch(Circle((0.0, 0.0), shaft, fc=OF_ROLES["still"], ec=GREY, lw=0.8))
     handles = []
@@ -488,3 +489,9 @@ def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[
     """Draw channels over time, with the static limit of the friction torque."""
     axes, handles = time_history.draw_channels(result, figure, channels)
     add_legend(figure, [*handles, *draw_static_limit(axes, result)])
+
+
+VIEWS = {
+    "response": over_time(response),
+    "friction_circle": View(friction_circle, instant=True),
+}

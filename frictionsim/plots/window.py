@@ -37,6 +37,15 @@ class Extent(NamedTuple):
         """Whether a window of time is given."""
         return self.start is not None or self.stop is not None
 
+    @property
+    def given(self) -> dict[str, bool]:
+        """What is given of an instant, a window and channels."""
+        return {
+            "instant": self.time is not None,
+            "window": self.has_window,
+            "channels": bool(self.channels),
+        }
+
 
 WHOLE = Extent()
 

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
 from frictionsim.plots.appearance import appearance
-from frictionsim.plots.direct_labels import SIZE, SPARE, Label, View, draw_labels
+from frictionsim.plots.direct_labels import SIZE, SPARE, Label, Area, draw_labels
 from frictionsim.plots.moving_parts import COLOURS
 from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width
 from frictionsim.plots.window import Extent
@@ -286,7 +286,7 @@ def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -
 
 def test_a_name_without_space_is_left_out() -> None:
     _, ax = plt.subplots()
-    view = View((0.0, 0.0), (1.0, 1.0), 60.0)
+    view = Area((0.0, 0.0), (1.0, 1.0), 60.0)
     labels = [Label(f"name {i}", (0.5, 0.5), (1.0, 0.0)) for i in range(30)]
     draw_labels(ax, labels, np.zeros((1, 2)), view)
     assert 2 <= len(ax.texts) < 10

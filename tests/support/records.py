@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from frictionsim.plots import OF_EFFECT, VIEWS
+from frictionsim.plots import VIEWS
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import shipped, simulate
@@ -34,7 +34,7 @@ def string(duration: float = 0.3, driven_radius: float = 0.027) -> Record:
 def views_of_record(name: str) -> list[str]:
     """Return the views that a shipped scenario, or a belt made by hand, has."""
     kind = "belt_drive" if name in BELTS else shipped(name)["kind"]
-    return [view for view in VIEWS[kind] if name == "lift" or (kind, view) not in OF_EFFECT]
+    return [name_of for name_of, view in VIEWS[kind].items() if name == "lift" or not view.effect]
 
 
 def drawn_views(names: Iterable[str] = DRAWN) -> list[tuple[str, str]]:
