@@ -288,7 +288,7 @@ REPORTS = [
         "the report of a study of accuracy and time",
         OF_COST,
         "dark",
-        "#controls",
+        "summary >> nth=0",
     ),
 ]
 REPORTS += [

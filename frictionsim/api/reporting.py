@@ -18,6 +18,7 @@ from frictionsim.results import HDF5_SIGNATURE
 if TYPE_CHECKING:
     import xarray
 
+    from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
     from frictionsim.reports.reported_run import ReportedRun
     from frictionsim.reports.study_parts import Picture
@@ -37,10 +38,9 @@ def study_html(source: Any) -> str | None:
         If it is damaged.
     """
     if isinstance(source, Study):
-        from frictionsim.reports.cost_report import cost_page
         from frictionsim.work_precision.reading import table_of as table_of_study
 
-        return cost_page(table_of_study(source.data), "")
+        return _costs_html(table_of_study(source.data), "")
     if isinstance(source, Sweep):
         return _sweep_html(source)
     if hasattr(source, "data_vars"):
@@ -55,12 +55,12 @@ def _of_file(path: Path) -> str | None:
         identity = identity_of(path)
         if identity.is_sweep:
             return _sweep_html(open_sweep(path))
-        return _costs_html(read_costs(path), path) if identity.is_table else None
+        return _costs_html(read_costs(path), str(path)) if identity.is_table else None
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.replaceable import SWEEP_IN_CSV
 
     if is_costs_in_csv(path):
-        return _costs_html(read_csv(path), path)
+        return _costs_html(read_csv(path), str(path))
     if path.is_file() and path.suffix == ".csv":
         words = "neither a table of 'frictionsim cost' nor a result"
         if SWEEP_IN_CSV.recognises(path):
@@ -79,10 +79,21 @@ def _is_hdf5(path: Path) -> bool:
         return False
 
 
-def _costs_html(table: Any, path: Path) -> str:
+def _costs_html(table: "CostTable", source: str) -> str:
+    from frictionsim.plots.picture_file import image_for_page
+    from frictionsim.plots.work_precision import diagram
     from frictionsim.reports.cost_report import cost_page
+    from frictionsim.reports.study_parts import Picture
+    from frictionsim.work_precision.reading import diagram_of
 
-    return cost_page(table, str(path))
+    try:
+        drawn = diagram_of(table)
+    except ValueError as error:
+        raise InputError(f"{source}: cannot read this table of costs: {error}") from None
+    left = table.rows - len(drawn.rows)
+    note = f"{left} settings have numbers that no axis shows; the table has them." if left else ""
+    title = "Error against work, one line for each method"
+    return cost_page(table, source, Picture(title, image_for_page(diagram(drawn)), note))
 
 
 def _sweep_html(found: Sweep) -> str:

@@ -308,7 +308,7 @@ class Study(ResultBase):
         """
         from frictionsim.plots.work_precision import diagram
 
-        return diagram(self.data, ax=ax)
+        return diagram(self.data.diagram, ax=ax)
 
     def parts(self) -> Parts:
         """Yield the reference uncertainty, the table and the recommendations."""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import SubFigure
 
-    from frictionsim.work_precision.outcome import Row, WorkPrecision
+    from frictionsim.work_precision.outcome import Diagram, Row
 
     Array = npt.NDArray[np.float64]
 
@@ -85,12 +85,12 @@ MIN_MESH_ERROR = 1e-12  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
 
 
-def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
+def draw_mesh_study(study: "Diagram", figure: "Figure | SubFigure") -> None:
     """Draw both panels into an empty figure."""
     if isinstance(figure, Figure):
         figure.set_figheight(MESH_HEIGHT)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    in_time = study.time_reference.uncertainty if study.time_reference else 0.0
+    in_time = study.floor_in_time
     titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
     for ax, title in zip((left, right), titles, strict=True):
         ax.set_xscale("log")
@@ -112,11 +112,10 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
     columns = max(1, int(MESH_COLUMNS * min(1.0, relative_width(figure))))
     figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=columns)
-    title = study.scenario.title or study.scenario.kind
-    figure.suptitle(f"{title}: what accuracy costs", fontsize="medium", wrap=True)
+    figure.suptitle(f"{study.title}: what accuracy costs", fontsize="medium", wrap=True)
 
 
-def _lowest(study: "WorkPrecision", in_time: float) -> float:
+def _lowest(study: "Diagram", in_time: float) -> float:
     found = [study.floor, in_time]
     found += [row.error for row in study.rows if row.error is not None]
     found += [row.time_error for row in study.rows if row.time_error is not None]
@@ -195,16 +194,15 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def diagram(
-    study: "WorkPrecision", figure: "Figure | SubFigure | None" = None, ax: Any = None
-) -> Figure:
+def diagram(study: "Diagram", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
     A study of meshes has the panels of `frictionsim.plots.work_precision`.
 
     Parameters
     ----------
-    study : WorkPrecision
+    study : Diagram
+        As `WorkPrecision.diagram`.
     figure, ax : optional
         As in `frictionsim.plots.draw`.
 
@@ -217,7 +215,7 @@ def diagram(
     return drawn_in(lambda target: draw(study, target), figure, ax, WIDTH)
 
 
-def _draw(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
+def _draw(study: "Diagram", figure: "Figure | SubFigure") -> None:
     if isinstance(figure, Figure):
         figure.set_figheight(HEIGHT)
     axes = figure.subplots(1, 2, sharey=True)
@@ -230,11 +228,10 @@ def _draw(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
         columns = COLUMNS - (max(map(len, labels)) > LONG_LABEL)
         columns = max(1, int(columns * min(1.0, relative_width(figure))))
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
-    title = study.scenario.title or study.scenario.kind
-    figure.suptitle(f"{title}: error against run time", fontsize="medium", wrap=True)
+    figure.suptitle(f"{study.title}: error against run time", fontsize="medium", wrap=True)
 
 
-def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
+def _draw_panel(ax: Any, study: "Diagram", quantity: str) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.grid(linewidth=0.3)
@@ -242,7 +239,7 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
     floor_height = max(study.floor, MIN_ERROR)
     lowest = 10.0 ** floor(log10(min([floor_height, *errors]))) / 10.0
     ax.set_ylim(lowest, 10.0 * max([1.0, *errors]))
-    if study.reference and study.reference.floor:
+    if study.floor > 0.0:
         ax.axhspan(
             lowest,
             floor_height,

@@ -2,20 +2,23 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from frictionsim.errors import InputError
 from frictionsim.io.cost_table import CostTable
 from frictionsim.reports.page import page
-from frictionsim.reports.study_parts import chart, head, number, short, study_section, study_table
+from frictionsim.reports.study_parts import (
+    STUDY_SCRIPTS,
+    Picture,
+    head,
+    number,
+    short,
+    shown_pictures,
+    study_section,
+    study_table,
+)
 from frictionsim.reports.tables import Number
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, measures_of, rows_of
 
-SCRIPTS = ("data.js", "elements.js", "theme.js", "plot.js", "study.js", "cost.js")
-WORK = ("wall_seconds", "rhs_evaluations", "steps")
 BELOW = "below_uncertainty"
 COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
 MAX_ROWS = 1000  # in the page; a study has some hundred
@@ -23,7 +26,7 @@ MAX_MEASURES = 40
 MAX_NOTES = 10
 
 
-def cost_page(found: CostTable, source: str) -> str:
+def cost_page(found: CostTable, source: str, picture: Picture) -> str:
     """Return the HTML of the report of a table of costs.
 
     Parameters
@@ -31,16 +34,15 @@ def cost_page(found: CostTable, source: str) -> str:
     found : CostTable
     source : str
         Name of its file; empty if there is none.
+    picture : Picture
+        Its diagram.
 
     Raises
     ------
-    InputError
+    ValueError
         If the table is damaged.
     """
-    try:
-        advice, floors = [each.worded() for each in advice_of(found)], floors_of(found)
-    except ValueError as error:
-        raise InputError(f"{source}: cannot read this table of costs: {error}") from None
+    advice, floors = [each.worded() for each in advice_of(found)], floors_of(found)
     about = found.attributes
     title = (
         f"{about.get('title') or about.get('kind') or Path(source).name}: error against run time"
@@ -56,12 +58,12 @@ def cost_page(found: CostTable, source: str) -> str:
         (
             head(title, *lines),
             study_section("What to use", _advice(advice), *_references(found, floors)),
-            study_section("Diagram", chart("Error against work, one line for each method")),
+            study_section("Diagram", *shown_pictures([picture])),
             study_section("Settings", *_limits(found, len(rows)), _settings(found, rows, measures)),
             *_failures(rows),
         )
     )
-    return page(title, body, _data(found, rows, measures, floors), SCRIPTS)
+    return page(title, body, None, STUDY_SCRIPTS)
 
 
 def _status(about: dict[str, str]) -> str:
@@ -158,64 +160,3 @@ def _failures(rows: list[Row]) -> Iterator[str]:
         cells = [(row.setting.name, row.reason) for row in failed[:MAX_ROWS]]
         caption = f"{len(failed)} of {len(rows)} settings failed"
         yield study_section("Failed settings", study_table(caption, ("setting", "reason"), cells))
-
-
-def _data(
-    found: CostTable, rows: list[Row], measures: list[str], floors: dict[str, float]
-) -> dict[str, Any]:
-    """Return what the scripts draw: columns of numbers, and texts for each row."""
-    shown = rows[:MAX_ROWS]
-    names = {"error": "largest relative error"}
-    if "time_error" in found.columns:
-        names["time_error"] = "largest relative error in time alone"
-    for name in measures:
-        names[name + RELATIVE] = f"relative error of {name}"
-        names |= {f"{name}_error": f"error of {name}"} if f"{name}_error" in found.columns else {}
-    columns = {
-        name: {
-            "unit": found.columns[name].unit,
-            "words": names.get(name) or _words(found.columns[name].long_name),
-            "values": np.array([_value(found, name, i) for i in range(len(shown))]),
-        }
-        for name in dict.fromkeys((*names, *WORK, *COUNTS))
-        if name in found.columns
-    }
-    return {
-        "errors": [name for name in names if name in columns],
-        "work": list(WORK),
-        "columns": columns,
-        "floors": {"error": max(floors.values())} if floors else {},
-        "floors_of": {name + RELATIVE: value for name, value in floors.items()},
-        "rows": [
-            {
-                "line": line,
-                "name": row.setting.name,
-                "failed": row.status != "done",
-                "reason": row.reason[:300],
-            }
-            for row, line in zip(shown, _lines(shown), strict=True)
-        ],
-    }
-
-
-def _words(long_name: str) -> str:
-    """Return a name for an axis; a table in CSV has that of its column alone."""
-    return "wall time" if long_name == "wall seconds" else long_name
-
-
-def _lines(rows: list[Row]) -> list[str]:
-    """Return which line of the diagram each row is on: one mesh and several are two lines."""
-    found = []
-    for row in rows:
-        mesh = row.setting.mesh
-        same = {
-            other.setting.mesh.bodies
-            for other in rows
-            if other.setting.mesh
-            and (other.setting.line, other.setting.label) == (row.setting.line, row.setting.label)
-        }
-        of_one = mesh is not None and len(same) == 1
-        found.append(
-            f"{row.setting.line}, {mesh.bodies} bodies" if mesh and of_one else row.setting.line
-        )
-    return found

@@ -1,4 +1,4 @@
-"""What the reports of costs and of sweeps share: sortable tables, the place of the chart, the head.
+"""What the reports of costs and of sweeps share: sortable tables, pictures, the head.
 
 The tables are complete without scripts; scripts sort them by the values of their numbers.
 """
@@ -86,17 +86,6 @@ def shown_pictures(pictures: Iterable[Picture]) -> Iterator[str]:
             source = f"data:image/{kind};base64,{b64encode(picture.image).decode('ascii')}"
             shown = f'<img class="picture" src="{source}" alt="{title}">{shown}'
         yield f"<details{'' if number else ' open'}><summary>{title}</summary>{shown}</details>"
-
-
-def chart(label: str) -> str:
-    """Return the place where the scripts of a page put a chart with its controls."""
-    return (
-        '<form class="controls" id="controls" hidden></form>\n'
-        f'<div class="chart" id="chart" role="img" aria-label="{short(label)}"></div>\n'
-        '<p id="note" class="faint"></p>\n'
-        "<noscript><p>The chart needs the scripts of this page; the tables have its numbers.</p>"
-        "</noscript>"
-    )
 
 
 def head(title: str, *lines: str) -> str:

@@ -84,6 +84,28 @@ class Row(NamedTuple):
         return max_relative_error(self.time_errors) if self.time_errors else None
 
 
+class Diagram(NamedTuple):
+    """What a picture of a study shows, whether it was just run or read from its table.
+
+    Attributes
+    ----------
+    title : str
+    rows : list of Row
+    floor, floor_in_time : float
+        The reference uncertainty, and that of the references in time; 0 where it is not known.
+    """
+
+    title: str
+    rows: list[Row]
+    floor: float
+    floor_in_time: float = 0.0
+
+    @property
+    def of_meshes(self) -> bool:
+        """Whether it compares meshes, by a common limit."""
+        return any(row.setting.mesh is not None for row in self.rows)
+
+
 class Reference(NamedTuple):
     """The reference of a study.
 
@@ -130,6 +152,13 @@ class WorkPrecision(NamedTuple):
     def floor(self) -> float:
         """The reference uncertainty: the largest relative difference of the reference runs."""
         return self.reference.uncertainty if self.reference else 0.0
+
+    @property
+    def diagram(self) -> Diagram:
+        """What its picture shows."""
+        title = self.scenario.title or self.scenario.kind
+        in_time = self.time_reference.uncertainty if self.time_reference else 0.0
+        return Diagram(title, self.rows, self.floor, in_time)
 
     def below_uncertainty(self, row: Row) -> list[str]:
         """Return the errors of a row that are below the reference uncertainty, by their names.

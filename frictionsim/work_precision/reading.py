@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.io.cost_table import CostTable
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.errors import Error
-from frictionsim.work_precision.outcome import Row
+from frictionsim.work_precision.outcome import Diagram, Row
 from frictionsim.work_precision.recommendation import Advice, recommended
 from frictionsim.work_precision.report import attributes, columns
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from frictionsim.work_precision.outcome import WorkPrecision
 
 RELATIVE = "_relative"
+MAX_DRAWN = 1e100
 
 
 def table_of(study: "WorkPrecision") -> CostTable:
@@ -60,6 +61,26 @@ def advice_of(table: CostTable) -> list[Advice]:
     return recommended(rows_of(table), floors_of(table), wanted)
 
 
+def diagram_of(table: CostTable) -> Diagram:
+    """Return what the picture of a table shows, which is that of its study.
+
+    Raises
+    ------
+    ValueError
+        If its reference uncertainty is damaged.
+    """
+    about, floors = table.attributes, floors_of(table)
+    title = about.get("title") or about.get("kind") or ""
+    rows = [row for row in rows_of(table) if _is_drawable(row)]
+    return Diagram(title, rows, max(floors.values(), default=0.0))
+
+
+def _is_drawable(row: Row) -> bool:
+    """Return whether the numbers of a row have a place on logarithmic axes."""
+    work, errors = (row.wall_seconds, row.rhs_evaluations), (row.error, row.time_error)
+    return all(0.0 <= value < MAX_DRAWN for value in (*work, *(e for e in errors if e is not None)))
+
+
 def rows_of(table: CostTable) -> list[Row]:
     """Return the rows of a table; one without an error counts as failed."""
     measures = measures_of(table)
@@ -85,6 +106,7 @@ def _row(values: dict[str, Any], measures: list[str]) -> Row:
         relative = values[name + RELATIVE]
         if done and isinstance(relative, float) and relative == relative:
             errors[name] = Error(None, relative)
+    in_time = _known(values.get("time_error"))
     return Row(
         setting=setting,
         status="done" if done else "failed",
@@ -97,6 +119,7 @@ def _row(values: dict[str, Any], measures: list[str]) -> Row:
         states=whole("states"),
         events=whole("events"),
         errors=errors,
+        time_errors={} if in_time is None else {"error": Error(None, in_time)},
         wall_spread=_known(values.get("wall_spread")),
     )
 

@@ -28,12 +28,10 @@ from frictionsim.plots import time_history as over_time
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
-from frictionsim.scenario.loading import validate
 from frictionsim.simulation.phases import with_jumps
-from frictionsim.work_precision.outcome import WorkPrecision
+from frictionsim.work_precision.outcome import Diagram
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import drawn_views, shown, with_channels
-from tests.support.scenarios import pulley
 
 LAYOUTS = ("constrained", "none", "tight")
 
@@ -191,7 +189,7 @@ def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
 
 
 def test_a_study_is_drawn_into_a_figure_or_in_place_of_axes() -> None:
-    study = WorkPrecision(validate(pulley(), Path()), (), None, [], "done", "", 0)
+    study = Diagram("A pulley", [], 0.0)
     assert tuple(diagram(study).get_size_inches()) == (9.0, 5.4)
     figure, axes = grid("constrained")
     assert diagram(study, ax=axes[0, 0]) is figure

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
 from frictionsim.plots.appearance import appearance
-from frictionsim.plots.direct_labels import SIZE, SPARE, Label, Area, draw_labels
+from frictionsim.plots.direct_labels import SIZE, SPARE, Area, Label, draw_labels
 from frictionsim.plots.moving_parts import COLOURS
 from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width
 from frictionsim.plots.window import Extent
