@@ -58,7 +58,7 @@ def fit_parts(found: "Outcome") -> Parts:
     yield _searches(found)
     if found.bootstrap is not None:
         failed = f", {found.bootstrap.failed} more did not end" if found.bootstrap.failed else ""
-        yield f"bootstrap: {counted(found.bootstrap.done, 'fit')} to data drawn anew{failed}"
+        yield f"bootstrap: {counted(found.bootstrap.done, 'fit')} to resampled data{failed}"
 
 
 def _estimates(found: "Outcome") -> Cells:
@@ -371,7 +371,7 @@ def fit(
     time_unit : str, optional
         By default s.
     time_offset : float, s
-        Is added to the times of the data.
+        Offset added to the times of the data.
     starts : int
         Number of local searches; 1 starts from the start only.
     seed : int

@@ -267,7 +267,7 @@ def _save(drawings: "Drawings", look: "Appearance") -> Saved:
 
 
 def _faults(drawn: Any) -> list[str]:
-    """Return what there is to say of the characters of pictures, each sentence once."""
+    """Return the warnings about missing characters of pictures, each once."""
     return list(dict.fromkeys(fault for figure in drawn for fault in figure.faults))
 
 
@@ -414,7 +414,7 @@ def plot(
 
 
 def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
-    """Return what is drawn: a result, a sweep, or several results with their names."""
+    """Return the result, the sweep, or the several named results to draw."""
     if isinstance(source, list | tuple):
         if not source:
             raise ArgumentError("result", "expected a result or several, got an empty list")
@@ -461,7 +461,9 @@ def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]")
 
 def check_no_choice(at: Mapping[str, Any] | None) -> None:
     if at:
-        raise InputError(f"--at {next(iter(at))}: this is the result of a run; it is for sweeps")
+        raise InputError(
+            f"--at {next(iter(at))}: it applies to sweeps; this file holds a single run"
+        )
 
 
 def check_no_body(body: int | None, what: str) -> None:

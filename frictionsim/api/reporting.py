@@ -197,7 +197,7 @@ def _check_count(sources: Sequence[Source]) -> None:
 
 
 def _opened(sources: Sequence[Source]) -> list[results.Result]:
-    """Return what is given; files are read.
+    """Return the given results; files are read.
 
     Raises
     ------

@@ -347,7 +347,7 @@ class Result(ResultBase):
         return f"<frictionsim.Result {self.kind}{title}: {self.status}, {counts}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: the data, without the scenario, which has functions."""
+        """Return the pickled data, without the scenario, which has functions."""
         return {
             "_record": self.record,
             "path": self.path,

@@ -62,7 +62,7 @@ def solve(
         Do not replace an existing file.
     max_wall : float, optional, s
         Limit of the wall time, from the call on. A run that reaches it is `failed` and can be
-        resumed, except with SciPy's methods. It is looked at before the first step and between
+        resumed, except with SciPy's methods. It is checked before the first step and between
         steps: the assembly of a large belt, a compilation of kernels and the writing of the result
         come to their end.
     max_steps : int, optional

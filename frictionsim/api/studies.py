@@ -41,7 +41,7 @@ class Choice(NamedTuple):
 
 
 def plan_of(scenario: Scenario, choice: Choice) -> Plan:
-    """Return what to run.
+    """Return the plan of a study.
 
     Raises
     ------
@@ -359,7 +359,7 @@ def cost(
     models : str or iterable of str, optional
         Of belts only, of `string`, `corrected` and `polygon`; by default all.
     progress : callable or Progress, optional
-        Is called with the name of each setting; a `Progress` is told each step as well.
+        Is called with the name of each setting; a `Progress` also receives every step.
 
     Raises
     ------

@@ -78,7 +78,7 @@ class SweepInterrupted(Interrupted):
 
 
 def execution_of(workers: int | None, dask: str | None, runs: int) -> Execution:
-    """Return what runs a sweep.
+    """Return the executor of a sweep.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def _check_unfinished(path: Path, table: SweepTable) -> None:
     version = table.attributes["frictionsim_version"]
     if version != __version__:
         raise InputError(
-            f"{path}: cannot resume this sweep: it was begun with frictionsim {version}, this is"
+            f"{path}: cannot resume this sweep: it was started with frictionsim {version}, this is"
             f" {__version__}; install that version, or run the study again"
         )
 
@@ -257,7 +257,7 @@ def _are_numbers(values: Any) -> bool:
 
 
 class _Running:
-    """A sweep that is run, or goes on."""
+    """A running or resumed sweep."""
 
     def __init__(
         self,
@@ -296,7 +296,7 @@ class _Running:
     def _run_and_keep(
         self, execution: Execution, files: SweepFiles, beat: Callable[[], Any]
     ) -> None:
-        """Run what is left; whatever ends it, what is done is written."""
+        """Run the remaining combinations; completed rows are saved on any exit."""
         try:
             run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
         except BaseException as error:

@@ -98,7 +98,7 @@ Scheduler = Annotated[
     typer.Option(
         "--dask",
         metavar="ADDRESS",
-        help="Run on a cluster of Dask: tcp://host:8786, or local:N for one of N workers here.",
+        help="Run on a Dask cluster: tcp://host:8786, or local:N for N local workers.",
     ),
 ]
 NoClobber = Annotated[

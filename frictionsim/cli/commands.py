@@ -94,8 +94,8 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
 
     if "" in arguments:
         print_error(
-            f"argument {arguments.index('') + 1} is empty, as of a variable of the shell that is"
-            " not set; expected a command, an option or a file"
+            f"argument {arguments.index('') + 1} is empty: is a shell variable unset?"
+            " Expected a command, an option or a file"
         )
         return EXIT_BAD_INPUT
     try:
@@ -303,7 +303,9 @@ def cost(
     ] = None,
     bodies: Annotated[
         str | None,
-        typer.Option(metavar="N,M", help="Bodies of a belt to compare; none: over time alone."),
+        typer.Option(
+            metavar="N,M", help="Belt meshes to compare (numbers of bodies); none: time steps only."
+        ),
     ] = None,
     models: Annotated[
         str | None,

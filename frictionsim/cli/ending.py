@@ -135,7 +135,7 @@ def _parameter(error: Any) -> str:
 
 
 def _expected(error: Any) -> str:
-    """Return what is expected of a value, and what was found."""
+    """Return the expected and the found value."""
     message = str(error.message).rstrip(".")
     judged = getattr(error.__cause__, "errors", None)
     if judged is not None:
@@ -209,7 +209,7 @@ def is_lack_of_memory(error: BaseException) -> bool:
 
 
 def _memory_message(error: BaseException, arguments: Sequence[str]) -> str:
-    """Return what is true of any command, and of runs what helps."""
+    """Return the advice that holds for any command, and for runs."""
     if isinstance(error, ImportError):
         return (
             "out of memory while loading a library; allow the process more (see 'ulimit -v' and"

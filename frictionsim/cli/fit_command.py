@@ -48,7 +48,9 @@ def fit(
     ] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=COLUMN", help="Key that the rows of the data set, each a run."),
+        typer.Option(
+            metavar="KEY=COLUMN", help="Key set by each row of the data; one run per row."
+        ),
     ] = None,
     overrides: Overrides = None,
     sigma: Annotated[
@@ -70,7 +72,7 @@ def fit(
         str | None, typer.Option(metavar="UNIT", help="Unit of the times, as ms. [s]")
     ] = None,
     time_offset: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Is added to the times of the data.")
+        float, typer.Option(metavar="SECONDS", help="Offset added to the times of the data.")
     ] = 0.0,
     starts: Annotated[
         int, typer.Option(min=1, metavar="N", help="Local searches, from points of a scan.")
@@ -79,7 +81,7 @@ def fit(
         int, typer.Option(min=0, metavar="N", help="Seed of the scan and of the bootstrap.")
     ] = 0,
     bootstrap: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Fits to data drawn anew, for intervals.")
+        int, typer.Option(min=0, metavar="N", help="Number of bootstrap resamples for intervals.")
     ] = 0,
     output: Annotated[
         Path | None,

@@ -97,7 +97,7 @@ def plot(
         typer.Option(
             "--view",
             metavar="NAME",
-            help="View to draw, or 'all'; of a sweep quantities. [the first]",
+            help="View to draw, or 'all'; for a sweep: quantities. [the first]",
             autocompletion=views,
         ),
     ] = None,
@@ -113,18 +113,20 @@ def plot(
     ] = None,
     time: Annotated[
         float | None,
-        typer.Option("--time", metavar="SECONDS", help="Instant of a view of one. [the last]"),
+        typer.Option(
+            "--time", metavar="SECONDS", help="Time of the instant to draw. [last sample]"
+        ),
     ] = None,
     start: Annotated[
         float | None,
-        typer.Option("--from", metavar="SECONDS", help="Start of a view over time."),
+        typer.Option("--from", metavar="SECONDS", help="Start of the time window."),
     ] = None,
     stop: Annotated[
-        float | None, typer.Option("--to", metavar="SECONDS", help="End of a view over time.")
+        float | None, typer.Option("--to", metavar="SECONDS", help="End of the time window.")
     ] = None,
     channels: Annotated[
         str | None,
-        typer.Option(metavar="NAME,NAME", help="Channels of a view over time. [those of the kind]"),
+        typer.Option(metavar="NAME,NAME", help="Channels to plot over time. [default of the kind]"),
     ] = None,
     width: Annotated[
         str | None,
@@ -148,7 +150,9 @@ def plot(
     animate: Annotated[
         Path | None,
         typer.Option(
-            "--animate", metavar="FILE", help="The mechanism in motion instead: .gif or .mp4."
+            "--animate",
+            metavar="FILE",
+            help="Write an animation (.gif or .mp4) instead of a picture.",
         ),
     ] = None,
     fps: Annotated[

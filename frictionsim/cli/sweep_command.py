@@ -90,11 +90,13 @@ def sweep(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Of the sample: sobol, lhs, random. [sobol]",
+            help="Sampling method: sobol, lhs or random. [sobol]",
             autocompletion=sampling_methods,
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="S", help="Of the sample. [0]")] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="S", help="Random seed of the sample. [0]")
+    ] = None,
     indices: Annotated[
         bool, typer.Option("--indices", help="Sample for Sobol indices: N (keys + 2) runs.")
     ] = False,

@@ -62,7 +62,7 @@ class EndedFromOutside(ChildFailed):
 
 
 def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Any:
-    """Return what a function returns, called in a child process.
+    """Call a function in a child process; return its result.
 
     Returns
     -------
@@ -342,7 +342,7 @@ def _bytes(file: Any, length: int) -> bytearray | None:
 
 def _why(status: int | None, seconds: float, limits: Limits) -> str:
     """Return why a child has not answered."""
-    harmful = "the file is damaged or made to harm"
+    harmful = "the file is corrupt or malicious"
     if status is not None and -status == getattr(signal, "SIGXCPU", 0):
         return f"HDF5 did not come to an end within {ceil(limits.cpu_seconds)} s: {harmful}"
     if seconds >= limits.seconds:
@@ -364,5 +364,5 @@ def _name_of(status: int | None) -> str:
 def _out_of_memory(limits: Limits) -> str:
     return (
         f"it takes more than {limits.memory / 1e6:.0f} MB of memory, far more than a result of its"
-        " size: the file is damaged or made to harm"
+        " size: the file is corrupt or malicious"
     )

@@ -209,7 +209,7 @@ class Destination:
         return ". It could not be written anywhere else and is lost: make space, and run it again"
 
     def _resumable(self, written: set[Path]) -> str:
-        """Return what is to be said of a checkpoint, for the message; empty if there is none."""
+        """Return the sentence about a checkpoint in the message; empty if there is none."""
         places = [place for place in written if place.exists()]
         if not places:
             return ""

@@ -87,7 +87,7 @@ class Identity(NamedTuple):
 
 
 def identity(path: str) -> Identity:
-    """Return what a file says of itself; nothing if it is no result or damaged."""
+    """Return the identity of a file; empty if it is no result or damaged."""
     try:
         with h5py.File(path, "r") as file:
             found = texts_of(file, Budget(file.id.get_filesize()))

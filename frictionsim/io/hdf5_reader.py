@@ -63,7 +63,7 @@ def read(path: Path) -> Record:
         except (ValueError, MemoryError):
             raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
     else:
-        raise InputError(f"{path}: cannot read this result: it changes all the time; try again")
+        raise InputError(f"{path}: cannot read this result: the file is being modified; try again")
     reference = found.attributes.pop(SEGMENTS, None)
     return found if reference is None else _with_segments(found, path, reference)
 
@@ -90,7 +90,7 @@ def is_sweep(path: Path) -> bool:
 
 
 def identity_of(path: Path) -> Identity:
-    """Return what a file says of itself; nothing if HDF5 finds it damaged.
+    """Return the identity of a file; empty if HDF5 finds it damaged.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
 
 
 def _identity(path: Path) -> Identity:
-    """Return what a file says of itself; nothing if there is none or it cannot be read."""
+    """Return the identity of a file; empty if there is none or it cannot be read."""
     try:
         key = os.path.realpath(path), stamp_of(str(path))
     except (OSError, ValueError):
@@ -170,7 +170,7 @@ def _identity(path: Path) -> Identity:
 
 
 def _in_child(work: Callable[[str], Any], path: Path) -> Any:
-    """Return what a function of `hdf5_content` makes of a file.
+    """Call a reader of `hdf5_content` in the child process.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def _in_child(work: Callable[[str], Any], path: Path) -> Any:
 
 
 def _answer(work: Callable[[str], Any], path: Path) -> Any:
-    """Return what a function of `hdf5_content` makes of a file.
+    """Call a reader of `hdf5_content` in the child process.
 
     Raises
     ------

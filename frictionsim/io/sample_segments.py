@@ -243,7 +243,7 @@ class SampleSegments:
         """
         if hasattr(os, "geteuid") and self.folder.lstat().st_uid != os.geteuid():
             raise InputError(
-                f"{self.folder}: cannot go on with these samples of an incomplete result: the"
+                f"{self.folder}: cannot resume from these sample segments: the"
                 " folder belongs to another user; resume into another file with -o"
             )
         with suppress(OSError):
@@ -305,7 +305,7 @@ def segment_folders(result: Path) -> list[Path]:
 
 
 def _start_of_names(result: Path) -> str:
-    """Return what the folders of segments of a result begin with; not too long for a file system.
+    """Return the prefix of the segment folders of a result, not too long for a file system.
 
     A long name of a result is replaced by a digest of it.
     """

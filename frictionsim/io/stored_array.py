@@ -183,7 +183,7 @@ class FileSource:
         except FileChanged as error:
             reason = str(error)
         except ValueError as error:
-            reason = f"it is damaged or made to harm ({error})"
+            reason = f"it is corrupt or malicious ({error})"
         raise InputError(f"{self._path}: cannot read the channel '{name}': {reason}")
 
     def rows_if_unchanged(self, name: str, start: int, stop: int) -> Any:
@@ -212,12 +212,12 @@ class FileSource:
 
 
 def stamp_of(path: str) -> tuple[int, ...]:
-    """Return what changes when a file is replaced."""
+    """Return the fields of a file's status that change when it is replaced."""
     return _stamp(os.stat(path))
 
 
 def stamp_of_open(file: Any) -> tuple[int, ...]:
-    """Return what changes when a file is replaced, of an open one."""
+    """Return these fields of an open file."""
     return _stamp(os.fstat(file.fileno()))
 
 

@@ -76,7 +76,7 @@ def decimals_of(values: Any) -> int:
 
 
 def state_word(motion: "Motion", moment: Moment) -> str:
-    """Return what the one contact of a mechanism does; empty if there is none or several."""
+    """Return the mode of the one contact of a mechanism; empty if there is none or several."""
     if motion.state is None:
         return ""
     return STATES.get(str(int(motion.state[moment.frame])), "")

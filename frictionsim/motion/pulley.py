@@ -115,7 +115,7 @@ def motion_with_masses(result: "Record") -> Motion:
 
 
 def _friction_circles(result: "Record") -> tuple[Detail, ...]:
-    """Return what is shown larger, if the scenario has friction of the shaft."""
+    """Return the enlarged detail, if the scenario has friction of the shaft."""
     if "shaft_friction" not in scenario_of(result).get("effects", {}):
         return ()
     shaft, mu = (
@@ -252,7 +252,7 @@ def _forces_with_masses(
 
 
 def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> list[Readout]:
-    """Return what shaft, cord and ropes do, and the numbers beside the drawing."""
+    """Return the modes of shaft, cord and ropes, and the numbers beside the drawing."""
     found, state = list[Readout](), state_at(result, frames)
     if state is not None:
         found.append(Readout("shaft", "1", state.astype(float), words=STATES))

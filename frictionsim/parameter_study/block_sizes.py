@@ -61,5 +61,5 @@ class BlockSizes:
 
     @property
     def are_short(self) -> bool:
-        """Whether blocks take about as long as wanted: one may wait behind another."""
+        """Whether blocks run close to the target time, so that one may be queued ahead."""
         return 0.0 < self._seconds < 2.0 * self._block

@@ -159,7 +159,7 @@ class DaskCluster:
         return Answer(job, error=error)
 
     def _gone(self) -> SolverError:
-        return SolverError(f"dask {self._address}: the scheduler has gone")
+        return SolverError(f"dask {self._address}: lost the connection to the scheduler")
 
     def _connect(self, distributed: Any, workers: int | None) -> None:
         """Connect to the scheduler.
@@ -258,7 +258,7 @@ def _combinations(image: bytes) -> Combinations:
 
 
 def _probe() -> Callable[[], str]:
-    """Return what tells the version of a worker, also of one without frictionsim.
+    """Return a function that tells the version of a worker, also of one without frictionsim.
 
     A function within a function is sent as it is, others by their name.
     """
@@ -274,7 +274,7 @@ def _probe() -> Callable[[], str]:
 
 
 def _deaf_to_ctrl_c(distributed: Any) -> Any:
-    """Return what has each worker on this machine ignore Ctrl-C, also one that starts later.
+    """Return a plugin that has each worker here ignore Ctrl-C, also one that starts later.
 
     A terminal sends it to all processes; workers would print how it ended them.
     """

@@ -74,7 +74,7 @@ MAX_VALUES = 4  # in a sentence
 def finding(
     problem: "FitProblem", best: "Minimum", starts: "list[Start]", found: "Identified"
 ) -> Finding:
-    """Return what kind of estimate the searches have found, with a sentence.
+    """Return the kind of estimate that the searches have found, with a sentence.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def derivative_warnings(
 def residual_warnings(
     statistics: "Sequence[TargetResiduals]", chi: float | None, degrees: int
 ) -> list[str]:
-    """Return what the residuals show that noise of the given sigma does not have.
+    """Return warnings about residuals that noise of the given sigma does not explain.
 
     Parameters
     ----------

@@ -155,7 +155,7 @@ class Source(NamedTuple):
         The column of the times.
     time_unit : str
     time_offset : float, s
-        Is added to the times of the data.
+        Offset added to the times of the data.
     """
 
     data: Any

@@ -224,7 +224,7 @@ def check_runs(data: "Measured", keys: tuple[FreeKey, ...], scenario: "Scenario"
 
 
 def fault_of(scenario: "Scenario", values: Mapping[str, Any]) -> str:
-    """Return what is wrong with a scenario that has these values; empty if nothing is."""
+    """Return the fault of a scenario with these values; empty without one."""
     try:
         scenario.replace(expanded(values))
     except ScenarioError as error:

@@ -117,7 +117,7 @@ class FitProblem:
         return {key.key: key.value(float(p)) for key, p in zip(self.keys, x, strict=True)}
 
     def at(self, x: "Array") -> Model:
-        """Return what the scenario gives at a scaled place; a failed run gives the reason.
+        """Return the model values at a scaled place; a failed run gives the reason.
 
         Raises
         ------

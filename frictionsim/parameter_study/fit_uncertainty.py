@@ -77,7 +77,7 @@ def identify(
     spread: "Array",
     accuracy: Accuracy,
 ) -> Identified:
-    """Return what the data determine.
+    """Return the keys that the data determine.
 
     Parameters
     ----------

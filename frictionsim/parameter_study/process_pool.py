@@ -27,7 +27,7 @@ def available_cores() -> int:
 
 
 def local_execution(workers: int, runs: int) -> Execution:
-    """Return what runs a sweep on this machine.
+    """Return the executor of a sweep on this machine.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class ProcessPool:
 
 
 def _after(ranges: list[range], start: int) -> list[range]:
-    """Return what is left of ascending ranges from a number on."""
+    """Return the remainder of ascending ranges from a number on."""
     return [range(max(each.start, start), each.stop) for each in ranges if each.stop > start]
 
 

@@ -132,7 +132,7 @@ def study_with(scenario: "Scenario", vary: dict[str, Values], settings: StudySet
 
 
 def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values], Sampling | None]:
-    """Return what the tables of a study vary, without reading its scenario.
+    """Return the variation in the tables of a study, without reading its scenario.
 
     Parameters
     ----------

@@ -199,7 +199,7 @@ class Assembly:
             self.texts[name].update(texts)
 
     def _order(self) -> dict[str, str]:
-        """Return what `take_up` needs beside the data, as an attribute; nothing of a whole one."""
+        """Return the attribute that `take_up` needs beside the data; none for a complete sweep."""
         return {ORDER: dumps(self._first)} if (self.status == NOT_RUN).any() else {}
 
     @property

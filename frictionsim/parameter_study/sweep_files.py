@@ -242,7 +242,7 @@ def _place_of(whole: Path) -> Path:
 
 
 def digest_of(table: "SweepTable") -> bytes:
-    """Return what a journal knows its sweep by: study, version and the values of the keys."""
+    """Return the identity of a sweep in its journal: study, version and the values of the keys."""
     found = sha256()
     for name in ("frictionsim_version", "study", "overrides"):
         found.update(table.attributes[name].encode() + b"\0")

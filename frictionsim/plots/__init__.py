@@ -196,7 +196,7 @@ def _part(result: "Record", view: str, shown: Extent) -> tuple["Record", dict[st
 
 
 def _fitted(look: Appearance, shown: Extent) -> Appearance:
-    """Return the look in which labels of any channels fit."""
+    """Return the appearance in which labels of any channels fit."""
     return look._replace(fitted=True) if shown.channels else look
 
 

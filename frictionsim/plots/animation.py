@@ -155,7 +155,7 @@ class MovingPicture:
             self.figure.text(*where, name, ha="center", fontsize=SMALL)
 
     def _rows(self) -> list[tuple[str, Any]]:
-        """Return what is written beside the drawing: a name, and a function of the time."""
+        """Return the readouts beside the drawing: a name, and a function of the time."""
         motion = self._motion
         places = max(0, 3 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-12)))))
         rows: list[tuple[str, Any]] = [("time", lambda moment, time: f"{time:.{places}f} s")]

@@ -147,7 +147,7 @@ def _extents(path: "Path", places: Any) -> tuple[Any, Any]:
 def contact_arc(
     result: "Record", number: int, pulley: "Pulley", belt: Belt, has_friction: bool
 ) -> ContactArc:
-    """Return what touches a pulley, by its number."""
+    """Return the bodies on each pulley, by its number."""
     channels = result.channels
     on = np.flatnonzero(channels["pulley_index"][-1] == number)
     place, lines = belt.bodies[on], [belt.halves[k] for k in on]
@@ -308,7 +308,7 @@ def mark_modes(ax: Any, touch: "ContactArc", width: float) -> None:
 
 
 def force_handles(has_friction: bool) -> list[Any]:
-    """Return what the legend says of forces and modes."""
+    """Return the legend of forces and modes."""
     handles = [Line2D([], [], **NORMAL, label="normal force")]
     if not has_friction:
         return [*handles, Line2D([], [], **SLIP, label="touching")]

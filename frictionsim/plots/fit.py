@@ -88,7 +88,7 @@ def _draw_target(
 
 
 def _abscissa(found: "Outcome", target: "Target") -> tuple[Any, str]:
-    """Return what the values of a target are drawn over, and the label of that axis."""
+    """Return the abscissae of a target's values, and the label of that axis."""
     if target.of == "channel":
         return target.times, "time, s"
     if len(found.data.over) == 1:

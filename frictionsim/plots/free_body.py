@@ -89,7 +89,7 @@ class Instant(NamedTuple):
 
 
 def instant_of(result: "Record", view: str) -> Instant:
-    """Return what acts on the body at the last sample.
+    """Return the forces on the body at the last sample.
 
     Raises
     ------

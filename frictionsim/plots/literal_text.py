@@ -37,7 +37,7 @@ def shown(text: str) -> str:
 
 
 def literal(text: str) -> str:
-    """Return what is given to matplotlib to have a text drawn as it is.
+    """Escape a text for Matplotlib's mathtext.
 
     Parameters
     ----------

@@ -199,7 +199,7 @@ def _ticks(points: Any, directions: Any, reach: float) -> Any:
 
 
 def moving(ax: Any, part: Part, thick: float, per_point: float) -> Moving:
-    """Return what draws a part.
+    """Return the artist that draws a part.
 
     Parameters
     ----------

@@ -181,7 +181,7 @@ def label(result: "Record", name: str, words: str = "") -> str:
 
 
 def axis_label(words: str, unit: str = "", width: int = 0) -> str:
-    """Return what is along an axis: a quantity and its unit, as "force, N".
+    """Return the label of an axis: a quantity and its unit, such as "force, N".
 
     Every axis, colour bar and key that names a quantity with a unit is labelled so. A number
     without unit has none.

@@ -195,7 +195,7 @@ def _write_values(ax: Any, x: KeyAxis, y: KeyAxis, values: "Array", norm: Normal
 
 
 def legend_of_map(marks: dict[str, str]) -> list[Any]:
-    """Return what the legend says of cells without a sound value, by their names the texts."""
+    """Return legend texts of cells without a valid value, by marker name."""
     found: list[Any] = []
     for name, text in marks.items():
         if name == "not defined":
@@ -422,7 +422,7 @@ def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
 
 
 def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[Any]:
-    """Return what the legend shows: curves, and marks with the number of their runs."""
+    """Return the legend: curves, and marks with the number of their runs."""
     found = []
     if not layout.is_map and len(layout.axes) == 2:
         found = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)

@@ -135,7 +135,7 @@ class Face(NamedTuple):
 
 
 def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
-    """Return what a picture shows of a sweep that is no sample.
+    """Return the layout of the picture of a sweep over values.
 
     Parameters
     ----------

@@ -187,7 +187,7 @@ def _make_room(ax: Any, part: float) -> None:
 
 
 def legend_of(marks: dict[str, str], several: bool = False) -> list[Line2D]:
-    """Return what the legend says of marks, by their names the texts.
+    """Return legend texts by marker name.
 
     Marks of `several` curves have the colours of these.
     """
@@ -199,7 +199,7 @@ def legend_of(marks: dict[str, str], several: bool = False) -> list[Line2D]:
 
 
 def legend_of_curves(axis: KeyAxis, points: int, joined: bool) -> list[Line2D]:
-    """Return what the legend says of the texts of the second key."""
+    """Return the legend of a second key whose values are texts."""
     return [
         Line2D([], [], **curve_style(number, points, joined), label=axis.text(number))
         for number in range(len(axis.labels))

@@ -153,7 +153,7 @@ def write(ax: Any, text: str) -> None:
 
 
 def legend_of_sample(with_indices: bool) -> list[Any]:
-    """Return what the legend says of lines and bars."""
+    """Return the legend of lines and bars."""
     found: list[Any] = [Line2D([], [], **style, label=name) for name, style in LINES.items()]
     if with_indices:
         found += [Patch(**style, label=name) for name, style in BARS.items()]

@@ -30,7 +30,7 @@ class View(NamedTuple):
     effect: str = ""
 
     def applicable(self, shown: Extent) -> Extent:
-        """Return what of an extent it can show."""
+        """Return the part of an extent that it can show."""
         return Extent(
             shown.time if self.instant else None,
             shown.start if self.window else None,

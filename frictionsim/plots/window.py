@@ -53,7 +53,7 @@ WHOLE = Extent()
 def extent(
     time: Any = None, window: Any = None, channels: str | Sequence[str] | None = None
 ) -> Extent:
-    """Return what is drawn from what a user gives.
+    """Return the selection from the arguments of a user.
 
     Parameters
     ----------

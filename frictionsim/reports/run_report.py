@@ -379,7 +379,8 @@ def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
         f"{_without_charts(runs)}</section>\n</div>\n"
     )
     tables = f'<div id="tables">\n{summary(runs)}{differences(runs)}</div>\n'
-    foot = "<footer><p>Made by frictionsim; this file asks for nothing from elsewhere.</p></footer>"
+    about = "Made by frictionsim. This file is self-contained: it makes no network requests."
+    foot = f"<footer><p>{about}</p></footer>"
     return (
         f"{head}<main>\n{warnings(runs)}{viewer}{tables}{scenarios(runs)}{origins(runs)}</main>\n"
         + foot

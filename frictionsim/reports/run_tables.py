@@ -141,7 +141,7 @@ NO_SAMPLES = "This result has no samples: there is nothing to draw, only tables.
 
 
 def overview(runs: "Sequence[ReportedRun]") -> str:
-    """Return what was solved and how it ended: lines of one run, a table of several."""
+    """Return the scenario and outcome: lines of one run, a table of several."""
     if len(runs) > 1:
         headings = ["result", "title", "status", "law", "backend", "effects", "file"]
         rows = [
@@ -182,7 +182,7 @@ def status(run: "ReportedRun") -> str:
 
 
 def _notes(run: "ReportedRun", source: str = "") -> str:
-    """Return what is missing in a run, as HTML."""
+    """Return the missing parts of a run, as HTML."""
     notes = []
     if run.attribute("status") in ("failed", "interrupted"):
         time = run.record.channels["time"]
@@ -300,4 +300,4 @@ def _counts(runs: "Sequence[ReportedRun]") -> str:
         numbers = (samples, events, counts.states, counts.steps, counts.rejected)
         name = run.label if len(runs) > 1 else "run"
         rows.append((name, *map(str, numbers), str(counts.rhs_evaluations)))
-    return table("Counts of the run", [*headings, ">evaluations of the right-hand side"], rows)
+    return table("Solver statistics", [*headings, ">evaluations of the right-hand side"], rows)

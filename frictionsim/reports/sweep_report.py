@@ -84,7 +84,10 @@ MAX_CELLS = 12_000  # of the table of runs
 MAX_GROUPS = 50  # of reasons and warnings
 MAX_PART_ROWS = 200  # of a table of the summary
 MAX_STUDY = 200_000  # characters
-CAPTIONS = {"key": "Varied keys", "quantity": "Quantities of the runs that are done and sound"}
+CAPTIONS = {
+    "key": "Varied keys",
+    "quantity": "Quantities of completed runs that passed their audit",
+}
 
 
 def sweep_page(

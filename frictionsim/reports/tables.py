@@ -70,7 +70,7 @@ def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
 
 
 def _parsed(cell: str) -> str | Number:
-    """Return what is in a column of numbers: a number, or a text as "none"."""
+    """Return the cell of a column of numbers: a number, or a text such as "none"."""
     try:
         return Number(cell, float(cell))
     except ValueError:

@@ -163,7 +163,7 @@ def heading(cell: str) -> Heading:
 
 
 def _names(headings: list[Heading]) -> set[str]:
-    """Return what columns may be called: their names, with their units or without."""
+    """Return the accepted names of columns, with their units or without."""
     return {name for one in headings for name in (one.name, one.cell)}
 
 

@@ -342,14 +342,14 @@ def _numbers(
 
 
 def _line_fault(row: Row) -> str:
-    """Return what is wrong with a row of a file of two columns."""
+    """Return the fault of a row of a file of two columns."""
     finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
     advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
     return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
 
 
 def _cell_fault(table: CsvTable, row: Row, sources: list[_Source]) -> str:
-    """Return what is wrong with the first cell that is no finite number."""
+    """Return the fault of the first cell that is no finite number."""
     for source in sources:
         if source.column >= len(row.cells):
             return f"no column {source.column + 1} for {source.key}, only {len(row.cells)}"

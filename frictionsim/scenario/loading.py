@@ -63,13 +63,13 @@ def load(
         )
     path = scenario_file(source)
     if "\n" in str(path):
-        raise InputError("load: expected the path of a scenario, got its text; loads takes text")
+        raise InputError("load: load() expects a path; use loads() for TOML text")
     text = _read(path)
     return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
 
 
 def _way_out(source: object) -> str:
-    """Return what to do with something that holds a scenario or is one."""
+    """Return the loader for a path, a dict or a `Scenario`."""
     if isinstance(source, Scenario):
         return "; its method replace changes keys"
     return "; its scenario is result.scenario" if hasattr(source, "scenario") else ""

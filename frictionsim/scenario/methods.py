@@ -126,7 +126,7 @@ def laws_of(pairs: Pairs) -> tuple[str, ...]:
 
 
 def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return what integrates a law by a method.
+    """Return the stepper for a friction law and a method.
 
     Without friction (law "") it is the first that does, with fixed steps if any has these.
     """

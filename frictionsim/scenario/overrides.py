@@ -260,7 +260,7 @@ def _plain(value: Any, where: str) -> Any:
 
 
 def _below(where: str) -> str:
-    """Return what stands between a place and a key below it: `scenario: solver.rtol`."""
+    """Return the separator between a place and a key below it: `scenario: solver.rtol`."""
     return "." if ": " in where else ": "
 
 

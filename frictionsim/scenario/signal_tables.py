@@ -140,7 +140,7 @@ class SmoothStepTable(Params):
 
 
 def _reader_of(model: type[CsvTable]) -> BeforeValidator:
-    """Return what replaces `{csv = "file.csv", ...}` by the points in the file."""
+    """Return the validator that replaces `{csv = "file.csv", ...}` by the points in the file."""
 
     def read(table: Any, info: ValidationInfo) -> Any:
         folder: Path | None = (info.context or {}).get("folder", Path())
@@ -216,7 +216,7 @@ def _discriminator(form: Any, number: str) -> Discriminator:
 
 
 def _or_sum(form: Any) -> Any:
-    """Return what tells the forms of a signal and a list of them."""
+    """Return the discriminator between the forms of a signal and a list of them."""
     return lambda table: SUM if isinstance(table, list | tuple) else form(table)
 
 

@@ -47,7 +47,7 @@ class Signal(Protocol):
         """Return its cubic pieces; the first has no beginning, whatever its knot is."""
 
     def harmonic(self) -> Harmonic | None:
-        """Return what is to be added to the pieces."""
+        """Return the part that is added to the pieces."""
 
 
 class Constant:

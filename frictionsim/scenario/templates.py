@@ -239,7 +239,7 @@ class _Template:
         return " ".join(filter(None, parts))
 
     def _choice(self, name: str, field: FieldInfo) -> str:
-        """Return what there is to choose from for a key; empty if it is not a choice."""
+        """Return the allowed values of a key; empty if it is not an enumeration."""
         choices = list(_choices(field.annotation))
         if name == "backend":
             choices = list(methods_of(self._scenario.PAIRS))
@@ -274,7 +274,7 @@ def _header(brackets: str, about: str) -> tuple[str, ...]:
 
 
 def _about(field: FieldInfo, model: type[BaseModel]) -> str:
-    """Return what a table is: the description of its key, or else the docstring of its model."""
+    """Return the description of a table: that of its key, or the docstring of its model."""
     text = " ".join((field.description or model.__doc__ or "").split("\n\n")[0].split())
     text = text.partition("`: ")[2] if text.startswith("`[") else text
     return text[:1].upper() + text[1:]

@@ -24,7 +24,7 @@ _DEEP_KEY = re.compile(rf"(?:{_PART}){{{MAX_DEPTH}}}")
 
 
 def excess_of_text(text: str) -> str:
-    """Return what a text has too much of, before it is parsed; empty if nothing."""
+    """Return the limit that a text exceeds, before it is parsed; empty if none."""
     if _DEEP_KEY.search(text):
         return f"a key has more than {MAX_DEPTH} parts"
     tables = sum(1 for _ in _HEADER.finditer(text))
@@ -35,7 +35,7 @@ def excess_of_text(text: str) -> str:
 
 
 def excess_of_data(data: dict[str, Any]) -> str:
-    """Return what the data of a text have too much of; empty if nothing."""
+    """Return the limit that the data of a text exceed; empty if none."""
     level: list[Any] = [data]
     keys = 0
     for _ in range(MAX_DEPTH):
@@ -50,7 +50,7 @@ def excess_of_data(data: dict[str, Any]) -> str:
 
 
 def _inner(table: Any) -> Any:
-    """Return what is in a table, or the tables in a list; a list of numbers is one value."""
+    """Yield the child values of a TOML table or array of tables."""
     if isinstance(table, dict):
         return table.values()
     return [item for item in table if isinstance(item, dict | list)]

@@ -46,7 +46,7 @@ class SampleBytes(NamedTuple):
 
 
 def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
-    """Return what the samples of a run take; those at events are not known before it."""
+    """Return the bytes of the samples of a run; those at events are not known before it."""
     samples = int(scenario.solver.duration / scenario.interval) + 1
     wanted, axes = scenario.output.channels, simulation.axes
     columns = [

@@ -40,7 +40,7 @@ class Values(NamedTuple):
     finite: bool = True
 
     def fault(self, values: Any, duration: float) -> str:
-        """Return what is wrong with values, after the name of their array; empty if nothing is.
+        """Return the fault of values, after the name of their array; empty without one.
 
         Parameters
         ----------

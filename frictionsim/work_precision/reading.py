@@ -49,7 +49,7 @@ def floors_of(table: CostTable) -> dict[str, float]:
 
 
 def advice_of(table: CostTable) -> list[Advice]:
-    """Return what a table recommends, as the summary of its study.
+    """Return the recommendations of a table, which are those of its study.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def advice_of(table: CostTable) -> list[Advice]:
 
 
 def diagram_of(table: CostTable) -> Diagram:
-    """Return what the picture of a table shows, which is that of its study.
+    """Return the picture's data from a table, which are those of its study.
 
     Raises
     ------

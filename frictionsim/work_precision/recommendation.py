@@ -59,7 +59,7 @@ class Advice(NamedTuple):
 
 
 def recommendations(study: WorkPrecision) -> list[Advice]:
-    """Return what a study recommends; of meshes for each of the quantities, too.
+    """Return the recommendations of a study; of meshes for each of the quantities, too.
 
     Meshes are not equally good at all quantities, and few may have all of them right.
     """
@@ -69,7 +69,7 @@ def recommendations(study: WorkPrecision) -> list[Advice]:
 
 
 def recommended(rows: list[Row], floors: Mapping[str, float], of_each: list[str]) -> list[Advice]:
-    """Return what rows recommend.
+    """Return the recommendations of rows.
 
     Parameters
     ----------

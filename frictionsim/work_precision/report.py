@@ -91,7 +91,7 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
 
 
 def attributes(study: "WorkPrecision") -> dict[str, str]:
-    """Return what a study says beside its rows, as texts.
+    """Return the attributes of a study beside its rows, as texts.
 
     `status` and `reason`; `references` and `time_references`, one per line;
     `reference_uncertainty`, JSON: the relative difference of the two references for each measure;

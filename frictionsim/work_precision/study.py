@@ -324,7 +324,7 @@ def _refused(setting: Setting, reason: str) -> Row:
 
 
 def in_one_line(error: Exception) -> str:
-    """Return what is wrong with a scenario in one line of a table."""
+    """Return the fault of a scenario in one line of a table."""
     return "; ".join(str(error).splitlines())
 
 

@@ -21,7 +21,7 @@ from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, 
 from tests.support.scenarios import ROOT
 
 LIMITS = Limits(300.0, 1.0, 1 << 30)  # so long that a busy machine does not matter
-HARMFUL = "the file is damaged or made to harm"
+HARMFUL = "the file is corrupt or malicious"
 
 
 def arrays(count: int) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from frictionsim.io.stored_array import StoredArray
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley, simulate
 
 NO_RESULT = "cannot read this result: it is HDF5, but not a frictionsim result"
-HARMFUL = ": the file is damaged or made to harm"
+HARMFUL = ": the file is corrupt or malicious"
 
 
 @cache

@@ -219,7 +219,7 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
     assert not journal_name(path).exists()
     interrupted(tmp_path / "t.h5")
     for name, value, message in (
-        ("frictionsim_version", "0.0.9", "it was begun with frictionsim 0.0.9, this is"),
+        ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
         ("study", "vary = 1", "study"),
         ("order", "[", "it is damaged"),
         ("order", "{}", "it is damaged"),

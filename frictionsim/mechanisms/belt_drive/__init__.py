@@ -65,7 +65,7 @@ def __getattr__(name: str) -> Any:
 
 
 def simulation(scenario: "BeltDriveScenario") -> "Simulation":
-    """Return what simulates a scenario."""
+    """Return the simulation of a scenario."""
     from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 
     return BeltDrive(scenario)

@@ -204,16 +204,16 @@ class BeltDrive:
         return self._observer.samples if self._stepper.resumable else None
 
     def observe(self) -> SimulationResult:
-        """Return what was sampled so far, and what follows from it."""
+        """Return the samples so far, with the quantities and checks that follow from them."""
         return self._observer.observe()
 
     def observe_channels(self) -> SimulationResult:
-        """Return what was sampled so far."""
+        """Return the samples so far."""
         return self._observer.observe_channels()
 
 
 def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
-    """Return what samples a belt drive, in the plane or guided."""
+    """Return the sampler of a belt drive, in the plane or guided."""
     if scenario.guided:
         from frictionsim.mechanisms.belt_drive.guided_string.observer import StringObserver
 

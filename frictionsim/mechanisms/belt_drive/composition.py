@@ -95,7 +95,7 @@ class BeltModel(NamedTuple):
         return contact_stiffness(self.system.effects, self.equilibrium)
 
     def contact_state(self) -> dict[str, Any]:
-        """Return what the contacts remember between steps, by name."""
+        """Return the state of the contacts between steps, by name."""
         contacts, pulleys = self.system.contacts, self.system.pulleys
         return {
             "contact_offsets": contacts.offsets,
@@ -106,7 +106,7 @@ class BeltModel(NamedTuple):
         }
 
     def contact_values(self) -> "dict[str, Expected]":
-        """Return what the arrays of `contact_state` may hold, by name."""
+        """Return the valid values of the arrays of `contact_state`, by name."""
         return restored_contacts.contact_values(self.system)
 
     def contact_fault(self) -> str:
@@ -117,7 +117,7 @@ class BeltModel(NamedTuple):
 def compose(
     scenario: "BeltDriveScenario", body_length: float, line: PitchLine | None = None
 ) -> System:
-    """Return what acts in a belt drive with bodies of a length, m, in the plane or on a line."""
+    """Return the system of a belt drive with bodies of a length, m, in the plane or on a line."""
     chain, pulleys = chain_of(scenario, body_length), _pulleys(scenario)
     count = pulleys.table.shape[1]
     kinematic_rows = KINEMATIC_ROWS if line is None else STRING_ROWS
@@ -146,7 +146,7 @@ def distinct_static_friction(system: System) -> bool:
 
 
 def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
-    """Return what bodies of this length, m, have in common."""
+    """Return the common data of bodies of this length, m."""
     belt = scenario.mechanism.belt
     mass = belt.mass_per_length * body_length
     inertia = mass * body_length**2 / 12.0
@@ -204,7 +204,7 @@ def _friction_coefficients(
 
 
 def _signals(scenario: "BeltDriveScenario") -> Signals:
-    """Return what drives the pulleys, a row for each term of a sum."""
+    """Return the signals that drive the pulleys, a row for each term of a sum."""
     rows: list[tuple[int, int, Signal]] = []
     for j, name in enumerate(scenario.mechanism.names):
         drive = scenario.drive.get(name)

@@ -106,7 +106,7 @@ class Evaluation(NamedTuple):
 
 
 def held_parameters(belt: Belt, length: float, pull: float | None) -> HeldParameters:
-    """Return what is held at a length of the bodies, m."""
+    """Return the parameters that are held at a length of the bodies, m."""
     chain = belt.chain_of(length)
     parameters = belt.parameters_of(chain)
     effects = [

@@ -504,7 +504,7 @@ def _check_length(belt: Belt, length: float) -> None:
 
 def _check_minimum(of: Hessian, tolerance: float) -> None:
     if factorise(of, tolerance) is None:
-        raise NoEquilibrium("the belt is at a saddle of its energy, and slides when touched")
+        raise NoEquilibrium("the equilibrium is a saddle point: the belt is unstable")
 
 
 def _residual(slope: Array) -> float:

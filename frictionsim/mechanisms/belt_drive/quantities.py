@@ -97,7 +97,7 @@ def torque_balance(
 def _misfit_of_spans(
     scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
 ) -> Misfit:
-    """Return what the spans beside each pulley and what turns it differ by.
+    """Return the difference between the spans of each pulley and the torque on it.
 
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
     """

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def contact_values(system: "System") -> dict[str, Expected]:
-    """Return what the arrays of `BeltModel.contact_state` may hold, by name."""
+    """Return the valid values of the arrays of `BeltModel.contact_state`, by name."""
     capacity, width = len(system.contacts.body), system.layout.width
     largest = float(np.max(system.pulleys.table[PULLEY_RADIUS]))
     coefficients = dict.fromkeys((STATIC, KINETIC, FORWARD, BACKWARD), NON_NEGATIVE)

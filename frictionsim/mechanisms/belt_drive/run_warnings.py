@@ -44,7 +44,7 @@ def warnings_of(
     seen: dict[str, "Array"],
     quantities: "Quantities",
 ) -> tuple[str, ...]:
-    """Return what is odd about a run.
+    """Return warnings about a run.
 
     Parameters
     ----------

@@ -150,7 +150,7 @@ class Observer:
         self._check_energy()
 
     def sample_at_start(self) -> dict[str, Any]:
-        """Return what a sample looks like: one of the start, whatever the forces are."""
+        """Return a sample of the start as a template, whatever the forces are."""
         return self._seen(0.0, self._model.state)
 
     def _seen(self, t: float, state: "Array") -> dict[str, Any]:
@@ -227,7 +227,7 @@ class Observer:
     def _quantities(
         self, state: "Array", kinematics: "Array", channels: dict[str, "Array"]
     ) -> dict[str, Any]:
-        """Return what quantities and audit need of a sample, whatever is recorded."""
+        """Return the values of a sample that quantities and audit need, whatever is recorded."""
         table, layout = self._system.pulleys.table, self._system.layout
         speeds, tension, pulley = (
             channels[name] for name in ("pulley_speed", "tension", "pulley_index")

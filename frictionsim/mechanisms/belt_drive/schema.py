@@ -349,7 +349,7 @@ class BeltDriveScenario(Scenario):
         return {f"drive.{name}.{key}": signal for name, drive in drives for key, signal in drive}
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the scenario: also a creep that depends on the step."""
+        """Return warnings about the scenario, also of a creep that depends on the step."""
         found = super().warnings()
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep":

@@ -29,7 +29,7 @@ CHANNELS = base_channels("pulley") | {
     "counterweight_position": Channel("m", "height of the counterweight above its start"),
     "counterweight_velocity": Channel("m/s", "velocity of the counterweight, upward"),
     "slack": Channel("1", "sides on which the cord is slack", integer=True, flags=SLACK_SIDES),
-    "cord_slip": Channel("m", "way that the cord has slipped over the pulley, towards lifting"),
+    "cord_slip": Channel("m", "slip of the cord on the pulley, positive when lifting"),
     "cord_mode": Channel(
         "1", "of the cord on the pulley: 0 sticking, +1 and -1 slipping", "", True, SINGLE_DOF_MODES
     ),
@@ -38,7 +38,7 @@ CHANNELS = base_channels("pulley") | {
     "energy_potential": Channel("J", "potential energy of the load and of the masses"),
     "energy_damping": Channel("J", "heat of viscous damping"),
     "energy_cord_friction": Channel("J", "heat of the cord slipping over the pulley"),
-    "energy_impact": Channel("J", "energy lost where a slack cord is taken up"),
+    "energy_impact": Channel("J", "energy lost when a slack cord becomes taut"),
 }
 # The channels of the default plot, from top to bottom.
 PANELS = (

@@ -253,7 +253,7 @@ class Shock(NamedTuple):
 def shock(
     n: LiftParameters, masses: tuple[float, float], w: float, rate: float, restitution: float
 ) -> Shock:
-    """Return what an impact leaves.
+    """Return the velocities after an impact.
 
     Parameters
     ----------
@@ -448,7 +448,7 @@ class Ropes:
         return Balance((acceleration, gap_1, gap_2), (friction, t1, t2))
 
     def impact(self, contact: int, v: Sequence[float], modes: Modes, restitution: float) -> Impact:
-        """Return what the impact leaves in which the rope of a side is taken up."""
+        """Return the state after the impact in which the rope of a side becomes taut."""
         n, velocity = self._n, list(v)
         of_car = contact == self._first
         gap, far = (GAP_1, GAP_2) if of_car else (GAP_2, GAP_1)

@@ -50,7 +50,7 @@ class HangingMasses(Params):
     g: float = unit_field("m/s^2", "Acceleration of gravity.", 9.81, ge=0)
     restitution: float = unit_field(
         "1",
-        "Restitution of a slack rope that is taken up: speed after over before. The part e^2 of"
+        "Coefficient of restitution when a slack rope becomes taut. The part e^2 of"
         " the work that takes it up is given back.",
         0.0,
         ge=0,

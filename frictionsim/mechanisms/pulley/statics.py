@@ -153,7 +153,7 @@ def impending_motion_of_lift(scenario: PulleyScenario) -> Quantities:
 
 
 def _lift_drive(n: LiftParameters) -> tuple[str, str]:
-    """Return what the drive is, and its unit."""
+    """Return the name of the drive, and its unit."""
     return ("torque", "N m") if n.by_torque else ("force", "N")
 
 

@@ -122,7 +122,7 @@ def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
 
 
 def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Array]") -> FreeBody:
-    """Return what acts on the body.
+    """Return the forces on the body.
 
     Parameters
     ----------

@@ -148,10 +148,10 @@ class EndStops(Params):
     """
 
     lowest_angle_deg: float | None = unit_field(
-        "deg", "Angle of the stop against clockwise motion; without it there is none.", None
+        "deg", "Angle of the clockwise end stop; omit for no stop.", None
     )
     highest_angle_deg: float | None = unit_field(
-        "deg", "Angle of the stop against counter-clockwise motion; without it there is none.", None
+        "deg", "Angle of the counter-clockwise end stop; omit for no stop.", None
     )
     restitution: float = unit_field(
         "1",

@@ -194,7 +194,7 @@ class _Problem:
         return f"= {self._text(low)}"
 
     def _about(self, roots: "Roots") -> list[str]:
-        """Return what the roots mean, and why there are none."""
+        """Return the meaning of the roots, or why there are none."""
         key, at = self.unknown.key, f"at {float(self._angle):.6g} deg"
         values = [root.value for root in roots.found]
         if roots.every:

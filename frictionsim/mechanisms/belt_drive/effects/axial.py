@@ -237,7 +237,7 @@ def damper_power(
     k: int,
     v: tuple[float, float, float],
 ) -> float:
-    """Return what the dampers of its two joints take of body k at velocities v, W.
+    """Return the power that the dampers of its two joints take from body k at velocities v, W.
 
     D_k is the force of a damper; its power is summed up by bodies:
     (D_k - D_(k+1)) . v_k - (l/2) (e_k x (D_k + D_(k+1))) phi_k'.

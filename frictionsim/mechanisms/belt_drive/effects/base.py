@@ -215,7 +215,7 @@ class BeltEffect:
     solved_for_in_fixed_steps = False
 
     def parameters(self, table: Any, belt: Belt) -> Any:
-        """Return what the force is a function of, a tuple of numbers; None where it is absent.
+        """Return the parameters of the force, a tuple of numbers; None where it is absent.
 
         `table` is None where the scenario lacks the effect.
         """

@@ -435,7 +435,7 @@ def regularised_friction(
 
 @inline_kernel
 def creep_coefficient(creep: CreepFriction | None, x: float, way: float, static: float) -> float:
-    """Return what a contact at rest has in addition, eq 13, Fig. 6b; without creep nothing."""
+    """Return the additional friction of a contact at rest, eq 13, Fig. 6b; zero without creep."""
     if creep is not None:
         return static * (1.0 - rising_part(x)) * rising_part(way / creep.max_creep)
     return 0.0

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def run_values(line: PitchLine, system: System) -> dict[str, Expected]:
-    """Return what the arrays of the runs may hold, by name."""
+    """Return the valid values of the arrays of the runs, by name."""
     capacity = max(len(system.contacts.body), system.layout.bodies)
     return {
         "runs": Values(0.0, capacity, whole=True),
@@ -108,13 +108,13 @@ class StringModel(BeltModel):
         return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
 
     def contact_state(self) -> dict[str, Any]:
-        """Return what the contacts remember between steps, by name."""
+        """Return the state of the contacts between steps, by name."""
         line = self.system.line
         assert line is not None
         return {**super().contact_state(), "runs": line.runs, "run_count": line.run_count}
 
     def contact_values(self) -> "dict[str, Expected]":
-        """Return what the arrays of `contact_state` may hold, by name."""
+        """Return the valid values of the arrays of `contact_state`, by name."""
         assert self.system.line is not None
         return {**super().contact_values(), **run_values(self.system.line, self.system)}
 

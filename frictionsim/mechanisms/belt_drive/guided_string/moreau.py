@@ -374,7 +374,7 @@ def update_tensions(
 def damping_power(
     damping: float | None, n: int, middle: "Array", old: "Array", new: "Array"
 ) -> float:
-    """Return what the dampers along the belt take in a step, W.
+    """Return the power that the dampers along the belt take in a step, W.
 
     Their forces are those of the velocities `middle`, which are extrapolated; what they take goes
     by the mean of the velocities before and after.
@@ -469,6 +469,6 @@ class BeltStepper(FixedSteps):
         return {**own, **self._model.contact_state()}
 
     def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return what the arrays of a checkpoint may hold, by name."""
+        """Return the valid values of the arrays of a checkpoint, by name."""
         dampers = {} if self._stiff is None else {"dampers": NUMBER}
         return {**self.step_values(duration), **dampers, **self._model.contact_values()}

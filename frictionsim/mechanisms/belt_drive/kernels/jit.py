@@ -175,7 +175,7 @@ def _folder() -> str | None:
 
 
 class Compilation:
-    """What is known of the kernels that a block has compiled.
+    """Compilation statistics of a `with` block.
 
     Attributes
     ----------

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
 
 def wrap_factors(contacts: int) -> WrapFactors:
-    """Return room for the factors of so many candidates."""
+    """Return arrays for the factors of so many candidates."""
     factor, mass_ratio = aligned_zeros(2, contacts)
     return WrapFactors(factor, mass_ratio)
 

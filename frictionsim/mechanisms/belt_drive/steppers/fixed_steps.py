@@ -75,12 +75,12 @@ class FixedSteps:
         )
 
     def step_values(self, duration: float) -> "dict[str, Expected]":
-        """Return what a checkpoint may hold of the steps of a run, by name."""
+        """Return the valid checkpoint values of the steps of a run, by name."""
         counts = Rows(self.counts_of_steps(duration))
         return {"y_old": NUMBER, "y": NUMBER, "counts": counts}
 
     def counts_of_steps(self, duration: float) -> "dict[int, Values]":
-        """Return what the numbers in `counts` may be."""
+        """Return the valid values of `counts`."""
         most = float(np.ceil(duration / self._h) + 1.0)  # the last step may go past the end
         return {STEPS: COUNT._replace(high=most), SINCE_SEARCH: COUNT._replace(high=LAST_STEP)}
 

@@ -170,7 +170,7 @@ class BeltStepper(FixedSteps):
         return {**own, **self._model.contact_state()}
 
     def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return what the arrays of a checkpoint may hold, by name."""
+        """Return the valid values of the arrays of a checkpoint, by name."""
         steps, stiff = self.counts_of_steps(duration), self._stiff is not None
         forms = {IMPLICIT_NOW: Values(0.0, float(stiff), whole=True), IMPLICIT_STEPS: COUNT}
         dampers = {"dampers": NUMBER} if stiff else {}

@@ -138,7 +138,7 @@ def store_new_speeds(pulleys: "Pulleys", damping: StiffDamping) -> None:
 
 @inline_kernel
 def expected_damping(damping: StiffDamping | None, i: int) -> tuple[float, float]:
-    """Return what the dampers may be expected to do to the velocity of body i in a step, m/s."""
+    """Return the expected change of the velocity of body i by the dampers in a step, m/s."""
     if damping is not None:
         return damping.table[DAMPING_DVX, i], damping.table[DAMPING_DVY, i]
     return 0.0, 0.0
@@ -296,7 +296,7 @@ def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
 
 @inline_kernel
 def tangential_impulse(i: int, n: int, table: "Array", x: "Array") -> float:
-    """Return what the impulses x of its two joints do to body i along t."""
+    """Return the change of body i along t by the impulses x of its two joints."""
     a = i + 1 if i < n - 1 else 0
     return x[a] * (table[EX, a] * table[TX, i] + table[EY, a] * table[TY, i]) - x[i] * (
         table[EX, i] * table[TX, i] + table[EY, i] * table[TY, i]

@@ -147,7 +147,7 @@ def integrate(
     stiff: StiffDamping | None,
     system: "System",
 ) -> int:
-    """Take up to so many steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
+    """Take at most `steps` steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
     belt are solved for, and `system` has none; else `system` has them. Where a search for

@@ -434,7 +434,7 @@ class BeltStepper:
         return {**own, **self._model.contact_state()}
 
     def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return what the arrays of a checkpoint may hold, by name."""
+        """Return the valid values of the arrays of a checkpoint, by name."""
         return {**STATE_VALUES, **self._model.contact_values()}
 
     def restored_fault(self) -> str:
