@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.api.studies import Study as PublicStudy
-from frictionsim.cli import commands
+from frictionsim.cli import cost_study
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, SolverError
 from frictionsim.results import Metric, Quantity, Transition
@@ -360,7 +360,7 @@ def test_an_interrupted_study_shows_its_results(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr(commands, "monitor_run", stop_after(calls))
+    monkeypatch.setattr(cost_study, "monitor_run", stop_after(calls))
     table = tmp_path / "table.csv"
     assert run_command_line(["cost", PULLEY, "--csv", str(table)]) == 130
     captured = capsys.readouterr()
