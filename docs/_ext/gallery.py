@@ -324,7 +324,7 @@ GALLERY = [*of_views(), *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
-    """Return the body of the page: each picture with the commands that make it."""
+    """Return the body of the page: each picture with the command that draws it."""
     parts = []
     views = [*of_views(), *OF_SHAFT]
     groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
@@ -336,13 +336,8 @@ def gallery() -> str:
     for heading, pictures in groups:
         parts.append(f"## {heading.replace('_', ' ').capitalize()}")
         for picture in pictures:
-            # Long lines are broken for reading, where a shell takes it.
-            lines = "\n".join(line.replace(" --", " \\\n    --") for line in picture.shown)
-            parts += [
-                f"![{picture.title[0].upper()}{picture.title[1:]}](pictures/{picture.file})",
-                f"{picture.title[0].upper()}{picture.title[1:]}:",
-                f"<!-- not run: docs/_ext/gallery.py runs it -->\n```sh\n{lines}\n```",
-            ]
+            title = f"{picture.title[0].upper()}{picture.title[1:]}"
+            parts += [f"![{title}](pictures/{picture.file})", f"{title}: `{picture.shown[-1]}`"]
     return "\n\n".join(parts)
 
 

@@ -1,4 +1,4 @@
-"""What stands where, from the first lines of the modules' docstrings."""
+"""The folders of the package, from the first lines of their docstrings."""
 
 import ast
 from pathlib import Path
@@ -11,13 +11,14 @@ PACKAGE = Path(frictionsim.__file__).parent
 PRIVATE = "__init__.py", "__main__.py"
 
 
-def layout(folder: str = "") -> str:
-    """Return a table of the modules of a folder of the package, those within it apart."""
-    files = sorted((PACKAGE / folder.replace(".", "/")).glob("*.py"))
-    return table(
-        ("module", "what it is"),
-        [(f"`{path.name}`", purpose(path)) for path in files if path.name not in PRIVATE],
-    )
+def layout() -> str:
+    """Return a table of the folders of the package, with the number of their modules."""
+    rows = []
+    for init in sorted(PACKAGE.rglob("__init__.py")):
+        folder = init.parent.relative_to(PACKAGE.parent).as_posix()
+        modules = [path for path in init.parent.glob("*.py") if path.name not in PRIVATE]
+        rows.append((f"`{folder}`", purpose(init), str(len(modules))))
+    return table(("folder", "what it has", "modules"), rows)
 
 
 def purpose(path: Path) -> str:

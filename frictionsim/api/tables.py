@@ -1,9 +1,9 @@
-"""Results as tables, in text and HTML; the only module beside `progress` that imports rich."""
+"""Results as tables, in text and HTML."""
 
 from collections.abc import Iterator, Sequence
 from html import escape
-from io import StringIO
 from typing import TYPE_CHECKING, NamedTuple
+from unicodedata import combining, east_asian_width
 
 from frictionsim.io.terminal import visible
 
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities
 
 DIGITS = 10
-WIDTH = 1000  # characters of a line: numbers are never truncated
 
 
 class Cells(NamedTuple):
@@ -33,21 +32,25 @@ def as_text(parts: "Iterator[str | Cells]") -> str:
 def _lines(part: str | Cells) -> list[str]:
     if isinstance(part, str):
         return [part]
-    from rich.console import Console
-    from rich.table import Table
+    rows = [[heading.lstrip(">") for heading in part.headings], *part.rows]
+    columns = range(len(part.headings))
+    widths = [max(_width(row[i]) for row in rows if i < len(row)) for i in columns]
+    lines = []
+    for row in rows:
+        cells = []
+        for heading, width, cell in zip(part.headings, widths, row, strict=False):
+            blanks = " " * (width - _width(cell))
+            cells.append(blanks + cell if heading.startswith(">") else cell + blanks)
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
-    table = Table(box=None, pad_edge=False, header_style=None)
-    for heading in part.headings:
-        right = heading.startswith(">")
-        table.add_column(heading.lstrip(">"), justify="right" if right else "left", no_wrap=True)
-    for row in part.rows:
-        table.add_row(*row)
-    text = StringIO()
-    # No markup: titles and paths may contain brackets.
-    Console(
-        file=text, highlight=False, markup=False, emoji=False, width=WIDTH, no_color=True
-    ).print(table)
-    return [line.rstrip() for line in text.getvalue().splitlines()]
+
+def _width(text: str) -> int:
+    """Return the width of a text on a terminal, in characters."""
+    if text.isascii():
+        return len(text)
+    wide = sum(east_asian_width(character) in "WF" for character in text)
+    return len(text) + wide - sum(map(bool, map(combining, text)))
 
 
 def as_html(parts: "Iterator[str | Cells]") -> str:

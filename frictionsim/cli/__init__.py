@@ -1,0 +1,1 @@
+"""The command line: options, printed text and exit codes."""

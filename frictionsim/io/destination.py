@@ -8,7 +8,7 @@ from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.io import hdf5_writer
 from frictionsim.io.atomic_write import (
     SUFFIXES,
     KeptBeside,
@@ -61,7 +61,9 @@ def check_same_scenario(whole: Path, scenario: str, resumed: Path) -> None:
     if whole == resumed or not (whole.is_file() and whole.stat().st_size):
         return
     try:
-        if _essence(hdf5_reader.read(whole).attributes["scenario"]) == _essence(scenario):
+        from frictionsim.io.hdf5_reader import read
+
+        if _essence(read(whole).attributes["scenario"]) == _essence(scenario):
             return
         found = "is the result of another scenario"
     except (InputError, ValueError):
@@ -70,6 +72,18 @@ def check_same_scenario(whole: Path, scenario: str, resumed: Path) -> None:
         f"{whole}: the existing file {found} and is not replaced by that of {resumed}; give the"
         f" result another name with -o, or {whole} if it is to be replaced"
     )
+
+
+def _folder_of_segments(path: Path) -> Path | None:
+    """Return the folder of the segments of a result; None without one.
+
+    What reads files is imported where there is one to read: most runs write a new file.
+    """
+    if not os.path.lexists(path):
+        return None
+    from frictionsim.io.hdf5_reader import folder_of_segments
+
+    return folder_of_segments(path)
 
 
 def _essence(scenario: str) -> dict[str, Any]:
@@ -139,7 +153,7 @@ class Destination:
             If it cannot be written.
         """
         if run.status == "done":
-            replaced = hdf5_reader.folder_of_segments(self.whole)
+            replaced = _folder_of_segments(self.whole)
             hdf5_writer.write(run, self.whole)
             self._drop_segments(replaced)
             LOG.info("result written: %s", self.whole)
@@ -152,7 +166,7 @@ class Destination:
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and place.exists() and place != self._resumed:
             return None
-        replaced = hdf5_reader.folder_of_segments(place)
+        replaced = _folder_of_segments(place)
         if place not in self._written and place.exists() and place.stat().st_size:
             self._replaced_part = True
         hdf5_writer.write(run, place)
@@ -229,7 +243,7 @@ class Destination:
         if self._segments is None:
             self._segments = SampleSegments.beside(self.whole)
             resumed = self._resumed
-            before = None if resumed is None else hdf5_reader.folder_of_segments(resumed)
+            before = None if resumed is None else _folder_of_segments(resumed)
             if before is not None and resumed in (self.whole, self._part):
                 self._segments = SampleSegments(before)
             elif before is not None:
@@ -248,7 +262,7 @@ class Destination:
         ]
         if not unused:
             return
-        kept = set(map(hdf5_reader.folder_of_segments, self._results_beside()))
+        kept = set(map(_folder_of_segments, self._results_beside()))
         for found in unused:
             if found not in kept:
                 SampleSegments(found).remove()
@@ -270,6 +284,10 @@ class Destination:
         if self._part is not None:
             return self._part
         place = self.whole
-        while hdf5_reader.may_be_done(place):
+        while os.path.lexists(place):
+            from frictionsim.io.hdf5_reader import may_be_done
+
+            if not may_be_done(place):
+                break
             place = partial_name(place)
         return place

@@ -3,7 +3,7 @@
 Residuals are divided by the standard deviation of the data. Where it is given, it is taken as it
 is, and the standard errors follow from it. Where it is not, each channel or quantity has an unknown
 one, which is estimated from its residuals; with several of them the fit is repeated with these
-weights until they stay (iterated weighted least squares).
+weights until they converge (iterated weighted least squares).
 
 The bootstrap gives intervals from fits to data drawn again, without linearisation. Warnings are
 about the last runs, their derivatives, and residuals that are too large.

@@ -1,0 +1,1 @@
+"""Scenarios: their tables, validation and messages, signals, overrides and templates."""

@@ -1,0 +1,1 @@
+"""One run of a scenario: its monitor, samples, checkpoints, audit and record."""
