@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FIRST: tuple[None] = (None,)  # where no view is named
 
 
-class Choice(NamedTuple):
+class ViewSelection(NamedTuple):
     """What of files is drawn.
 
     Attributes
@@ -48,7 +48,7 @@ class Choice(NamedTuple):
     at: Mapping[str, Any] = {}
 
 
-class Saved(NamedTuple):
+class SavedPictures(NamedTuple):
     """What was written.
 
     Attributes
@@ -68,12 +68,12 @@ class Saved(NamedTuple):
 def save_pictures(
     files: Sequence[Path],
     path: Path | None,
-    choice: Choice,
+    choice: ViewSelection,
     look: "Appearance",
     shown: "Extent",
     *,
     no_clobber: bool = False,
-) -> Saved:
+) -> SavedPictures:
     """Draw what files hold, the result of a run, a sweep, or several results, into pictures.
 
     Parameters
@@ -82,7 +82,7 @@ def save_pictures(
     path : Path or None
         Ends in .png, .pdf or .svg. Of several views each is written to FILE-<view>.png; without a
         path also one that is named.
-    choice : Choice
+    choice : ViewSelection
     look : Appearance
     shown : Extent
     no_clobber : bool
@@ -165,7 +165,7 @@ class _Place(NamedTuple):
             check_picture(path)
 
 
-def _views(choice: Choice) -> list[str]:
+def _views(choice: ViewSelection) -> list[str]:
     """Return the views that are named, each once in a list; "all" stands alone."""
     from frictionsim.plots import ALL
 
@@ -176,8 +176,12 @@ def _views(choice: Choice) -> list[str]:
 
 
 def _save_views(
-    result: results.Result, place: _Place, choice: Choice, look: "Appearance", shown: "Extent"
-) -> Saved:
+    result: results.Result,
+    place: _Place,
+    choice: ViewSelection,
+    look: "Appearance",
+    shown: "Extent",
+) -> SavedPictures:
     from frictionsim.plots import (
         ALL,
         check_applies,
@@ -193,7 +197,7 @@ def _save_views(
     if views == [ALL]:
         place.check([path_of(place.path, name) for name in known])
         written, reasons = plot_all(result.record, place.path, body, look, shown)
-        return Saved(list(written), reasons, _faults(written.values()))
+        return SavedPictures(list(written), reasons, _faults(written.values()))
     for view in views:
         check_view(result.kind, view)
         check_applies(result.kind, view, shown)
@@ -207,8 +211,8 @@ def _save_views(
 
 
 def _save_overlays(
-    found: Any, place: _Place, choice: Choice, look: "Appearance", shown: "Extent"
-) -> Saved:
+    found: Any, place: _Place, choice: ViewSelection, look: "Appearance", shown: "Extent"
+) -> SavedPictures:
     from frictionsim.plots import ALL, check_overlaid, draw_overlay, views_of_overlay
     from frictionsim.plots.overlay import check_overlay
 
@@ -228,7 +232,9 @@ def _save_overlays(
     )
 
 
-def _save_sweep(table: "SweepTable", place: _Place, choice: Choice, look: "Appearance") -> Saved:
+def _save_sweep(
+    table: "SweepTable", place: _Place, choice: ViewSelection, look: "Appearance"
+) -> SavedPictures:
     from frictionsim.parameter_study.statistics import is_defined
     from frictionsim.plots import ALL, path_of
     from frictionsim.plots.sweep import draw_sweep
@@ -256,14 +262,14 @@ def _drawing(draw: Any, *arguments: Any) -> "Callable[[], Figure]":
     return lambda: draw(*arguments)
 
 
-def _save(drawings: "Drawings", look: "Appearance") -> Saved:
+def _save(drawings: "Drawings", look: "Appearance") -> SavedPictures:
     from frictionsim.plots.picture_file import save
 
     drawn = []
     for path, draw in drawings.items():
         drawn.append(draw())
         save(drawn[-1], path, look.dots_per_inch)
-    return Saved(list(drawings), [], _faults(drawn))
+    return SavedPictures(list(drawings), [], _faults(drawn))
 
 
 def _faults(drawn: Any) -> list[str]:

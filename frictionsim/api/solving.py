@@ -149,7 +149,7 @@ def resume(
         raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
-class Limits(NamedTuple):
+class RunBudget(NamedTuple):
     """Budgets of a part of a run: wall time, s, and steps; None for none.
 
     `since` is when the wall time began to count, s, as of `perf_counter`.
@@ -160,7 +160,7 @@ class Limits(NamedTuple):
     since: float
 
 
-def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -> Limits:
+def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -> RunBudget:
     """Check arguments before anything is read; return the limits, which count from now."""
     since = perf_counter()
     if max_wall is not None:
@@ -170,7 +170,7 @@ def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -
             "progress", f"expected True, False or a function of the time, got {progress!r}"
         )
     steps = None if max_steps is None else as_count("max_steps", max_steps)
-    return Limits(max_wall, steps, since)
+    return RunBudget(max_wall, steps, since)
 
 
 def _destination(
@@ -189,7 +189,7 @@ def _destination(
 def _simulate(
     scenario: Scenario,
     destination: "Destination | None",
-    limits: Limits,
+    limits: RunBudget,
     progress: Progress,
     estimate_error: bool,
     state: dict[str, Any] | None,
@@ -262,7 +262,7 @@ class _ProgressFunction(RunMonitor):
         return compilation_of(self._progress, expected)
 
 
-def _limit(limits: Limits, scenario: Scenario) -> WallTimeLimit | None:
+def _limit(limits: RunBudget, scenario: Scenario) -> WallTimeLimit | None:
     if limits.max_wall is None:
         return None
     solver = scenario.solver

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from frictionsim.work_precision.outcome import Row
 
 
-class Choice(NamedTuple):
+class StudySelection(NamedTuple):
     """What is asked for; None for the default."""
 
     laws: str | Iterable[str] | None = None
@@ -40,7 +40,7 @@ class Choice(NamedTuple):
     models: str | Iterable[str] | None = None
 
 
-def plan_of(scenario: Scenario, choice: Choice) -> Plan:
+def plan_of(scenario: Scenario, choice: StudySelection) -> Plan:
     """Return the plan of a study.
 
     Raises
@@ -77,7 +77,7 @@ def plan_of(scenario: Scenario, choice: Choice) -> Plan:
     return Plan(settings, references, study.METRICS, study.limits(scenario, most))
 
 
-def _meshes(kind: Any, scenario: Scenario, choice: Choice) -> list[Mesh]:
+def _meshes(kind: Any, scenario: Scenario, choice: StudySelection) -> list[Mesh]:
     """Return the meshes to compare, one model after the other; none for a study over time alone."""
     given = {"bodies": choice.bodies, "models": choice.models}
     if not hasattr(kind, "mesh_study"):
@@ -374,7 +374,7 @@ def cost(
         raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
     told = _progress(progress)
     loaded = with_overrides(scenario, overrides)
-    wanted = Choice(laws, backends, tolerances, bodies, models)
+    wanted = StudySelection(laws, backends, tolerances, bodies, models)
     return Study(
         work_precision.study(
             loaded, plan_of(loaded, wanted), max_wall, repeats, told.on_step, told.on_setting

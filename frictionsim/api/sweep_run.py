@@ -17,7 +17,7 @@ from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import SAMPLE, Design
 from frictionsim.parameter_study.journal import remove_left_over
 from frictionsim.parameter_study.process_pool import available_cores, local_execution
-from frictionsim.parameter_study.study_file import Study, study_of, study_toml
+from frictionsim.parameter_study.study_file import SweepStudy, study_of, study_toml
 from frictionsim.parameter_study.sweep import (
     Assembly,
     Execution,
@@ -118,7 +118,7 @@ def check_workers(workers: int | None, dask: str | None) -> None:
 
 
 def run_study(
-    study: Study,
+    study: SweepStudy,
     target: Path | None = None,
     no_clobber: bool = False,
     progress: OnProgress | None = None,
@@ -129,7 +129,7 @@ def run_study(
 
     Parameters
     ----------
-    study : Study
+    study : SweepStudy
     target : Path, optional
         The file to write; its folder is there.
     no_clobber : bool
@@ -158,7 +158,7 @@ def run_study(
             series = series_folder(target)
             check_series_folder(series, text)
     plan = plan_of(study.scenario, study.vary, study.together, study.sampling, series)
-    running = _Running(plan, text, Assembly(plan.design.runs), files, progress)
+    running = _SweepRun(plan, text, Assembly(plan.design.runs), files, progress)
     return running.run(workers, dask)
 
 
@@ -209,7 +209,9 @@ def resume_study(
     except BaseException:
         files.close()
         raise
-    running = _Running(plan, table.attributes["study"], assembly, files, progress, table.attributes)
+    running = _SweepRun(
+        plan, table.attributes["study"], assembly, files, progress, table.attributes
+    )
     return running.run(workers, dask)
 
 
@@ -256,7 +258,7 @@ def _are_numbers(values: Any) -> bool:
     return isinstance(values, np.ndarray) and values.dtype == np.float64
 
 
-class _Running:
+class _SweepRun:
     """A running or resumed sweep."""
 
     def __init__(

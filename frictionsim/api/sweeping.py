@@ -12,7 +12,7 @@ from frictionsim.api.sweep_result import Sweep
 from frictionsim.api.sweep_run import resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.parameter_study.study_file import (
-    Study,
+    SweepStudy,
     check_not_fixed,
     is_study,
     settings_of,
@@ -163,7 +163,7 @@ def study_from(
     vary: Mapping[str, Any] | None,
     overrides: "Overrides | None",
     options: Mapping[str, Any],
-) -> Study:
+) -> SweepStudy:
     """Return the study that arguments describe, as of `sweep`.
 
     Parameters
@@ -197,7 +197,7 @@ def _keys(overrides: "Overrides | None") -> list[str]:
     return [text.partition("=")[0] for text in overrides or () if isinstance(text, str)]
 
 
-def _written_study(source: Scenario | ScenarioSource) -> Study | None:
+def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     """Return the study of a file or of tables; None if they are a scenario."""
     if isinstance(source, Mapping):
         return study_of(source, Path(), "study") if is_study(source) else None

@@ -1,7 +1,6 @@
 """Results as tables, in text and HTML."""
 
 from collections.abc import Iterator, Sequence
-from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 from unicodedata import combining, east_asian_width
 
@@ -53,6 +52,12 @@ def _width(text: str) -> int:
     return len(text) + wide - sum(map(bool, map(combining, text)))
 
 
+def _escaped(text: str) -> str:
+    from html import escape  # imported here: a run on the command line needs none
+
+    return escape(visible(text))
+
+
 def as_html(parts: "Iterator[str | Cells]") -> str:
     """Return lines and tables as HTML, for notebooks."""
     return "<div>" + "".join(map(_html, parts)) + "</div>"
@@ -60,7 +65,7 @@ def as_html(parts: "Iterator[str | Cells]") -> str:
 
 def _html(part: str | Cells) -> str:
     if isinstance(part, str):
-        return f"<p>{escape(visible(part))}</p>"
+        return f"<p>{_escaped(part)}</p>"
     aligned = ["right" if heading.startswith(">") else "left" for heading in part.headings]
     rows = [
         _row("th", [heading.lstrip(">") for heading in part.headings], aligned),
@@ -73,7 +78,7 @@ def _row(tag: str, cells: Sequence[str], aligned: Sequence[str]) -> str:
     # A short row, as that of dots, is filled up.
     filled = [*cells, *[""] * (len(aligned) - len(cells))]
     inner = "".join(
-        f'<{tag} style="text-align: {side}">{escape(visible(cell))}</{tag}>'
+        f'<{tag} style="text-align: {side}">{_escaped(cell)}</{tag}>'
         for cell, side in zip(filled, aligned, strict=True)
     )
     return f"<tr>{inner}</tr>"

@@ -193,12 +193,20 @@ def resume(
 
     _check_limits(max_wall, max_steps)
     if is_sweep(result):
-        from frictionsim.cli.sweep_command import Files, Shown, Ways, resume_sweep
+        from frictionsim.cli.sweep_command import (
+            ExecutionOptions,
+            Files,
+            OutputOptions,
+            resume_sweep,
+        )
 
         if max_wall is not None or max_steps is not None:
             raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
-        files, shown = Files(output, None, no_clobber), Shown(str(result), as_json, quiet, verbose)
-        return resume_sweep(result, files, Ways(workers, dask), shown)
+        files, shown = (
+            Files(output, None, no_clobber),
+            OutputOptions(str(result), as_json, quiet, verbose),
+        )
+        return resume_sweep(result, files, ExecutionOptions(workers, dask), shown)
     if (workers is not None or dask is not None) and result.exists():
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)

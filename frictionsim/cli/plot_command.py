@@ -189,14 +189,14 @@ def plot(
     if animate is not None:
         write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
         return
-    from frictionsim.api.pictures import Choice, save_pictures
+    from frictionsim.api.pictures import ViewSelection, save_pictures
     from frictionsim.plots.appearance import appearance
     from frictionsim.plots.window import extent
 
     done = save_pictures(
         result,
         output,
-        Choice(view or [], body, _values_by_key(at or [])),
+        ViewSelection(view or [], body, _values_by_key(at or [])),
         appearance(width, height, dpi, not no_title, style),
         extent(time, (start, stop), channels),
         no_clobber=no_clobber,

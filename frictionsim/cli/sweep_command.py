@@ -51,7 +51,7 @@ class Files(NamedTuple):
     no_clobber: bool
 
 
-class Ways(NamedTuple):
+class ExecutionOptions(NamedTuple):
     """How the runs are distributed."""
 
     workers: int | None
@@ -143,10 +143,10 @@ def sweep(
     with _target(output, source) as target:
         _check_csv(files, target, indices=study.sampling is not None and study.sampling.indices)
         warn(study.scenario.warnings())
-        return _run(run, target, files, Shown(source, as_json, quiet, verbose))
+        return _run(run, target, files, OutputOptions(source, as_json, quiet, verbose))
 
 
-class Shown(NamedTuple):
+class OutputOptions(NamedTuple):
     """What is printed."""
 
     source: str
@@ -208,7 +208,7 @@ def _check_csv(files: Files, target: Path, *, indices: bool) -> None:
         check_target(path, kind)
 
 
-def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:
+def resume_sweep(path: Path, files: Files, ways: ExecutionOptions, shown: OutputOptions) -> int:
     """Do the runs that are left of a sweep, for the command `resume`.
 
     Returns
@@ -226,7 +226,9 @@ def resume_sweep(path: Path, files: Files, ways: Ways, shown: Shown) -> int:
     return _run(run, path, files, shown)
 
 
-def _run(run: "Callable[[Path, Any], Sweep]", target: Path, files: Files, shown: Shown) -> int:
+def _run(
+    run: "Callable[[Path, Any], Sweep]", target: Path, files: Files, shown: OutputOptions
+) -> int:
     """Run a sweep, and print what it comes to."""
     from frictionsim.cli.log_lines import log_on_stderr
 
@@ -242,7 +244,7 @@ def _run(run: "Callable[[Path, Any], Sweep]", target: Path, files: Files, shown:
     return swept.exit_code
 
 
-def _print(swept: "Sweep", files: Files, shown: Shown) -> None:
+def _print(swept: "Sweep", files: Files, shown: OutputOptions) -> None:
     """Print the summary, and how many runs have failed."""
     if shown.as_json:
         csv = None if files.csv is None else str(files.csv)

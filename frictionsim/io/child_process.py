@@ -36,7 +36,7 @@ main()
 """
 
 
-class Limits(NamedTuple):
+class ChildLimits(NamedTuple):
     """What a child may take.
 
     Attributes
@@ -61,7 +61,7 @@ class EndedFromOutside(ChildFailed):
     """Another process or the system has ended the child, which says nothing of its work."""
 
 
-def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Any:
+def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: ChildLimits) -> Any:
     """Call a function in a child process; return its result.
 
     Returns
@@ -115,7 +115,7 @@ Answer = tuple[tuple[bool, Any] | None, int | None]
 """What the child returned or raised, None if nothing; and how it ended, as of `subprocess`."""
 
 
-def _fork(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Answer:
+def _fork(work: Callable[..., Any], arguments: tuple[Any, ...], limits: ChildLimits) -> Answer:
     import warnings
 
     read_end, write_end = os.pipe()
@@ -151,7 +151,9 @@ def _status_of(process: int) -> int | None:
         return None
 
 
-def _interpreter(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits) -> Answer:
+def _interpreter(
+    work: Callable[..., Any], arguments: tuple[Any, ...], limits: ChildLimits
+) -> Answer:
     import subprocess
 
     code = CODE.format(path=[entry for entry in sys.path if isinstance(entry, str)])
@@ -205,7 +207,7 @@ def main() -> NoReturn:
 
 
 def _answer_and_exit(
-    work: Callable[..., Any], arguments: tuple[Any, ...], limits: Limits, descriptor: int
+    work: Callable[..., Any], arguments: tuple[Any, ...], limits: ChildLimits, descriptor: int
 ) -> NoReturn:
     """Send what a function returns or raises, and end the process without any cleaning up."""
     try:
@@ -224,7 +226,7 @@ def _answer_and_exit(
         os._exit(1)
 
 
-def _isolate(limits: Limits) -> None:
+def _isolate(limits: ChildLimits) -> None:
     """Have the system end this process at its limits, and nothing of the parent react to it."""
     gc.disable()  # it would also finalize what is the parent's
     faulthandler = sys.modules.get("faulthandler")
@@ -254,7 +256,7 @@ def _isolate(limits: Limits) -> None:
     _limit_resources(limits)
 
 
-def _limit_resources(limits: Limits) -> None:
+def _limit_resources(limits: ChildLimits) -> None:
     """Limit time of the processor (SIGXCPU) and address space; and write no core files."""
     try:
         import resource
@@ -340,7 +342,7 @@ def _bytes(file: Any, length: int) -> bytearray | None:
     return found
 
 
-def _why(status: int | None, seconds: float, limits: Limits) -> str:
+def _why(status: int | None, seconds: float, limits: ChildLimits) -> str:
     """Return why a child has not answered."""
     harmful = "the file is corrupt or malicious"
     if status is not None and -status == getattr(signal, "SIGXCPU", 0):
@@ -361,7 +363,7 @@ def _name_of(status: int | None) -> str:
     return ""
 
 
-def _out_of_memory(limits: Limits) -> str:
+def _out_of_memory(limits: ChildLimits) -> str:
     return (
         f"it takes more than {limits.memory / 1e6:.0f} MB of memory, far more than a result of its"
         " size: the file is corrupt or malicious"

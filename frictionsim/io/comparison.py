@@ -22,7 +22,7 @@ MAX_KEYS = 20  # of the scenarios that are named
 MAX_VALUE = 60  # characters of the value of a key
 
 
-class Row(NamedTuple):
+class ComparedChannel(NamedTuple):
     """The largest difference of one channel, relative to its tolerance.
 
     Attributes
@@ -49,7 +49,7 @@ class Row(NamedTuple):
 class Comparison:
     """The rows of a comparison, the largest ratio first, and notes outside the verdict."""
 
-    rows: list[Row] = field(default_factory=list)
+    rows: list[ComparedChannel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -161,7 +161,7 @@ def _check_patterns(ignore: list[str], names: set[str]) -> None:
         raise ArgumentError("ignore", "nothing is left to compare")
 
 
-def _tolerance_ratio(row: Row) -> tuple[bool, float]:
+def _tolerance_ratio(row: ComparedChannel) -> tuple[bool, float]:
     if row.difference is None or not row.allowed:
         return not row.ok, 0.0
     return not row.ok, row.difference / row.allowed
@@ -171,7 +171,7 @@ def _compare_status(result: "Record", golden: "Record", comparison: Comparison) 
     statuses = result.attributes["status"], golden.attributes["status"]
     if statuses[0] != statuses[1]:
         note = f"'{statuses[0]}', expected '{statuses[1]}'"
-        comparison.rows.append(Row("status", None, None, None, False, note))
+        comparison.rows.append(ComparedChannel("status", None, None, None, False, note))
 
 
 class _CommonSamples(NamedTuple):
@@ -227,7 +227,7 @@ def _compare_times(
             f" the same solver.duration and output.interval{keys and f' ({keys})'}"
         )
     note = f"different sample times, {counts}; only common samples are compared"
-    comparison.rows.append(Row("time", None, None, None, False, note))
+    comparison.rows.append(ComparedChannel("time", None, None, None, False, note))
 
 
 def _compare_channel(
@@ -238,20 +238,20 @@ def _compare_channel(
     rtol: float,
     atol: float,
     time_atol: float,
-) -> Row:
+) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
         where = "the golden file" if name in result.channels else "the result"
-        return Row(name, None, None, None, False, f"missing in {where}")
+        return ComparedChannel(name, None, None, None, False, f"missing in {where}")
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
-        return Row(name, None, None, None, False, note)
+        return ComparedChannel(name, None, None, None, False, note)
     if _columns(result, name) != _columns(golden, name):
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
-        return Row(name, None, None, None, False, note)
+        return ComparedChannel(name, None, None, None, False, note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, time_atol))
     found, expected = result.channels[name], golden.channels[name]
-    worst, ratio = Row(name, 0.0, atol, None, True), (-1.0, 0.0)
+    worst, ratio = ComparedChannel(name, 0.0, atol, None, True), (-1.0, 0.0)
     # A long channel does not fit into memory.
     for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
         part = away[start:stop]
@@ -272,7 +272,7 @@ class _Samples(NamedTuple):
 
 def _worst_sample(
     name: str, samples: _Samples, columns: tuple[str, tuple[str, ...]], rtol: float, atol: float
-) -> tuple[tuple[float, float], Row]:
+) -> tuple[tuple[float, float], ComparedChannel]:
     """Return the row of the largest difference, after its ratio to the tolerance and its size."""
     # Integers are compared as numbers: format version 1 has floats.
     found, expected = (np.asarray(v, dtype=np.float64) for v in (samples.found, samples.expected))
@@ -287,7 +287,7 @@ def _worst_sample(
     axis, names = columns
     note = f"{axis} {names[member[0]]}" if member else ""
     size, limit, at = (float(v) for v in (difference[worst], allowed[worst], samples.time[sample]))
-    return (float(ratio[worst]), size), Row(name, size, limit, at, ok, note)
+    return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note)
 
 
 def _difference(found: Any, expected: Any) -> Any:
@@ -323,19 +323,21 @@ def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
     return away
 
 
-def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Row:
+def _compare_events(result: "Record", golden: "Record", time_atol: float) -> ComparedChannel:
     found, expected = _named_events(result), _named_events(golden)
     if len(found) != len(expected):
         note = f"{len(found)} events, expected {len(expected)}"
-        return Row("events", None, None, None, False, note)
-    worst = Row("events", 0.0, time_atol, None, True)
+        return ComparedChannel("events", None, None, None, False, note)
+    worst = ComparedChannel("events", 0.0, time_atol, None, True)
     for (time, *what), (expected_time, *expected_what) in zip(found, expected, strict=True):
         difference = abs(time - expected_time)
         if what != expected_what:
             note = f"{what} at {time:.9g} s, expected {expected_what}"
-            return Row("events", difference, time_atol, expected_time, False, note)
+            return ComparedChannel("events", difference, time_atol, expected_time, False, note)
         if not difference <= (worst.difference or 0.0):  # also true if it is NaN
-            worst = Row("events", difference, time_atol, expected_time, difference <= time_atol)
+            worst = ComparedChannel(
+                "events", difference, time_atol, expected_time, difference <= time_atol
+            )
     return worst
 
 
@@ -356,7 +358,7 @@ def _compare_sides(
     rtol: float,
     atol: float,
     time_atol: float,
-) -> Iterator[Row]:
+) -> Iterator[ComparedChannel]:
     """Compare the channels immediately before and after the events, if both results have them.
 
     An event may be shifted by time_atol; the tolerance includes the change of the channel in this
@@ -366,14 +368,16 @@ def _compare_sides(
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
             continue
-        worst = Row(f"events/{name}", 0.0, atol, None, True)
+        worst = ComparedChannel(f"events/{name}", 0.0, atol, None, True)
         for side, step in zip(sides, (-1, 1), strict=True):
             expected = golden.events[side]
             difference = _difference(result.events[side], expected)
             rate = _rate_beside(golden, name, expected, step)
             allowed = atol + rtol * np.abs(expected) + rate * time_atol
             for value, limit, at in zip(difference, allowed, golden.events["time"], strict=True):
-                row = Row(worst.name, float(value), float(limit), float(at), bool(value <= limit))
+                row = ComparedChannel(
+                    worst.name, float(value), float(limit), float(at), bool(value <= limit)
+                )
                 worst = max(worst, row, key=_tolerance_ratio)
         yield worst
 

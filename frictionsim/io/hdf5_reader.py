@@ -20,7 +20,7 @@ from frictionsim.errors import InputError, near_files
 from frictionsim.io import hdf5_content
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
-from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, run_in_child
+from frictionsim.io.child_process import ChildFailed, ChildLimits, EndedFromOutside, run_in_child
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
 from frictionsim.io.hdf5_structure import data_limit
@@ -202,10 +202,10 @@ def _answer(work: Callable[[str], Any], path: Path) -> Any:
         return run_in_child(work, (str(path),), limits)
 
 
-def _limits(size: int) -> Limits:
+def _limits(size: int) -> ChildLimits:
     # The values as they are read, and once more in the type that they are sent in.
     more = size / BYTES_PER_SECOND
-    return Limits(SECONDS + more, CPU_SECONDS + more, WORKING_MEMORY + 2 * data_limit(size))
+    return ChildLimits(SECONDS + more, CPU_SECONDS + more, WORKING_MEMORY + 2 * data_limit(size))
 
 
 def _size_of_hdf5(path: Path) -> int:

@@ -47,7 +47,7 @@ class StudySettings(Params):
     keep_series: bool = Field(False, description="Keep the result of each run.")
 
 
-class Study(NamedTuple):
+class SweepStudy(NamedTuple):
     """What a study file says.
 
     Attributes
@@ -72,7 +72,7 @@ def is_study(data: Mapping[str, Any]) -> bool:
     return "study" in data
 
 
-def load_study(path: Path) -> Study:
+def load_study(path: Path) -> SweepStudy:
     """Read a study.
 
     Raises
@@ -83,7 +83,7 @@ def load_study(path: Path) -> Study:
     return study_of(read_toml(path), path.parent, str(path))
 
 
-def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
+def study_of(data: Mapping[str, Any], folder: Path, name: str) -> SweepStudy:
     """Return the study of tables.
 
     Parameters
@@ -120,7 +120,9 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> Study:
     return study_with(scenario, vary, settings)
 
 
-def study_with(scenario: "Scenario", vary: dict[str, Values], settings: StudySettings) -> Study:
+def study_with(
+    scenario: "Scenario", vary: dict[str, Values], settings: StudySettings
+) -> SweepStudy:
     """Return the study of a scenario with these settings.
 
     Raises
@@ -128,7 +130,7 @@ def study_with(scenario: "Scenario", vary: dict[str, Values], settings: StudySet
     InputError
         If a setting of samples is given, and no number of runs.
     """
-    return Study(scenario, vary, settings.zip, _sampling(settings), settings.keep_series)
+    return SweepStudy(scenario, vary, settings.zip, _sampling(settings), settings.keep_series)
 
 
 def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values], Sampling | None]:
@@ -199,7 +201,7 @@ def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
             raise InputError(f"{key.strip()} is both set for all runs and varied; leave out one")
 
 
-def study_toml(study: Study) -> str:
+def study_toml(study: SweepStudy) -> str:
     """Return a study as TOML with its scenario in it, which `study_of` reads."""
     import tomli_w
 

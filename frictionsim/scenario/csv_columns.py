@@ -16,8 +16,8 @@ from frictionsim.errors import InputError, unknown
 from frictionsim.scenario.csv_signals import (
     MAX_NAME,
     MAX_NAMES,
+    CsvRow,
     CsvTable,
-    Row,
     finite_number,
     is_number,
     quoted,
@@ -114,7 +114,7 @@ def _lines_of_numbers(text: str) -> list[str]:
     return [line for line in text.split("\n") if not line.lstrip().startswith("#")] or [""]
 
 
-def _has_commas(rows: list[Row]) -> bool:
+def _has_commas(rows: list[CsvRow]) -> bool:
     """Return whether numbers have a decimal comma, and none a point."""
     cells = [cell for row in rows for cell in row.cells]
     commas = any("," in cell and is_number(cell, ",") for cell in cells)
@@ -122,8 +122,8 @@ def _has_commas(rows: list[Row]) -> bool:
 
 
 def _places(
-    path: Path, wanted: Sequence[Column], rows: list[Row], decimal: str
-) -> tuple[dict[Column, int], dict[Column, str], list[Row]]:
+    path: Path, wanted: Sequence[Column], rows: list[CsvRow], decimal: str
+) -> tuple[dict[Column, int], dict[Column, str], list[CsvRow]]:
     """Return the indices of the columns, their units, and the rows below the header."""
     names = [column for column in wanted if isinstance(column, str)]
     above = 0
@@ -168,7 +168,7 @@ def _names(headings: list[Heading]) -> set[str]:
 
 
 def _no_such_column(
-    path: Path, names: list[str], rows: list[Row], headings: list[list[Heading]]
+    path: Path, names: list[str], rows: list[CsvRow], headings: list[list[Heading]]
 ) -> InputError:
     if not headings:
         return NoSuchColumn(
@@ -184,7 +184,7 @@ def _no_such_column(
 
 
 def _number(
-    path: Path, row: Row, column: Column, place: int, decimal: str, no_gaps: Sequence[Column]
+    path: Path, row: CsvRow, column: Column, place: int, decimal: str, no_gaps: Sequence[Column]
 ) -> float:
     where = f"line {row.line} of '{path}'"
     if not 0 <= place < len(row.cells):

@@ -111,7 +111,7 @@ class CsvSpeedTable(CsvTable):
         return self
 
 
-class Row(NamedTuple):
+class CsvRow(NamedTuple):
     """The cells of a line, without spaces around them; lines are counted from 1."""
 
     line: int
@@ -217,15 +217,15 @@ def read_text(path: Path, relative_to: str = "; the path is relative to the scen
     return text
 
 
-def _plain(text: str) -> Iterator[Row]:
+def _plain(text: str) -> Iterator[CsvRow]:
     """Yield the rows of a file of two columns, with any of the usual separators."""
     for number, line in enumerate(text.splitlines(), start=1):
         cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         if cells:
-            yield Row(number, cells)
+            yield CsvRow(number, cells)
 
 
-def separated_rows(table: CsvTable, text: str, path: Path) -> Iterator[Row]:
+def separated_rows(table: CsvTable, text: str, path: Path) -> Iterator[CsvRow]:
     """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
     import csv  # imported here: few scenarios have such a signal
 
@@ -240,7 +240,7 @@ def separated_rows(table: CsvTable, text: str, path: Path) -> Iterator[Row]:
             if delimiter == " ":
                 cells = [cell for cell in cells if cell]
             if any(cells):
-                yield Row(line, cells)
+                yield CsvRow(line, cells)
             line = reader.line_num + 1
     except csv.Error as error:
         raise inconsistent(
@@ -256,13 +256,15 @@ def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
     return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
 
 
-def _find_columns(table: CsvTable, rows: list[Row], path: Path) -> tuple[list[_Source], list[Row]]:
+def _find_columns(
+    table: CsvTable, rows: list[CsvRow], path: Path
+) -> tuple[list[_Source], list[CsvRow]]:
     """Return the two columns of the signal, and the rows below the line with their names."""
     wanted: dict[str, str | int] = {
         table.abscissa: getattr(table, table.abscissa) or 1,
         "value": table.value or 2,
     }
-    header = Row(0, [])
+    header = CsvRow(0, [])
     if rows and any(isinstance(name, str) for name in wanted.values()):
         header, rows = _below_header(table, wanted, rows, path)
     sources = [
@@ -278,8 +280,8 @@ def _find_columns(table: CsvTable, rows: list[Row], path: Path) -> tuple[list[_S
 
 
 def _below_header(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[Row], path: Path
-) -> tuple[Row, list[Row]]:
+    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
+) -> tuple[CsvRow, list[CsvRow]]:
     """Return the first row with all names, and the rows below it."""
     names = {name for name in wanted.values() if isinstance(name, str)}
     place = next((i for i, row in enumerate(rows) if names <= set(row.cells)), None)
@@ -298,7 +300,7 @@ def _below_header(
 
 
 def _no_such_column(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[Row], path: Path
+    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
 ) -> PydanticCustomError:
     """Return the error for names that no line has, compared with the likely header line."""
     names = {key: name for key, name in wanted.items() if isinstance(name, str)}
@@ -322,7 +324,7 @@ def _no_such_column(
 
 
 def _numbers(
-    table: CsvTable, rows: list[Row], sources: list[_Source], path: Path
+    table: CsvTable, rows: list[CsvRow], sources: list[_Source], path: Path
 ) -> Iterator[_Point]:
     """Yield a point of each row, without header lines, in which none of the cells is a number."""
     begun = False
@@ -341,14 +343,14 @@ def _numbers(
         yield _Point(row.line, abscissa, value)
 
 
-def _line_fault(row: Row) -> str:
+def _line_fault(row: CsvRow) -> str:
     """Return the fault of a row of a file of two columns."""
     finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
     advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
     return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
 
 
-def _cell_fault(table: CsvTable, row: Row, sources: list[_Source]) -> str:
+def _cell_fault(table: CsvTable, row: CsvRow, sources: list[_Source]) -> str:
     """Return the fault of the first cell that is no finite number."""
     for source in sources:
         if source.column >= len(row.cells):

@@ -318,13 +318,13 @@ from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.parameter_study.block import Block
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.study_file import Study, study_toml
+from frictionsim.parameter_study.study_file import SweepStudy, study_toml
 from frictionsim.parameter_study.sweep import Assembly, plan_of
 from frictionsim.parameter_study.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
 keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
         "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}
-study = Study(fs.load(sys.argv[3]), keys, False, Sampling(runs, "random", 1))
+study = SweepStudy(fs.load(sys.argv[3]), keys, False, Sampling(runs, "random", 1))
 plan = plan_of(study.scenario, keys, sampling=study.sampling)
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 before, started = peak(), time.process_time()

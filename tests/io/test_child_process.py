@@ -17,10 +17,10 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.io import child_process
-from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Limits, run_in_child
+from frictionsim.io.child_process import ChildFailed, ChildLimits, EndedFromOutside, run_in_child
 from tests.support.scenarios import ROOT
 
-LIMITS = Limits(300.0, 1.0, 1 << 30)  # so long that a busy machine does not matter
+LIMITS = ChildLimits(300.0, 1.0, 1 << 30)  # so long that a busy machine does not matter
 HARMFUL = "the file is corrupt or malicious"
 
 
@@ -109,7 +109,7 @@ def test_a_stop_while_the_child_starts_is_only_of_the_parent(
     monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
     isolate = child_process._isolate
 
-    def late(limits: Limits) -> None:
+    def late(limits: ChildLimits) -> None:
         os.kill(os.getpid(), signal.SIGINT)
         isolate(limits)
 

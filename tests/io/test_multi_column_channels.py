@@ -13,7 +13,7 @@ from frictionsim import compare
 from frictionsim.api.result import Result
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.comparison import Row
+from frictionsim.io.comparison import ComparedChannel
 from frictionsim.mechanisms import pulley as kind
 from frictionsim.plots import plot
 from frictionsim.results import (
@@ -157,7 +157,7 @@ def test_columns_without_a_matching_axis_are_refused(
         hdf5_reader.read(path)
 
 
-def compared(run: Record, path: Path, channel: str, **changes: Any) -> Row:
+def compared(run: Record, path: Path, channel: str, **changes: Any) -> ComparedChannel:
     """Return the row of a channel of the comparison of a changed run with the file."""
     other = path.with_name("other.h5")
     hdf5_writer.write(run._replace(**changes), other)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.parameter_study.design import METHODS, Sampling
-from frictionsim.parameter_study.study_file import Study, load_study, study_of, study_toml
+from frictionsim.parameter_study.study_file import SweepStudy, load_study, study_of, study_toml
 from frictionsim.parameter_study.values import Levels, values_of
 from tests.support.scenarios import SCENARIOS
 
@@ -78,7 +78,7 @@ def test_a_study_that_is_written_is_the_same_when_read(
     given_values: object, sampling: Sampling | None, together: bool
 ) -> None:
     vary = {MU_S: values_of(MU_S, given_values)}
-    study = Study(fs.load(PULLEY, {"solver.duration": 2.0}), vary, together, sampling)
+    study = SweepStudy(fs.load(PULLEY, {"solver.duration": 2.0}), vary, together, sampling)
     read = study_of(tomllib.loads(study_toml(study)), Path(), "study")
     assert read.scenario == study.scenario
     assert (read.together, read.sampling) == (together, sampling)

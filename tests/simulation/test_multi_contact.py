@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.studies import Choice, plan_of
+from frictionsim.api.studies import StudySelection, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.mechanisms.pulley.masses import CAR, OTHER
@@ -322,7 +322,7 @@ def test_no_drawn_lift_fails_its_audit_where_a_rope_would_push_or_a_cord_turns()
 
 def test_a_study_compares_tolerances_of_events() -> None:
     scenario = validate(slipping_lift(), SCENARIOS)
-    plan = plan_of(scenario, Choice(tolerances=[1e-4, 1e-6]))
+    plan = plan_of(scenario, StudySelection(tolerances=[1e-4, 1e-6]))
     assert [setting.name for setting in plan.settings] == [
         "events, set-valued, rtol 1e-4",
         "events, set-valued, rtol 1e-6",

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive import restored_contacts, stability_limits
+from frictionsim.mechanisms.belt_drive import contact_checkpoint, stability_limits
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.effects.base import Belt, Chain
 from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
@@ -107,11 +107,11 @@ class BeltModel(NamedTuple):
 
     def contact_values(self) -> "dict[str, Expected]":
         """Return the valid values of the arrays of `contact_state`, by name."""
-        return restored_contacts.contact_values(self.system)
+        return contact_checkpoint.contact_values(self.system)
 
     def contact_fault(self) -> str:
         """Return the array of `contact_state` that does not go with the others; empty if all do."""
-        return restored_contacts.block_fault(self.system)
+        return contact_checkpoint.block_fault(self.system)
 
 
 def compose(

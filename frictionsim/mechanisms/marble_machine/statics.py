@@ -39,7 +39,7 @@ def mesh_of(geometry: MarbleMachineParameters) -> Mesh:
     return Mesh(force * cosine(direction), -force * sine(direction))
 
 
-class Limits(NamedTuple):
+class RestLimits(NamedTuple):
     """The limits of the pinion torque at rest, N m; `lift` is None if no torque lifts."""
 
     lift: float | None
@@ -48,7 +48,7 @@ class Limits(NamedTuple):
 
 def limit_torques(
     k: float, radius: float, mesh: Mesh, applied_torque: float, weight: float
-) -> Limits:
+) -> RestLimits:
     """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
@@ -69,21 +69,21 @@ def limit_torques(
 
     Returns
     -------
-    Limits
+    RestLimits
         If `hold` is negative, friction alone holds the load.
     """
     # Products, not powers: those of extreme numbers are infinite, where powers raise an error.
     c_2 = mesh.c_z * mesh.c_z + mesh.c_y * mesh.c_y
     a = k * k - radius * radius * c_2
     if a <= 0.0:
-        return Limits(None, 0.0)
+        return RestLimits(None, 0.0)
     b = k * applied_torque + radius * radius * weight * mesh.c_y
     inner = c_2 * applied_torque * applied_torque
     inner += 2.0 * k * applied_torque * weight * mesh.c_y
     lifted, sideways = k * weight, radius * weight * mesh.c_z
     inner += lifted * lifted - sideways * sideways
     root = radius * sqrt(max(inner, 0.0))
-    return Limits((b + root) / a, (b - root) / a)
+    return RestLimits((b + root) / a, (b - root) / a)
 
 
 def impending_motion_torques(

@@ -28,7 +28,7 @@ The model is in
     unknowns          the keys for which eq 24 can be solved
     balance           the body at rest, linear in one unknown, in numbers of `many_digits`
     impending_motion  the roots of eq 24, with their directions
-    worst_over_turn   the smallest and the largest root over a turn
+    extremes_over_turn  the smallest and the largest root over a turn
 """
 
 from frictionsim.mechanisms.shaft.equation import (

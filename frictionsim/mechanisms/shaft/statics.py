@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from frictionsim.mechanisms.shaft.balance import Balance
+    from frictionsim.mechanisms.shaft.extremes_over_turn import Extreme, Turn
     from frictionsim.mechanisms.shaft.impending_motion import Roots
     from frictionsim.mechanisms.shaft.schema import ShaftScenario
     from frictionsim.mechanisms.shaft.unknowns import Unknown
-    from frictionsim.mechanisms.shaft.worst_over_turn import Extreme, Turn
 
 DIRECTIONS = {1: "counter_clockwise", -1: "clockwise"}
 WORDS = {1: "counter-clockwise", -1: "clockwise"}
@@ -244,8 +244,8 @@ class _Problem:
 
         With end stops, over the part of it between them.
         """
+        from frictionsim.mechanisms.shaft.extremes_over_turn import over_turn
         from frictionsim.mechanisms.shaft.impending_motion import possible_roots_at
-        from frictionsim.mechanisms.shaft.worst_over_turn import over_turn
 
         balance = self._balance
         begin, end = self._range

@@ -9,6 +9,7 @@ from frictionsim.mechanisms.belt_drive.composition import (
     compose,
     distinct_static_friction,
 )
+from frictionsim.mechanisms.belt_drive.contact_checkpoint import offsets_fault
 from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
 from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
@@ -21,7 +22,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     zero_state,
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
-from frictionsim.mechanisms.belt_drive.restored_contacts import offsets_fault
 from frictionsim.mechanisms.belt_drive.stability_limits import (
     FRICTION_MARGIN,
     damping_rates,
