@@ -24,6 +24,8 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"
     # pydantic would search all installed packages for plugins.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
+    # To start a thread for each core takes a tenth of the start-up; no matrix here is large.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from frictionsim.cli.commands import run_command_line
 

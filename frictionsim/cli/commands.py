@@ -4,6 +4,8 @@ Every command is a thin layer over `import frictionsim`: it reads options, calls
 prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
+from copy import copy
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +13,7 @@ import typer
 
 import frictionsim as fs
 from frictionsim.cli.app import (
+    Application,
     AsJson,
     MaxSteps,
     MaxWall,
@@ -45,21 +48,42 @@ from frictionsim.errors import (
     ScenarioError,
 )
 
-OF_THIS_MODULE = ("solve", "resume", "check", "static", "cost")
-OF_OTHERS = ("show", "compare", "plot", "new", "schema", "fit", "sweep", "report", "warm-up")
+MODULES = {
+    "solve": "commands",
+    "resume": "commands",
+    "check": "commands",
+    "static": "commands",
+    "cost": "commands",
+    "show": "file_commands",
+    "compare": "file_commands",
+    "plot": "plot_command",
+    "new": "file_commands",
+    "schema": "file_commands",
+    "fit": "fit_command",
+    "sweep": "sweep_command",
+    "report": "file_commands",
+    "warm-up": "file_commands",
+}
+"""The module of each command, in the order of the help."""
 
 
 def register_all() -> None:
     """Register the commands of all modules, in one order whichever was imported first."""
-    from frictionsim.cli import (  # noqa: F401  register theirs
-        file_commands,
-        fit_command,
-        plot_command,
-        sweep_command,
-    )
-
-    order = [*OF_THIS_MODULE, *OF_OTHERS]
+    for module in MODULES.values():
+        import_module(f"frictionsim.cli.{module}")
+    order = list(MODULES)
     app.registered_commands.sort(key=lambda command: order.index(_name_of(command)))
+
+
+def _application(named: str) -> Application:
+    """Return the application; with one command alone if it is named, for a fast start."""
+    if named not in MODULES:
+        register_all()
+        return app
+    import_module(f"frictionsim.cli.{MODULES[named]}")
+    alone = copy(app)
+    alone.registered_commands = [one for one in app.registered_commands if _name_of(one) == named]
+    return alone
 
 
 def _name_of(command: Any) -> str:
@@ -76,10 +100,6 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
         The process is there for this command: a limit on wall time may end it in C code.
     """
     Process.runs_one_command = runs_one_command
-    # Commands of this module start faster without those of the others.
-    if not arguments or arguments[0] not in OF_THIS_MODULE:
-        register_all()
-
     if "" in arguments:
         print_error(
             f"argument {arguments.index('') + 1} is empty: is a shell variable unset?"
@@ -88,7 +108,8 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
         return EXIT_BAD_INPUT
     try:
         with printed_by_typer(arguments):
-            code = app(arguments, standalone_mode=False, prog_name="frictionsim")
+            application = _application(arguments[0] if arguments else "")
+            code = application(arguments, standalone_mode=False, prog_name="frictionsim")
     except BaseException as error:
         message, code = ending_of(error, arguments)
         if code == EXIT_DEFECT and "--debug" in arguments:

@@ -4,7 +4,6 @@ Whatever is printed passes `visible`: the only place where control characters ar
 """
 
 import os
-import re
 import sys
 from contextlib import suppress
 from typing import Any, TextIO
@@ -14,9 +13,15 @@ from frictionsim.errors import OutputError
 # Control characters of ASCII but for tab and newline, those above ASCII, line and paragraph
 # separators, and marks that change the direction of writing: from a foreign file they could
 # set a terminal's title, erase its lines or show a text in another order.
-CONTROL = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]"
+CONTROL = (
+    *range(0x09),
+    *range(0x0B, 0x20),
+    *range(0x7F, 0xA0),
+    *(0x061C, 0x200E, 0x200F, 0x2028, 0x2029),
+    *range(0x202A, 0x202F),
+    *range(0x2066, 0x206A),
 )
+ESCAPES = {code: f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}" for code in CONTROL}
 NO_STREAM = (OSError, ValueError)  # full, without a reader; closed by the program itself
 
 
@@ -26,12 +31,7 @@ def visible(text: str) -> str:
     Those that TOML allows in a text are escaped as TOML does, so that a scenario that is printed
     can be read.
     """
-    return CONTROL.sub(_escape, text)
-
-
-def _escape(found: re.Match[str]) -> str:
-    code = ord(found[0])
-    return f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}"
+    return text.translate(ESCAPES)
 
 
 def print_on_stderr(text: str) -> None:

@@ -346,7 +346,10 @@ def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_p
     assert not unwanted & loaded
 
 
-def test_commands_that_start_faster_are_those_of_their_module() -> None:
-    names = {command.callback.__name__ for command in commands.app.registered_commands}
-    here = {name for name in names if hasattr(commands, name)}
-    assert set(commands.OF_THIS_MODULE) == here
+def test_each_command_is_in_the_module_that_is_imported_for_it() -> None:
+    commands.register_all()
+    found = {
+        command.name or command.callback.__name__: command.callback.__module__
+        for command in commands.app.registered_commands
+    }
+    assert found == {name: f"frictionsim.cli.{one}" for name, one in commands.MODULES.items()}
