@@ -18,7 +18,7 @@ from matplotlib.text import Text
 
 from frictionsim.io.terminal import visible
 
-# What says for each text and letter on stderr what `glyphs` says once.
+# What says on stderr, for each text and letter, that a font lacks it.
 LOGGERS = ("matplotlib.mathtext", "matplotlib._mathtext")
 TEX = str.maketrans(
     {letter: f"\\{letter}" for letter in "$%&#_{}"}

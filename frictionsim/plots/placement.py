@@ -24,7 +24,6 @@ from matplotlib.ticker import NullLocator
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.appearance import LINE, USUAL, Appearance
-from frictionsim.plots.glyphs import faults_of
 from frictionsim.plots.literal_text import literally
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import FONTS, png, rendering
@@ -210,12 +209,9 @@ class Picture(Figure):
     ----------
     parameters : dict or None
         The parameters of matplotlib that it was drawn with, if they are not the defaults.
-    faults : tuple of str
-        Sentences on characters that are not drawn as they should be.
     """
 
     parameters: dict[str, Any] | None = None
-    faults: tuple[str, ...] = ()
 
     def _repr_png_(self) -> bytes:
         return png(self)
@@ -287,7 +283,6 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
                 arrange(figure, look)
             if look.dpi is not None:
                 figure.set_dpi(look.dpi)
-        figure.faults = tuple(faults_of(figure))
     return figure
 
 

@@ -14,12 +14,10 @@ from matplotlib.figure import Figure
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import draw, plot
 from frictionsim.plots.appearance import Appearance, appearance
-from frictionsim.plots.glyphs import faults_of
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.style import add_legend
 from frictionsim.plots.text_size import text_width, wrapped
-from frictionsim.results import Record
 from tests.support.records import BELTS, drawn_views, shown
 
 NAMES = ("pulley_return", "marble_machine", "epicyclic", "hoist_drum", *BELTS)
@@ -211,32 +209,3 @@ def test_texts_are_broken_at_words_and_words_where_they_must() -> None:
     broken = wrapped("ж" * 30 + r"\$" * 9, 60.0, 10.0).split("\n")
     assert len(broken) > 3
     assert not any(line.endswith("\\") for line in broken)
-
-
-def titled(result: Record, title: str) -> Record:
-    return result._replace(attributes=result.attributes | {"title": title})
-
-
-def test_characters_without_glyphs_are_named(tmp_path: Path) -> None:
-    figure = plot(titled(shown("epicyclic"), "行星齿轮 🪐"), tmp_path / "a.png", "torque")
-    (fault,) = figure.faults  # type: ignore[attr-defined]
-    for words in ("行 (U+884C)", "🪐 (U+1FA90)", "--style user", "--no-title"):
-        assert words in fault
-    assert (tmp_path / "a.png").stat().st_size > 5_000
-    bare = draw(titled(shown("epicyclic"), "行星"), "torque", look=Appearance(title=False))
-    assert bare.faults == ()  # type: ignore[attr-defined]
-    known = draw(titled(shown("epicyclic"), "Überlänge μ² → Ω ÷ Ж"), "torque")
-    assert known.faults == ()  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize("ordered", [True, False])
-def test_text_from_right_to_left_is_said_where_it_is_not_ordered(
-    ordered: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("frictionsim.plots.glyphs.ORDERS_LETTERS", ordered)
-    figure = Figure()
-    figure.suptitle("שלום")
-    found = faults_of(figure)
-    assert bool(found) is not ordered
-    if found:
-        assert re.search(r"from right to left \(ש \(U\+05E9\).* drawn from left to right", found[0])
