@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import BLACK, BLUE
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
@@ -14,7 +15,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.motion.belt_path import path_of
-from frictionsim.plots.style import BLACK, BLUE, Style, axis_label
+from frictionsim.plots.style import Style, axis_label
 from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean
 

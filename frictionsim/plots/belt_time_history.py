@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, VERMILION
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.plots.belt_geometry import (
@@ -20,9 +21,6 @@ from frictionsim.plots.belt_geometry import (
 )
 from frictionsim.plots.belt_slip import draw_slip
 from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    VERMILION,
     Style,
     add_legend,
     grid,

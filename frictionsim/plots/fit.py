@@ -6,17 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictionsim.display import BLACK, GREY, VERMILION
 from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    BLACK,
-    GREY,
-    LABEL_WIDTH,
-    STICK_COLOUR,
-    VERMILION,
-    add_legend,
-    axis_label,
-)
+from frictionsim.plots.style import LABEL_WIDTH, STICK_COLOUR, add_legend, axis_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure

@@ -8,19 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, GREY, with_minus
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    Style,
-    add_legend,
-    axis_label,
-    line_style,
-    require_channels,
-)
+from frictionsim.plots.style import Style, add_legend, axis_label, line_style, require_channels
 from frictionsim.plots.time_history import (
     LIMIT_LINE,
     annotate_above,
@@ -293,7 +285,7 @@ def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", d
     )
     for (force, words), place in zip(drawn, places, strict=True):
         ax.annotate(
-            f"{force:.1f} {unit} {words}".replace("-", "\N{MINUS SIGN}"),
+            f"{with_minus(f'{force:.1f}')} {unit} {words}",
             (1.0, place),
             (4.0, 0.0),
             xycoords="axes fraction",

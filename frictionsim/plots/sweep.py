@@ -23,6 +23,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
+from frictionsim.display import BLACK, GREY, TENSION_COLOURS
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
@@ -37,14 +38,7 @@ from frictionsim.parameter_study.statistics import (
 )
 from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    BLACK,
-    GREY,
-    MAX_LINES,
-    add_legend,
-    axis_label,
-    relative_width,
-)
+from frictionsim.plots.style import MAX_LINES, add_legend, axis_label, relative_width
 from frictionsim.plots.sweep_axes import (
     MAX_WORD,
     Face,
@@ -69,7 +63,6 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Array
 
-COLOURS = "cividis"  # its lightness rises with the value, also for the colour-blind
 HATCH = "/////"  # where the quantity is not defined
 MIN_FOR_CONTOURS = 5  # values of each key
 CONTOURS = 5
@@ -132,7 +125,7 @@ def draw_map(
     mesh = None
     if norm is not None:
         masked = np.ma.masked_invalid(values)
-        mesh = ax.pcolormesh(*edges, masked.T, cmap=COLOURS, norm=norm, **cells)
+        mesh = ax.pcolormesh(*edges, masked.T, cmap=TENSION_COLOURS, norm=norm, **cells)
         if _has_contours(x, y, values):
             _draw_contours(ax, x, y, masked, norm)
         elif x.values.size <= MAX_WRITTEN[0] and y.values.size <= MAX_WRITTEN[1]:

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from frictionsim.display import with_unit
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.keys import names_in
 from frictionsim.plots.literal_text import literal
-from frictionsim.plots.style import axis_label, with_unit
+from frictionsim.plots.style import axis_label
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis

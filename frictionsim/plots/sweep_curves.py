@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.lines import Line2D
 
+from frictionsim.display import BLACK, GREY, VERMILION
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.statistics import sound_values
-from frictionsim.plots.style import BLACK, GREY, VERMILION, Style, grid, line_style
+from frictionsim.plots.style import Style, grid, line_style
 from frictionsim.plots.sweep_axes import KeyAxis
 
 if TYPE_CHECKING:

@@ -7,20 +7,12 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, SKY, VERMILION, with_unit
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import Statistics
 from frictionsim.plots.literal_text import literal
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    SKY,
-    VERMILION,
-    Style,
-    axis_label,
-    grid,
-    with_unit,
-)
+from frictionsim.plots.style import Style, axis_label, grid
 from frictionsim.plots.sweep_axes import MAX_WORD, short_keys
 from frictionsim.plots.sweep_curves import FLAT
 

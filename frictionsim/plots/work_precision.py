@@ -17,14 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from frictionsim.display import COLOURS, GREY, WINE
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    COLOURS,
-    GREY,
-    STICK_COLOUR,
-    WINE,
-    relative_width,
-)
+from frictionsim.plots.style import STICK_COLOUR, relative_width
 
 if TYPE_CHECKING:
     import numpy.typing as npt

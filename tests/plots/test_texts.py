@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import NullFormatter
 
+from frictionsim.display import unit_text, with_unit
 from frictionsim.plots import draw, draw_overlay
 from frictionsim.plots.animation import animate
 from frictionsim.plots.appearance import Appearance
@@ -24,7 +25,7 @@ from frictionsim.plots.literal_text import literal
 from frictionsim.plots.overlay import Overlaid
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import png
-from frictionsim.plots.style import axis_label, unit_text, with_unit
+from frictionsim.plots.style import axis_label
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.plots.window import Extent
 from frictionsim.results import Record
