@@ -200,7 +200,7 @@ def _save_views(
         check_applies(result.kind, view, shown)
     return _save(
         {
-            path: _drawing(draw, result.record, view, body, None, None, look, shown)
+            path: _drawing(draw, result.record, view, body, None, look, shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         look,
@@ -249,7 +249,7 @@ def _save_sweep(
     else:
         paths = place.of(views)
     drawings = {
-        path: _drawing(draw_sweep, table, quantities_of(view), choice.at, None, None, look)
+        path: _drawing(draw_sweep, table, quantities_of(view), choice.at, None, look)
         for path, view in zip(paths, views or FIRST, strict=True)
     }
     return _save(drawings, look)._replace(skipped=reasons)

@@ -436,6 +436,9 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
             ax.add_patch(Circle((0.0, 0.0), radius, **look, zorder=3, label=words))
         face: Style = {"color": "none", "mfc": "none", "mec": look["ec"], "mew": 1.3}
         handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
+    for role, words in (("still", f"shaft, {length(shaft)}"), ("moving", "body around the shaft")):
+        face = {"color": "none", "mfc": ROLES[role], "mec": GREY, "mew": 0.8}
+        handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
     drawing.keep_free(arc(r_s, 0.0, 2.0 * np.pi, 45))
     larger = max(now.reaction.size, now.resultant.size)
     scale = (LONG_ALONE if small else LONG) * half / larger if larger > 0.0 else 0.0

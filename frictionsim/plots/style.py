@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from frictionsim.display import COLOURS, unit_text
 from frictionsim.errors import InputError
 from frictionsim.plots.appearance import TEXT
-from frictionsim.plots.text_size import points_of, text_width, wrapped
+from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.scenario.recorded import scenario_of
 
@@ -35,7 +35,8 @@ LEGEND_SIZE, HANDLE = "small", 3.0  # of the text, and length of a line in sizes
 POINTS = 72.0  # per inch
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 MIN_PANEL = 0.75  # of the usual height, where a figure is narrow
-MARGIN = 8.0  # points beside a legend
+TITLE_SIZE = "medium"
+MARGIN = 8.0  # points beside a legend or title
 
 
 def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
@@ -93,11 +94,18 @@ def set_title(
     figure: "Figure | SubFigure", title: str, height: float, scaled: bool = True
 ) -> float:
     """Give an empty figure a title and a height, as `set_up`."""
-    figure.suptitle(title, fontsize="medium", wrap=True)
+    shown = wrapped(title, POINTS * width_of(figure) - 2.0 * MARGIN, TITLE_SIZE)
+    figure.suptitle(shown, fontsize=TITLE_SIZE)
     if isinstance(figure, Figure):
-        figure.set_figheight(height * (height_scale(figure) if scaled else 1.0))
+        further = title_height(shown) - title_height(title)
+        figure.set_figheight(height * (height_scale(figure) if scaled else 1.0) + further)
         return 1.0
     return min(1.0, float(figure.bbox.height / figure.dpi) / height)
+
+
+def title_height(title: str) -> float:
+    """Return the height of the lines of a title, inches."""
+    return LINE_SPACING * points_of(TITLE_SIZE) / POINTS * (title.count("\n") + 1)
 
 
 def width_of(figure: "Figure | SubFigure") -> float:
