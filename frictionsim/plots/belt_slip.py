@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 FAST = 0.1  # of the largest speed of the driver: the scale is that of the slip above it
-MARGIN, MIN_MARGIN = 0.08, 1e-3  # of the range of the slip, and of the slip, above and below it
+MARGIN, MIN_MARGIN = 0.08, 0.01  # of the range of the slip, and of the slip, above and below it
 LABEL_WIDTH = 18
 MEAN: Style = {"color": BLACK, "linestyle": (0, (6, 2)), "linewidth": 1.5}
 

@@ -19,6 +19,7 @@ from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.style import add_legend
 from frictionsim.plots.text_size import text_width, wrapped
+from tests.support.belt_results import Pulley, belt_run
 from tests.support.records import BELTS, drawn_views, shown
 
 NAMES = ("pulley_return", "marble_machine", "epicyclic", "hoist_drum", *BELTS)
@@ -88,6 +89,24 @@ def test_texts_of_wide_pictures_and_large_type_are_apart(
     name: str, view: str, look: dict[str, Any]
 ) -> None:
     check_texts(draw(shown(name), view, look=appearance(**look)))
+
+
+FIVE = (
+    Pulley("crankshaft", 0.0, 0.0, 0.08),
+    Pulley("air_conditioner", 0.3, -0.02, 0.05),
+    Pulley("power_steering", 0.33, 0.2, 0.05),
+    Pulley("generator", 0.15, 0.33, 0.03),
+    Pulley("water_pump", -0.03, 0.3, 0.06),
+)
+
+
+@pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper"}])
+def test_a_belt_of_five_pulleys_fits_its_page(look: dict[str, Any]) -> None:
+    record = belt_run(FIVE)
+    for view in ("speeds", "drive"):
+        figure = draw(record, view, look=appearance(**look))
+        figure.draw_without_rendering()
+        check_texts(figure)
 
 
 def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
