@@ -17,7 +17,11 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}
 MAX_ROOMS = 12
 MAX_ARROWS = 44  # from room to room; one more makes a reader visit one more room
-BESIDE_ROOMS = {"__init__.py", "__main__.py", "errors.py", "results.py", "version.py", "py.typed"}
+# `display` is read by all rooms that show a result: tables, pictures, motions and pages.
+BESIDE_ROOMS = {
+    *("__init__.py", "__main__.py", "display.py", "errors.py", "results.py", "version.py"),
+    "py.typed",
+}
 MAX_LINES = 600
 MAX_PARAMETERS = 8
 # Typer makes an option of each parameter of a command.

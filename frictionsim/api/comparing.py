@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_names, as_path, as_tolerance
-from frictionsim.api.tables import Cells, Parts, short_text
+from frictionsim.api.tables import Cells, Parts
+from frictionsim.display import short_text
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 from frictionsim.results import finite
 

@@ -10,6 +10,7 @@ from frictionsim.api.arguments import as_count, as_names, as_path
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.tables import Cells, Parts
+from frictionsim.display import number_text, study_text
 from frictionsim.errors import ArgumentError, counted
 from frictionsim.parameter_study.fit import Settings
 from frictionsim.parameter_study.fit import fit as fit_problem
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from frictionsim.parameter_study.fit_outcome import TargetResiduals
     from frictionsim.scenario.overrides import Overrides
 
-DIGITS = 6
 FITTED = "# Fitted by 'frictionsim fit'"
 
 
@@ -49,9 +49,11 @@ def fit_parts(found: "Outcome") -> Parts:
     yield _residuals(found)
     yield f"data: {', '.join(map(_read_as, found.residuals))}"
     if found.reduced_chi_squared is not None:
+        chi_squared = number_text(found.chi_squared, 3)
+        reduced = number_text(found.reduced_chi_squared, 3)
         yield (
-            f"chi squared {_short(found.chi_squared)}, of {counted(found.degrees, 'degree')} of"
-            f" freedom: reduced {_short(found.reduced_chi_squared)} (near 1 if sigma is right)"
+            f"chi squared {chi_squared}, of {counted(found.degrees, 'degree')} of freedom:"
+            f" reduced {reduced} (near 1 if sigma is right)"
         )
     for key, why in found.not_identified.items():
         yield f"{key} is not identified: {why}"
@@ -68,7 +70,11 @@ def _estimates(found: "Outcome") -> Cells:
     rows = []
     for key in found.keys:
         name = key.key
-        cells = [name, _number(found.values[name]), _short(found.standard_errors[name])]
+        cells = [
+            name,
+            study_text(found.values[name]),
+            number_text(found.standard_errors[name], 3),
+        ]
         cells += _pair(found.intervals[name])
         if bootstrap is not None:
             cells += _pair(bootstrap.intervals[name])
@@ -90,9 +96,9 @@ def _residuals(found: "Outcome") -> Cells:
         (
             part.name,
             str(part.values.size),
-            _short(part.rms),
-            _short(part.largest),
-            _short(part.sigma),
+            number_text(part.rms, 3),
+            number_text(part.largest, 3),
+            number_text(part.sigma, 3),
             "given" if part.sigma_given else "estimated" if part.sigma is not None else "",
             part.unit,
         )
@@ -116,15 +122,7 @@ def _read_as(part: "TargetResiduals") -> str:
 
 
 def _pair(interval: tuple[float, float] | None) -> list[str]:
-    return ["none", "none"] if interval is None else [_number(end) for end in interval]
-
-
-def _number(value: float) -> str:
-    return f"{value:.{DIGITS}g}"
-
-
-def _short(value: float | None) -> str:
-    return "none" if value is None else f"{value:.3g}"
+    return ["none", "none"] if interval is None else [study_text(end) for end in interval]
 
 
 def toml_of(found: "Outcome", source: str) -> str:
@@ -142,13 +140,13 @@ def toml_of(found: "Outcome", source: str) -> str:
     for key in found.keys:
         error = found.standard_errors[key.key]
         why = found.not_identified.get(key.key)
-        spread = f"not identified: {why}" if why else _short(error)
+        spread = f"not identified: {why}" if why else number_text(error, 3)
         unit = f" {key.unit}" if key.unit not in ("", "1") else ""
         lines.append(
-            f"#   {key.key} = {_number(found.values[key.key])}, {spread}{'' if why else unit}"
+            f"#   {key.key} = {study_text(found.values[key.key])}, {spread}{'' if why else unit}"
         )
     for part in found.residuals:
-        lines.append(f"# Residual of {part.name}: rms {_short(part.rms)} {part.unit}")
+        lines.append(f"# Residual of {part.name}: rms {number_text(part.rms, 3)} {part.unit}")
     if found.finding.kind == OUT_OF_REACH:
         lines.append(f"# {found.finding.sentence}")
     # One line each: names of files may hold anything.

@@ -56,13 +56,10 @@ class SavedPictures(NamedTuple):
     pictures : list of Path
     skipped : list of str
         The reasons why views, of all that there are, were not drawn.
-    warnings : list of str
-        On characters that the fonts lack.
     """
 
     pictures: list[Path]
     skipped: list[str]
-    warnings: list[str]
 
 
 def save_pictures(
@@ -197,13 +194,13 @@ def _save_views(
     if views == [ALL]:
         place.check([path_of(place.path, name) for name in known])
         written, reasons = plot_all(result.record, place.path, body, look, shown)
-        return SavedPictures(list(written), reasons, _faults(written.values()))
+        return SavedPictures(list(written), reasons)
     for view in views:
         check_view(result.kind, view)
         check_applies(result.kind, view, shown)
     return _save(
         {
-            path: _drawing(draw, result.record, view, body, None, None, look, shown)
+            path: _drawing(draw, result.record, view, body, None, look, shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         look,
@@ -252,7 +249,7 @@ def _save_sweep(
     else:
         paths = place.of(views)
     drawings = {
-        path: _drawing(draw_sweep, table, quantities_of(view), choice.at, None, None, look)
+        path: _drawing(draw_sweep, table, quantities_of(view), choice.at, None, look)
         for path, view in zip(paths, views or FIRST, strict=True)
     }
     return _save(drawings, look)._replace(skipped=reasons)
@@ -265,16 +262,9 @@ def _drawing(draw: Any, *arguments: Any) -> "Callable[[], Figure]":
 def _save(drawings: "Drawings", look: "Appearance") -> SavedPictures:
     from frictionsim.plots.picture_file import save
 
-    drawn = []
     for path, draw in drawings.items():
-        drawn.append(draw())
-        save(drawn[-1], path, look.dots_per_inch)
-    return SavedPictures(list(drawings), [], _faults(drawn))
-
-
-def _faults(drawn: Any) -> list[str]:
-    """Return the warnings about missing characters of pictures, each once."""
-    return list(dict.fromkeys(fault for figure in drawn for fault in figure.faults))
+        save(draw(), path, look.dots_per_inch)
+    return SavedPictures(list(drawings), [])
 
 
 def animate(
@@ -384,16 +374,8 @@ def plot(
     InputError
         If there is no such view, or the result lacks channels of it; if an option is not valid
         or does not apply to the view.
-
-    Warns
-    -----
-    GlyphWarning
-        If the fonts lack a character.
     """
-    from warnings import warn
-
     from frictionsim.plots.appearance import appearance
-    from frictionsim.plots.glyphs import GlyphWarning, faults_of
     from frictionsim.plots.window import extent
 
     look, shown = appearance(width, height, dpi, title, style), extent(time, window, channels)
@@ -414,8 +396,6 @@ def plot(
         from frictionsim.plots.sweep import draw_sweep
 
         figure = draw_sweep(found, quantities_of(view), at, ax=ax, look=look)
-    for fault in getattr(figure, "faults", None) or (faults_of(figure) if ax is not None else ()):
-        warn(fault, GlyphWarning, stacklevel=2)
     return figure
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.arguments import as_path
 from frictionsim.api.result_base import ResultBase
-from frictionsim.api.tables import Cells, Parts, number_text, quantities_table, short_text
+from frictionsim.api.tables import Cells, Parts, quantities_table
+from frictionsim.display import number_text, short_text
 from frictionsim.errors import (
     EXIT_DONE,
     AuditError,

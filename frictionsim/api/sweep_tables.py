@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.tables import Cells, Parts
+from frictionsim.display import study_text
 from frictionsim.io.sweep_table import SOBOL
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -200,7 +201,7 @@ def _statistics_table(table: "SweepTable") -> Cells:
     rows = [
         (
             name,
-            *map(_number, (s.mean, s.deviation, s.low, s.median, s.high)),
+            *(study_text(v) for v in (s.mean, s.deviation, s.low, s.median, s.high)),
             table.units[name],
             str(s.runs),
         )
@@ -219,15 +220,11 @@ def _extremes_table(table: "SweepTable") -> Cells:
             rows.append((name, "none", "", "none", "", table.units[name], "0"))
             continue
         places = (str(e.least_run), str(e.largest_run))
-        least, largest = _number(e.least), _number(e.largest)
+        least, largest = study_text(e.least), study_text(e.largest)
         if e.least == e.largest:
             places = ("", "")
         rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
     return Cells(headings, rows)
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}" if value == value else "none"
 
 
 def _group_lines(word: str, groups: list[Group]) -> list[str]:

@@ -4,12 +4,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from unicodedata import combining, east_asian_width
 
+from frictionsim.display import error_text, number_text
 from frictionsim.io.terminal import visible
 
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
-
-DIGITS = 10
 
 
 class Cells(NamedTuple):
@@ -90,19 +89,7 @@ def quantities_table(
     """Return quantities with their units, and their errors if there are any."""
     headings = ["quantity", ">value", *((">error",) if errors else ()), "unit"]
     rows = [
-        (name, number_text(q.value), *((_error(errors.get(name)),) if errors else ()), q.unit)
+        (name, number_text(q.value), *((error_text(errors.get(name)),) if errors else ()), q.unit)
         for name, q in quantities.items()
     ]
     return Cells(headings, rows)
-
-
-def number_text(value: float | None) -> str:
-    return "none" if value is None else f"{value:.{DIGITS}g}"
-
-
-def _error(value: float | None) -> str:
-    return "" if value is None else f"{value:.1e}"
-
-
-def short_text(value: float | None) -> str:
-    return "" if value is None else f"{value + 0.0:.3g}"  # no -0

@@ -8,7 +8,7 @@ import typer
 import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, app
 from frictionsim.cli.completion import styles, views
-from frictionsim.cli.messages import print_beside_files, print_error, warn
+from frictionsim.cli.messages import print_beside_files, print_error
 from frictionsim.cli.monitor import StatusLine
 from frictionsim.errors import InputError
 
@@ -209,7 +209,6 @@ def plot(
         print_beside_files("\n".join(pictures))
         for reason in done.skipped:
             print_error(f"view skipped: {reason}")
-    warn(done.warnings)
 
 
 def _values_by_key(given: list[str]) -> dict[str, str]:

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import CONTACT_WORDS
+
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Band, Body, Motion, Readout, Trail
-
-STATES = {"0": "sticks", "1": "slips forward", "-1": "slips backward"}
 
 
 class Moment(NamedTuple):
@@ -79,4 +79,4 @@ def state_word(motion: "Motion", moment: Moment) -> str:
     """Return the mode of the one contact of a mechanism; empty if there is none or several."""
     if motion.state is None:
         return ""
-    return STATES.get(str(int(motion.state[moment.frame])), "")
+    return CONTACT_WORDS.get(int(motion.state[moment.frame]), "")

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import CONTACT_WORDS
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.motion.event_frames import (
     Frames,
@@ -28,7 +29,6 @@ from frictionsim.motion.event_frames import (
 )
 from frictionsim.motion.frames import required
 from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Motion, Part, Readout
-from frictionsim.motion.poses import STATES
 from frictionsim.motion.shapes import arc, around, block, ray, torque_arc, wheel
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
@@ -49,6 +49,7 @@ SHOWN_FORCES: tuple[str, ...] = (
     *("drive_force", "drive_torque", "friction_torque"),
 )
 ROUNDOFF = 1e-9  # of a gap, in radii of the pulley
+CONTACT_MODES = {str(mode): word for mode, word in CONTACT_WORDS.items()}
 TAUT_OR_SLACK = {"0": "taut", "1": "slack"}
 
 
@@ -255,10 +256,10 @@ def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> 
     """Return the modes of shaft, cord and ropes, and the numbers beside the drawing."""
     found, state = list[Readout](), state_at(result, frames)
     if state is not None:
-        found.append(Readout("shaft", "1", state.astype(float), words=STATES))
+        found.append(Readout("shaft", "1", state.astype(float), words=CONTACT_MODES))
     if "cord_mode" in result.channels:
         mode = values_at(result, "cord_mode", frames)
-        found.append(Readout("cord on the pulley", "1", mode.astype(float), words=STATES))
+        found.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_MODES))
     if "slack" in result.channels:
         flags = values_at(result, "slack", frames)
         for bit, name in ((CAR, "rope of the car"), (COUNTERWEIGHT, "rope of the counterweight")):

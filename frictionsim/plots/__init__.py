@@ -35,7 +35,7 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.recorded import scenario_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure
 
     from frictionsim.results import Record
 
@@ -117,17 +117,15 @@ def draw(
     result: "Record",
     view: str | None = None,
     body: int | None = None,
-    figure: "Figure | SubFigure | None" = None,
     ax: Any = None,
     look: Appearance = USUAL,
     shown: Extent = WHOLE,
 ) -> "Figure":
     """Draw a view of a result as a matplotlib figure.
 
-    Show it as the value of a notebook's cell; save it with `figure.savefig("a.png")`. In a figure
-    with constrained layout (`plt.subplots(2, 2, layout="constrained")`) the view is arranged again
-    when the figure changes; in others once, when it is drawn. A part of a figure should be at least
-    5 inches wide and high.
+    Show it as the value of a notebook's cell; save it with `figure.savefig("a.png")`. A figure of
+    the caller gets constrained layout, as `plt.subplots(2, 2, layout="constrained")` has; a part of
+    it should be at least 5 inches wide and high.
 
     Parameters
     ----------
@@ -136,8 +134,6 @@ def draw(
         One of `views_of` the kind; the default is the first.
     body : int, optional
         Number of the body of a belt that the view `body` shows.
-    figure : Figure or SubFigure, optional
-        An empty one to draw into; a Figure gets the height of the view. The default is a new one.
     ax : Axes, optional
         Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
     look : Appearance
@@ -153,9 +149,9 @@ def draw(
     Raises
     ------
     InputError
-        If the view or body does not exist, the result lacks samples or channels of the view, the
-        figure is not empty, or the axes cannot be replaced. Figure and axes are then as before.
-        If what is to be shown does not apply to the view.
+        If the view or body does not exist, the result lacks samples or channels of the view, or
+        the axes cannot be replaced. Figure and axes are then as before. If what is to be shown does
+        not apply to the view.
     """
     kind = result.attributes["kind"]
     views = views_of(kind)
@@ -175,7 +171,6 @@ def draw(
         options["channels"] = shown.channels
     return drawn_in(
         lambda target: views[view].draw(part, target, **options),
-        figure,
         ax,
         look=_fitted(look, shown),
     )

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
+from frictionsim.display import BLACK, EDGE, ROLES, TENSION_COLOURS, unit_text, with_minus
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import ANIMATIONS, check_target
@@ -31,9 +32,9 @@ from frictionsim.motion.poses import (
     state_word,
 )
 from frictionsim.plots.literal_text import literal, make_literal
-from frictionsim.plots.moving_parts import BELT, BELT_EDGE, CMAP, COLOURS, EDGE, moving
+from frictionsim.plots.moving_parts import BELT, BELT_EDGE, moving
 from frictionsim.plots.picture_file import DOTS_PER_INCH, rendering
-from frictionsim.plots.style import BLACK, WIDTH, Style
+from frictionsim.plots.style import WIDTH, Style
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Bounds
@@ -163,7 +164,7 @@ class MovingPicture:
             rows.append(("contact", lambda moment, time: state_word(motion, moment)))
         for readout in motion.readouts:
             decimals = 0 if readout.unit == "1" else decimals_of(readout.value)
-            unit = "" if readout.unit == "1" else " " + readout.unit.replace("^2", "²")
+            unit = f" {unit_text(readout.unit)}".rstrip()
 
             def write(
                 moment: Any,
@@ -174,10 +175,7 @@ class MovingPicture:
             ) -> str:
                 if readout.words:
                     return shown_word(readout, moment)
-                text = f"{shown_value(readout, moment):.{decimals}f}"
-                if not float(text):
-                    text = text.lstrip("-")
-                return text.replace("-", "\N{MINUS SIGN}") + unit
+                return with_minus(f"{shown_value(readout, moment):.{decimals}f}") + unit
 
             rows.append((readout.name, write))
         return rows
@@ -222,7 +220,9 @@ class MovingPicture:
         assert band.value is not None
         norm = Normalize(float(band.value.min()), float(band.value.max()))
         ax = self._axes(x, y, width, 0.12)
-        bar = self.figure.colorbar(ScalarMappable(norm, CMAP), cax=ax, orientation="horizontal")
+        bar = self.figure.colorbar(
+            ScalarMappable(norm, TENSION_COLOURS), cax=ax, orientation="horizontal"
+        )
         bar.ax.tick_params(labelsize="x-small", pad=1.5, length=2.5)
         label = f"{band.quantity}, {band.unit}"
         ax.text(-0.02, 0.5, label, ha="right", va="center", fontsize=SMALL, transform=ax.transAxes)
@@ -251,13 +251,13 @@ class MovingPicture:
 
 def _sample(part: "Body | Trail | Arrow") -> Any:
     if isinstance(part, Trail):
-        return Line2D([], [], color=COLOURS["path"], lw=1.5)
+        return Line2D([], [], color=ROLES["path"], lw=1.5)
     if isinstance(part, Arrow):
-        colour = COLOURS[part.role]
+        colour = ROLES[part.role]
         tip: Style = {"marker": ">", "markevery": [-1], "markersize": 6}
         return Line2D([0, 1], [0, 0], color=colour, lw=2.2, **tip)
     shape = part.shapes[0]
-    colour = COLOURS[shape.role]
+    colour = ROLES[shape.role]
     if shape.role == "cut":
         return Patch(fc="none", ec=colour, ls=(0, (4, 3)))
     if not isinstance(shape, Disc):
@@ -266,15 +266,15 @@ def _sample(part: "Body | Trail | Arrow") -> Any:
     if shape.open:
         circle: Style = ring | {"mfc": "none", "mec": colour, "mew": 1.4}
         if shape.role == "paper":  # a white line, which is on something dark
-            halo = [withStroke(linewidth=5.0, foreground=COLOURS["fixed"])]
-            circle |= {"mfc": COLOURS["fixed"], "path_effects": halo}
+            halo = [withStroke(linewidth=5.0, foreground=ROLES["fixed"])]
+            circle |= {"mfc": ROLES["fixed"], "path_effects": halo}
         return Line2D([], [], **circle)
     return Line2D([], [], **ring, mfc=colour, mec=EDGE, mew=0.8)
 
 
 def _key_of_band(band: Band) -> dict[str, Any]:
     if band.value is None and band.touching is None:
-        colour = EDGE if band.role is None else COLOURS[band.role]
+        colour = EDGE if band.role is None else ROLES[band.role]
         return {band.name: Line2D([], [], color=colour, lw=2.2)} if band.name else {}
     found: dict[str, Any] = {}
     edged = [withStroke(linewidth=BELT + BELT_EDGE, foreground=EDGE)]
@@ -284,7 +284,7 @@ def _key_of_band(band: Band) -> dict[str, Any]:
     elif band.touching is not None:
         found["touches the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
     if band.patch is not None:
-        found["patch with other friction"] = Line2D([], [], color=COLOURS["friction"], lw=7.0)
+        found["patch with other friction"] = Line2D([], [], color=ROLES["friction"], lw=7.0)
     return found
 
 

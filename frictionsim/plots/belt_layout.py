@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
+from frictionsim.display import BLACK, BLUE, GREY, TENSION_COLOURS, VERMILION, with_minus, with_unit
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.motion.belt_path import (
@@ -30,10 +31,6 @@ from frictionsim.motion.belt_path import (
 from frictionsim.plots.belt_geometry import Pulley, has_friction, pulleys_of
 from frictionsim.plots.belt_slip import recorded_speed_at_rest
 from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    VERMILION,
     Style,
     add_legend,
     axis_label,
@@ -42,7 +39,6 @@ from frictionsim.plots.style import (
     set_up,
     shrink,
     width_of,
-    with_unit,
 )
 from frictionsim.scenario.recorded import scenario_of, scenario_value
 
@@ -55,9 +51,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-
-
-TENSION_COLOURS = "cividis"  # colour-blind safe, and monotonic in grey print
 
 
 class ContactArc(NamedTuple):
@@ -539,5 +532,5 @@ def _caption(result: "Record", number: int, pulley: Pulley) -> str:
         for name in ("pulley_speed", "pulley_torque")
         if name in result.channels
     ]
-    numbers = ", ".join(known).replace("-", "\N{MINUS SIGN}")
+    numbers = ", ".join(map(with_minus, known))
     return "\n".join(text for text in (pulley.name, numbers) if text)

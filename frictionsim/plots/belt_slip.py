@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import BLACK
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
@@ -14,7 +15,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.motion.belt_path import path_of
-from frictionsim.plots.style import BLACK, BLUE, Style, axis_label
+from frictionsim.plots.style import Style, axis_label, line_style
 from frictionsim.scenario.recorded import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 FAST = 0.1  # of the largest speed of the driver: the scale is that of the slip above it
-MARGIN = 0.08  # of the range of the slip, above and below it
+MARGIN, MIN_MARGIN = 0.08, 0.01  # of the range of the slip, and of the slip, above and below it
 LABEL_WIDTH = 18
 MEAN: Style = {"color": BLACK, "linestyle": (0, (6, 2)), "linewidth": 1.5}
 
@@ -107,7 +108,7 @@ def draw_slip(ax: Any, result: "Record", pulleys: "list[Pulley]") -> list[Any]:
         )
         ax.set_yticks([])
         return []
-    ax.plot(time, found.percent, color=BLUE, linewidth=1.0)
+    ax.plot(time, found.percent, **(line_style(found.ends.driven) | {"linewidth": 1.0}))
     shown = found.percent[found.fast & np.isfinite(found.percent)]
     handles = []
     if np.isfinite(found.mean):
@@ -115,7 +116,7 @@ def draw_slip(ax: Any, result: "Record", pulleys: "list[Pulley]") -> list[Any]:
         words = f"mean slip over the last fifth, {found.mean:.4g} %"
         handles = ax.plot(last[[0, -1]], [found.mean] * 2, **MEAN, label=words)
         shown = np.append(shown, found.mean)
-    if shown.size and np.ptp(shown) > 0.0:
-        margin = MARGIN * float(np.ptp(shown))
+    if shown.any():
+        margin = max(MARGIN * float(np.ptp(shown)), MIN_MARGIN * float(np.max(np.abs(shown))))
         ax.set_ylim(float(shown.min()) - margin, float(shown.max()) + margin)
     return list(handles)

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, VERMILION
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.plots.belt_geometry import (
@@ -20,9 +21,6 @@ from frictionsim.plots.belt_geometry import (
 )
 from frictionsim.plots.belt_slip import draw_slip
 from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    VERMILION,
     Style,
     add_legend,
     grid,
@@ -236,7 +234,8 @@ def _draw_body(ax: Any, result: "Record", name: str, number: int) -> None:
     values = result.channels[name][:, number]
     if name not in ("tension", *"xy"):  # the others are defined while the body touches a pulley
         values = np.where(result.channels["pulley_index"][:, number] < 0, np.nan, values)
-    ax.plot(result.channels["time"], values, color=BLUE, linewidth=1.2)
+    # Black: the colours are those of the pulleys.
+    ax.plot(result.channels["time"], values, color=BLACK, linewidth=1.2)
 
 
 def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Circle
 
+from frictionsim.display import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     TracerPoint,
@@ -26,12 +27,6 @@ from frictionsim.mechanisms.epicyclic.tracer_point import (
 )
 from frictionsim.plots import time_history
 from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    SKY,
-    VERMILION,
     WIDTH,
     Style,
     add_legend,

@@ -3,23 +3,15 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictionsim.display import BLACK, GREY, VERMILION
 from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    BLACK,
-    GREY,
-    LABEL_WIDTH,
-    STICK_COLOUR,
-    VERMILION,
-    add_legend,
-    axis_label,
-)
+from frictionsim.plots.style import LABEL_WIDTH, STICK_COLOUR, add_legend, axis_label, set_title
 
 if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.parameter_study.fit_data import Target
     from frictionsim.parameter_study.fit_outcome import Outcome, TargetResiduals
@@ -33,7 +25,7 @@ FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
 
 
-def diagram(found: "Outcome", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
+def diagram(found: "Outcome", ax: Any = None) -> "Figure":
     """Draw data and fit of each channel or quantity, with the residuals below.
 
     A grey band has the width of twice the standard deviation of the data.
@@ -41,21 +33,21 @@ def diagram(found: "Outcome", figure: "Figure | SubFigure | None" = None, ax: An
     Parameters
     ----------
     found : Outcome
-    figure, ax : optional
+    ax : optional
         As in `frictionsim.plots.draw`.
 
     Raises
     ------
     InputError
-        If the figure is not empty, or the axes cannot be replaced.
+        If the axes cannot be replaced.
     """
-    return drawn_in(lambda target: _draw(found, target), figure, ax)
+    return drawn_in(lambda target: _draw(found, target), ax)
 
 
 def _draw(found: "Outcome", figure: "Figure | SubFigure") -> None:
     parts = list(zip(found.data.targets, found.residuals, strict=True))
-    if isinstance(figure, Figure):
-        figure.set_figheight(HEIGHT * len(parts) + MARGIN)
+    title = found.fitted.title or found.fitted.kind
+    set_title(figure, f"{title}: fit to measured data", HEIGHT * len(parts) + MARGIN, scaled=False)
     axes = figure.subplots(2 * len(parts), 1, height_ratios=RATIOS * len(parts), squeeze=False)
     for number, (target, residuals) in enumerate(parts):
         upper, lower = axes[2 * number, 0], axes[2 * number + 1, 0]
@@ -63,8 +55,6 @@ def _draw(found: "Outcome", figure: "Figure | SubFigure") -> None:
         _draw_target(upper, lower, found, target, residuals)
     handles = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
     add_legend(figure, [*handles, Line2D([], [], **RESIDUAL, label="data minus fit")])
-    title = found.fitted.title or found.fitted.kind
-    figure.suptitle(f"{title}: fit to measured data", fontsize="medium", wrap=True)
 
 
 def _draw_target(

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import CONTACT_WORDS, with_minus
 from frictionsim.mechanisms.shaft.free_body import (
     AppliedCouple,
     FreeBody,
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 STOP = "end stop"
 MILLIMETRES = 0.1  # m: shorter lengths are written in mm
-WORDS = {0: "sticks", 1: "slips forward", -1: "slips backward"}
 
 
 class Resultant(NamedTuple):
@@ -116,7 +116,7 @@ def instant_of(result: "Record", view: str) -> Instant:
     )
     resultant = _on_its_line(found, found.across, found.up, found.moment + stop)
     mode = int(result.channels["mode"][-1]) if "mode" in result.channels else None
-    state = "" if mode is None else WORDS.get(mode, "")
+    state = "" if mode is None else CONTACT_WORDS.get(mode, "")
     return Instant(scenario, float(time[0]), angle, found, couples, reaction, resultant, state)
 
 
@@ -129,9 +129,7 @@ def _on_its_line(found: FreeBody, across: Any, up: Any, torque: Any) -> Resultan
 
 def number(value: float, unit: str) -> str:
     """Return a number with its unit, as "12.5 N"."""
-    text = f"{value:.4g}"
-    text = "0" if text == "-0" else text
-    return f"{text} {unit}".replace("-", "\N{MINUS SIGN}")
+    return f"{with_minus(f'{value:.4g}')} {unit}"
 
 
 def length(value: float) -> str:

@@ -2,12 +2,12 @@ r"""Texts of pictures as they are: none is read as a formula or as commands of T
 
 Titles, names and units come from files, which others may have written. matplotlib typesets what is
 between two $, and fails where it is no formula; TeX, which a user may have set, can even read files
-by command. So views write texts as they are, and `literally` escapes all that they have drawn.
-Numbers along axes remain as matplotlib writes them, with raised powers of ten; a view escapes names
-along axes by `literal`.
+by command. So views write texts as they are, and `make_literal` has matplotlib not parse them.
+Numbers along axes remain as matplotlib writes them, with raised powers of ten; names along axes are
+set with LITERAL.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from logging import LogRecord, getLogger
 from typing import Any
@@ -18,8 +18,9 @@ from matplotlib.text import Text
 
 from frictionsim.io.terminal import visible
 
-# What says for each text and letter on stderr what `glyphs` says once.
+# What says on stderr, for each text and letter, that a font lacks it.
 LOGGERS = ("matplotlib.mathtext", "matplotlib._mathtext")
+LITERAL: dict[str, Any] = {"parse_math": False}  # of the labels of ticks, as `literal` has them
 TEX = str.maketrans(
     {letter: f"\\{letter}" for letter in "$%&#_{}"}
     | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
@@ -37,41 +38,14 @@ def shown(text: str) -> str:
 
 
 def literal(text: str) -> str:
-    """Escape a text for Matplotlib's mathtext.
-
-    Parameters
-    ----------
-    text : str
-        Of a tick of an axis, or one that changes; `literally` cares for all others.
-    """
-    if rcParams["text.usetex"]:
-        return shown(text).translate(TEX)
-    # A backslash before the $, and not `parse_math`, which matplotlib forgets where it wraps lines.
-    return shown(text).replace("$", r"\$")
-
-
-def literally(draw: Callable[[Any], None], figure: Any) -> None:
-    """Draw into a figure, and have all texts of it drawn as they are.
-
-    Parameters
-    ----------
-    draw : callable
-        Takes the figure.
-    figure : Figure or SubFigure
-        Texts that it has before stay.
-    """
-    before = {text: text.get_text() for text in _texts(figure)}
-    draw(figure)
-    _escape(text for text in _texts(figure) if before.get(text) != text.get_text())
+    """Return a text for matplotlib, which does not parse it; escaped where TeX typesets it."""
+    return shown(text).translate(TEX) if rcParams["text.usetex"] else shown(text)
 
 
 def make_literal(figure: Any) -> None:
-    """Have all texts of a drawn figure drawn as they are; only once."""
-    _escape(_texts(figure))
-
-
-def _escape(texts: Iterable[Text]) -> None:
-    for text in list(texts):
+    """Have all texts of a drawn figure or subfigure drawn as they are; only once."""
+    for text in list(_texts(figure)):
+        text.set_parse_math(False)
         text.set_text(literal(text.get_text()))
 
 

@@ -9,28 +9,13 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
+from frictionsim.display import BLACK, EDGE, FAINT, ROLES, TENSION_COLOURS
 from frictionsim.motion.parts import Arrow, Band, Body, Disc, Part, Trail
 from frictionsim.motion.poses import Moment, behind, is_visible, line_of, place_of
-from frictionsim.plots.style import BLACK, BLUE, GREY, ORANGE, PURPLE, VERMILION
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Line
 
-COLOURS = {
-    "fixed": GREY,
-    "still": "#D0D0D0",
-    "moving": "#CFE8F8",
-    "marked": BLUE,
-    "load": ORANGE,
-    "path": PURPLE,
-    "force": BLUE,
-    "friction": VERMILION,
-    "paper": "white",
-    "cut": GREY,
-}
-EDGE = "#2B2B2B"
-FAINT = "#BBBBBB"
-CMAP = "cividis"
 UNEDGED = ("fixed", "marked")
 # Points.
 BELT, BELT_EDGE, STRIP, HALO, TICK, PATCH, CORD = 4.6, 1.6, 1.8, 0.9, 4.4, 10.0, 2.2
@@ -63,7 +48,7 @@ class MovingBody:
 
 
 def _shape(ax: Any, shape: "Disc | Line", thick: float) -> Any:
-    colour = COLOURS[shape.role]
+    colour = ROLES[shape.role]
     if isinstance(shape, Disc):
         face, edge = ("none", colour) if shape.open else (colour, EDGE)
         width = 1.2 if shape.open else (0.0 if shape.role in UNEDGED else 0.8)
@@ -84,7 +69,7 @@ class MovingTrail:
     def __init__(self, ax: Any, trail: Trail, thick: float) -> None:
         self._trail = trail
         ax.plot(trail.x, trail.y, color=FAINT, lw=0.7)
-        (self._line,) = ax.plot([], [], color=COLOURS["path"], lw=1.5 * thick)
+        (self._line,) = ax.plot([], [], color=ROLES["path"], lw=1.5 * thick)
 
     def move(self, moment: Moment, time: float) -> None:
         """Show the path up to a time."""
@@ -96,7 +81,7 @@ class MovingArrow:
 
     def __init__(self, ax: Any, arrow: Arrow, thick: float, per_point: float) -> None:
         self._arrow, self._head = arrow, thick * HEAD * per_point
-        colour, width = COLOURS[arrow.role], 2.2 * thick
+        colour, width = ROLES[arrow.role], 2.2 * thick
         halo = {"path_effects": HALO_OF_ARROW}
         (self._line,) = ax.plot([], [], color=colour, lw=width, solid_capstyle="butt", **halo)
         self._tip = ax.add_patch(Polygon(np.zeros((3, 2)), fc=colour, ec="none"))
@@ -123,7 +108,7 @@ class MovingCord:
 
     def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
         self._band, self._reach = band, thick * TICK * per_point
-        colour = EDGE if band.role is None else COLOURS[band.role]
+        colour = EDGE if band.role is None else ROLES[band.role]
         (self._line,) = ax.plot([], [], color=colour, lw=CORD * thick, solid_joinstyle="round")
         self._marks = ax.add_collection(LineCollection([], colors=EDGE, linewidths=1.4 * thick))
 
@@ -152,14 +137,14 @@ class MovingBelt:
             return ax.add_collection(found)
 
         if band.patch is not None:
-            self._patch = lines(COLOURS["friction"], PATCH)
+            self._patch = lines(ROLES["friction"], PATCH)
         self._marks = lines(EDGE, 1.1)
         self._edge = lines(EDGE, BELT + BELT_EDGE, capstyle="round")
         # Colours that are given would hide those of the values.
-        colour = COLOURS["moving"] if band.value is None else None
+        colour = ROLES["moving"] if band.value is None else None
         self._belt = lines(colour, BELT, capstyle="round")
         if band.value is not None:
-            self._belt.set_cmap(CMAP)
+            self._belt.set_cmap(TENSION_COLOURS)
             self._belt.set_clim(float(band.value.min()), float(band.value.max()))
         self._strips = [
             (stuck, [lines(around, STRIP + HALO), lines(core, STRIP)])

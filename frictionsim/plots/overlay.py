@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
+from frictionsim.display import GREY, with_unit
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.style import (
-    GREY,
     MAX_LINES,
     POINTS,
     Style,
@@ -26,7 +26,6 @@ from frictionsim.plots.style import (
     line_style,
     set_title,
     text_scale,
-    with_unit,
 )
 from frictionsim.plots.sweep_axes import short_keys
 from frictionsim.plots.time_history import (

@@ -43,22 +43,6 @@ NOT_OF_STYLE = {
 _lock = RLock()
 
 
-@contextmanager
-def default_parameters(**further: Any) -> Iterator[None]:
-    """Have matplotlib's parameters at their defaults, in one thread at a time.
-
-    A file `matplotlibrc`, of the user or in the working folder, would else change a picture, or
-    end it: `text.usetex` needs LaTeX.
-
-    Parameters
-    ----------
-    **further
-        Parameters with another value than the default, with _ for the dot of their names.
-    """
-    with parameters(defaults() | {k.replace("_", ".", 1): v for k, v in further.items()}):
-        yield
-
-
 def defaults() -> dict[str, Any]:
     """Return the defaults of all parameters that are about how a picture looks."""
     return _of_style(mpl.rcParamsDefault)

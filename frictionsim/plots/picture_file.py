@@ -138,7 +138,7 @@ def rendering(values: Mapping[str, Any] | None = None) -> Iterator[None]:
     # Without a salt the names of SVG elements are random.
     wanted = {**(defaults() if values is None else values), "svg.hashsalt": "frictionsim", **FONTS}
     with parameters(wanted), catch_warnings(), without_logs():
-        simplefilter("ignore")  # `glyphs` says which letters a font lacks
+        simplefilter("ignore")  # of letters that a font lacks, which are drawn as boxes
         try:
             yield
         except RuntimeError as error:

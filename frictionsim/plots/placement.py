@@ -1,10 +1,7 @@
-"""Where a view is drawn: a new figure, a given figure or subfigure, or the place of given Axes.
+"""Where a view is drawn: a new figure, or the place of given Axes; and how its parts fit there.
 
-The parts of a picture in a size and style of the user: texts in lines that fit, lines, room.
-
-Views are arranged for a picture of WIDTH with the usual text. In another one their texts may be
-wider or higher than what they belong to; such are broken into lines, and the picture becomes higher
-for them.
+Matplotlib's constrained layout makes room for titles, labels and legends. It breaks no texts into
+lines: labels that are longer than their panels are, and a picture becomes higher for them.
 """
 
 from collections.abc import Callable
@@ -24,20 +21,17 @@ from matplotlib.ticker import NullLocator
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.appearance import LINE, USUAL, Appearance
-from frictionsim.plots.glyphs import faults_of
-from frictionsim.plots.literal_text import literally
+from frictionsim.plots.literal_text import make_literal
 from frictionsim.plots.parameters import parameters
 from frictionsim.plots.picture_file import FONTS, png, rendering
-from frictionsim.plots.style import POINTS, WIDTH, text_scale
-from frictionsim.plots.text_size import LINE_SPACING, points_of, wrapped
+from frictionsim.plots.style import POINTS, WIDTH, text_scale, title_height
+from frictionsim.plots.text_size import LINE_SPACING, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.gridspec import SubplotSpec
 
 TITLE_ROOM = 0.9  # of the width of a panel: there may be another one beside it
 MIN_SIDE = 0.25  # inches, of a panel that shows anything
-MARGIN = 0.08  # inches, beside the title
-TITLE_SIZE = "medium"
 COLLAPSED = "collapsed to zero"  # what matplotlib says if there is no room
 COLOUR_BAR = "<colorbar>"  # the label that matplotlib gives to its axes
 INCHES_TO_MM = 25.4
@@ -52,7 +46,8 @@ def arrange(figure: "Figure", look: Appearance) -> None:
         If there is no room for its panels.
     """
     _scale_lines(figure)
-    _set_title(figure, look.title)
+    if not look.title:
+        _remove_title(figure)
     if look.height is not None:
         figure.set_figheight(look.height)
     # The first layout says how much room there is for the labels; the second has them in lines.
@@ -136,31 +131,24 @@ def _scale_lines(figure: "Figure") -> None:
             artist.set_linewidth(factor * artist.get_linewidth())
 
 
-def _set_title(figure: "Figure", shown: bool) -> None:
-    """Break the title into lines that fit, or remove it; the height follows."""
+def _remove_title(figure: "Figure") -> None:
+    """Remove the title; the height follows."""
     title = figure.get_suptitle()
-    if not title:
-        return
-    line = LINE_SPACING * points_of(TITLE_SIZE) / POINTS
-    if not shown:
-        # An empty title would have a margin of its own.
-        figure.suptitle("").set_in_layout(False)
-        figure.set_figheight(figure.get_figheight() - line * (title.count("\n") + 1))
-        return
-    available = POINTS * (figure.get_figwidth() - 2.0 * MARGIN)
-    text = wrapped(title, available, TITLE_SIZE)
-    further = text.count("\n") - title.count("\n")
-    if further:
-        figure.suptitle(text, fontsize=TITLE_SIZE)
-        figure.set_figheight(figure.get_figheight() + line * further)
+    # An empty title would have a margin of its own.
+    figure.suptitle("").set_in_layout(False)
+    if title:
+        height = figure.get_figheight() - title_height(title)
+        figure.set_figheight(height)
 
 
-def _break_labels(figure: "Figure") -> float:
+def _break_labels(figure: "Figure | SubFigure") -> float:
     """Break labels that are longer than their panels; return the height of new lines in points."""
     further = 0.0
     for ax in figure.axes:
         box = ax.get_window_extent()
-        width, height = (POINTS * float(side) / figure.dpi for side in (box.width, box.height))
+        width, height = (
+            POINTS * float(side) / _root(figure).dpi for side in (box.width, box.height)
+        )
         for text, available in (
             (ax.xaxis.label, width),
             (ax.title, TITLE_ROOM * width),
@@ -210,12 +198,9 @@ class Picture(Figure):
     ----------
     parameters : dict or None
         The parameters of matplotlib that it was drawn with, if they are not the defaults.
-    faults : tuple of str
-        Sentences on characters that are not drawn as they should be.
     """
 
     parameters: dict[str, Any] | None = None
-    faults: tuple[str, ...] = ()
 
     def _repr_png_(self) -> bytes:
         return png(self)
@@ -226,23 +211,15 @@ class Picture(Figure):
             super().savefig(*args, **options)
 
 
-def drawn_in(
-    view: View,
-    figure: Figure | SubFigure | None = None,
-    ax: Any = None,
-    width: float = WIDTH,
-    look: Appearance = USUAL,
-) -> Figure:
+def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance = USUAL) -> Figure:
     """Draw a view where the caller wants it; return the whole figure.
 
     Parameters
     ----------
     view : View
-    figure : Figure or SubFigure, optional
-        An empty one; it is drawn into with the parameters of matplotlib that there are. A new one
-        has the defaults.
     ax : Axes, optional
-        Empty Axes of a grid, in whose place the view is drawn.
+        Empty Axes of a grid, in whose place the view is drawn, with the parameters of matplotlib
+        that there are. A new figure has the defaults.
     width : float, inches
         Of a new figure.
     look : Appearance
@@ -251,25 +228,17 @@ def drawn_in(
     Raises
     ------
     InputError
-        If both are given, the figure is not empty, or the axes cannot be replaced. Then, and
-        where the view raises, figure and axes are as before. If a new figure has no room for the
-        view.
+        If the axes cannot be replaced. Then, and where the view raises, figure and axes are as
+        before. If a new figure has no room for the view.
     """
-    if figure is not None and ax is not None:
-        raise InputError("expected a figure or axes to draw into, got both; leave one out")
-    if figure is None and ax is None:
+    if ax is None:
         return _new(view, width, look)
     if look.of_new_figure:
         raise ArgumentError(
             look.of_new_figure,
-            "is of a new picture; leave it out where the view is drawn into a figure or axes",
+            "is of a new picture; leave it out where the view is drawn in place of axes",
         )
-    drawn = view if look.title else _untitled(view)
-    if ax is not None:
-        return _replace(drawn, ax)
-    assert figure is not None
-    _check_empty(figure)
-    return _fill(drawn, figure)
+    return _replace(view, ax, look.title)
 
 
 def _new(view: View, width: float, look: Appearance) -> Figure:
@@ -279,51 +248,48 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
         figure = Picture(figsize=(side, side), layout="constrained")
         if look.style:
             figure.parameters = values
-        if look == USUAL:
-            literally(view, figure)
-        else:
+        view(figure)
+        make_literal(figure)
+        if look != USUAL:
             with rendering(values):  # which says what the user's settings lack
-                literally(view, figure)
                 arrange(figure, look)
             if look.dpi is not None:
                 figure.set_dpi(look.dpi)
-        figure.faults = tuple(faults_of(figure))
     return figure
 
 
-def _untitled(view: View) -> View:
-    def draw(figure: Figure | SubFigure) -> None:
-        view(figure)
-        figure.suptitle("").set_in_layout(False)
+def _replace(view: View, ax: Any, title: bool) -> Figure:
+    """Draw a view in the place of Axes; they are removed when this has succeeded."""
+    spec = _place_of(ax)
+    part, root = ax.figure.add_subfigure(spec), _root(ax.figure)
+    layout = root.get_layout_engine()
+    try:
+        if not isinstance(layout, ConstrainedLayoutEngine):
+            # The only layout that makes room for the titles and legends of parts of a figure.
+            root.set_layout_engine("constrained")
+        view(part)
+        make_literal(part)
+        if not title:
+            part.suptitle("").set_in_layout(False)
+        root.draw_without_rendering()
+        _break_labels(part)
+    except BaseException:
+        for artist in (*part.axes, *part.legends):
+            artist.remove()
+        part.remove()
+        root.set_layout_engine(layout or "none")
+        raise
+    ax.remove()
+    return root
 
-    return draw
 
-
-def _check_empty(figure: Any) -> None:
-    if not isinstance(figure, Figure | SubFigure):
-        raise InputError(f"figure: expected a matplotlib Figure or SubFigure, got {_type(figure)}")
-    if figure.axes or figure.subfigs:
-        raise InputError(
-            "figure: expected an empty figure, got one with axes or subfigures; give one of its"
-            " axes as ax, to draw in their place, or an empty subfigure"
-        )
+def _root(figure: Figure | SubFigure) -> Figure:
+    """Return the figure of a subfigure at any depth."""
+    return figure.canvas.figure
 
 
 def _type(value: Any) -> str:
     return type(value).__name__
-
-
-def _replace(view: View, ax: Any) -> Figure:
-    """Draw a view in the place of Axes; they are removed when this has succeeded."""
-    spec = _place_of(ax)
-    part = ax.figure.add_subfigure(spec)
-    try:
-        root = _fill(view, part)
-    except BaseException:
-        part.remove()
-        raise
-    ax.remove()
-    return root
 
 
 def _place_of(ax: Any) -> "SubplotSpec":
@@ -339,43 +305,6 @@ def _place_of(ax: Any) -> "SubplotSpec":
     if spec is None:
         raise InputError(
             "ax: expected axes of a grid, as plt.subplots() makes, got axes placed by hand; use"
-            " subplots, or give an empty figure or subfigure as figure"
+            " subplots"
         )
     return spec
-
-
-def _fill(view: View, figure: Figure | SubFigure) -> Figure:
-    """Draw a view into an empty figure or subfigure; take back what it drew if it raises."""
-    root = figure.canvas.figure  # also of a subfigure, at any depth
-    width, height = root.get_size_inches()
-    title = figure.get_suptitle()
-    try:
-        literally(view, figure)
-        if not isinstance(root.get_layout_engine(), ConstrainedLayoutEngine):
-            _arrange(view, figure, root)
-    except BaseException:
-        for artist in (*figure.axes, *figure.legends):
-            artist.remove()
-        figure.suptitle(title)
-        root.set_size_inches(width, height)
-        raise
-    return root
-
-
-def _arrange(view: View, figure: Figure | SubFigure, root: Figure) -> None:
-    """Place the parts of a drawn view so that its texts do not overlap, in any layout.
-
-    The places are those in a trial figure of the same size with constrained layout, the only
-    layout that makes room for titles and legends of figures. The caller's layout stays.
-    """
-    box = figure.bbox
-    size = float(box.width / root.dpi), float(box.height / root.dpi)
-    trial = Figure(figsize=size, dpi=root.dpi, layout="constrained")
-    model: Any = trial if figure is root else trial.subfigures()
-    literally(view, model)
-    with rendering():
-        trial.draw_without_rendering()
-    for ax, placed in zip(figure.axes, model.axes, strict=True):
-        ax.set_position(placed.get_position(original=True))
-    for text, placed in zip(figure.texts, model.texts, strict=False):
-        text.set_position(placed.get_position())

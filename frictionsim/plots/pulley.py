@@ -8,19 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, GREY, with_minus
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    Style,
-    add_legend,
-    axis_label,
-    line_style,
-    require_channels,
-)
+from frictionsim.plots.style import Style, add_legend, axis_label, line_style, require_channels
 from frictionsim.plots.time_history import (
     LIMIT_LINE,
     annotate_above,
@@ -107,7 +99,7 @@ def draw_panels(result: "Record", figure: "Figure | SubFigure") -> tuple[dict[st
     for name, channels in panels.items():
         axes[name].set_ylabel(axis_label(PANELS[name].words, PANELS[name].unit, 18))
         for channel, of in channels.items():
-            style = line_style(LINES.index(of)) if of else {"color": BLUE, "linewidth": 1.5}
+            style = line_style(LINES.index(of)) if of else {"color": BLACK, "linewidth": 1.5}
             (line,) = axes[name].plot(*with_jumps(known, channel), **style, label=of)
             if of:
                 handles.setdefault(of, line)
@@ -293,7 +285,7 @@ def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", d
     )
     for (force, words), place in zip(drawn, places, strict=True):
         ax.annotate(
-            f"{force:.1f} {unit} {words}".replace("-", "\N{MINUS SIGN}"),
+            f"{with_minus(f'{force:.1f}')} {unit} {words}",
             (1.0, place),
             (4.0, 0.0),
             xycoords="axes fraction",
@@ -306,8 +298,7 @@ def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", d
 def label_places(lines: Sequence[float], height: float) -> list[float]:
     """Return where the middles of the labels of at most two lines are, in parts of a panel.
 
-    The label of the lower line is below it, that of the upper one above it, but no label leaves the
-    panel or overlaps the other.
+    A label stands at its line but within the panel; two that would overlap are moved apart.
 
     Parameters
     ----------
@@ -318,9 +309,10 @@ def label_places(lines: Sequence[float], height: float) -> list[float]:
     """
     half = 0.5 * height
     if len(lines) < 2:
-        return [min(max(line + half, half), 1.0 - half) for line in lines]
-    low = min(max(lines[0] - half, half), 1.0 - 3.0 * half)
-    high = min(max(lines[1] + half, low + height), 1.0 - half)
+        return [min(max(line, half), 1.0 - half) for line in lines]
+    apart = 0.5 * max(height - (lines[1] - lines[0]), 0.0)
+    low = min(max(lines[0] - apart, half), 1.0 - 3.0 * half)
+    high = min(max(lines[1] + apart, low + height), 1.0 - half)
     return [low, high]
 
 

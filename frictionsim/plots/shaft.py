@@ -11,6 +11,18 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    ROLES,
+    SKY,
+    VERMILION,
+    WINE,
+)
 from frictionsim.mechanisms.shaft.free_body import ECCENTRIC_WEIGHT
 from frictionsim.motion.parts import Body, Disc
 from frictionsim.motion.poses import Moment
@@ -29,24 +41,8 @@ from frictionsim.plots.free_body import (
     words_of_reaction,
     words_of_resultant,
 )
-from frictionsim.plots.moving_parts import COLOURS as OF_ROLES
 from frictionsim.plots.moving_parts import moving
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    WINE,
-    Style,
-    add_legend,
-    relative_width,
-    set_up,
-    width_of,
-)
+from frictionsim.plots.style import Style, add_legend, relative_width, set_up, width_of
 from frictionsim.plots.text_size import text_width, wrapped
 from frictionsim.plots.time_history import draw_static_limit
 from frictionsim.plots.view import View, over_time
@@ -428,8 +424,8 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
     small = 0.0 < r_s < CIRCLE_SEEN * shaft
     half = CIRCLE_VIEW * r_s if small else SHAFT_VIEW * shaft
     drawing = ForceDrawing(ax, Area((-half, -half), (half, half), side / (2.0 * half)))
-    ax.add_patch(Circle((0.0, 0.0), BODY_SEEN * shaft, fc=OF_ROLES["moving"], ec=GREY, lw=0.8))
-    ax.add_patch(Circle((0.0, 0.0), shaft, fc=OF_ROLES["still"], ec=GREY, lw=0.8))
+    ax.add_patch(Circle((0.0, 0.0), BODY_SEEN * shaft, fc=ROLES["moving"], ec=GREY, lw=0.8))
+    ax.add_patch(Circle((0.0, 0.0), shaft, fc=ROLES["still"], ec=GREY, lw=0.8))
     handles = []
     for name, radius, look in (
         ("static", r_s, OF_STATIC),
@@ -439,6 +435,9 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
         if radius > 0.0:
             ax.add_patch(Circle((0.0, 0.0), radius, **look, zorder=3, label=words))
         face: Style = {"color": "none", "mfc": "none", "mec": look["ec"], "mew": 1.3}
+        handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
+    for role, words in (("still", f"shaft, {length(shaft)}"), ("moving", "body around the shaft")):
+        face = {"color": "none", "mfc": ROLES[role], "mec": GREY, "mew": 0.8}
         handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
     drawing.keep_free(arc(r_s, 0.0, 2.0 * np.pi, 45))
     larger = max(now.reaction.size, now.resultant.size)

@@ -1,6 +1,5 @@
 """Colours, line styles, titles and legends of all pictures."""
 
-import re
 from collections.abc import Sequence
 from math import sqrt
 from textwrap import wrap
@@ -10,9 +9,10 @@ import numpy as np
 from matplotlib import rcParams
 from matplotlib.figure import Figure
 
+from frictionsim.display import COLOURS, unit_text
 from frictionsim.errors import InputError
 from frictionsim.plots.appearance import TEXT
-from frictionsim.plots.text_size import points_of, text_width, wrapped
+from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.scenario.recorded import scenario_of
 
@@ -21,13 +21,6 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Record
 
-# Okabe and Ito: colour-blind safe.
-BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = (
-    *("#0072B2", "#E69F00", "#009E73"),
-    *("#CC79A7", "#56B4E9", "#000000"),
-)
-VERMILION, GREY, WINE = "#D55E00", "#777777", "#882255"
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # for grey print
 MAX_LINES = len(COLOURS)  # in one panel
 
@@ -38,12 +31,12 @@ STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
 LABEL_WIDTH = 18  # characters beside a panel of channels
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LEGEND_SIZE, HANDLE = "small", 3.0  # of the text, and length of a line in sizes of the text
 POINTS = 72.0  # per inch
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 MIN_PANEL = 0.75  # of the usual height, where a figure is narrow
-MARGIN = 8.0  # points beside a legend
+TITLE_SIZE = "medium"
+MARGIN = 8.0  # points beside a legend or title
 
 
 def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
@@ -101,11 +94,18 @@ def set_title(
     figure: "Figure | SubFigure", title: str, height: float, scaled: bool = True
 ) -> float:
     """Give an empty figure a title and a height, as `set_up`."""
-    figure.suptitle(title, fontsize="medium", wrap=True)
+    shown = wrapped(title, POINTS * width_of(figure) - 2.0 * MARGIN, TITLE_SIZE)
+    figure.suptitle(shown, fontsize=TITLE_SIZE)
     if isinstance(figure, Figure):
-        figure.set_figheight(height * (height_scale(figure) if scaled else 1.0))
+        further = title_height(shown) - title_height(title)
+        figure.set_figheight(height * (height_scale(figure) if scaled else 1.0) + further)
         return 1.0
     return min(1.0, float(figure.bbox.height / figure.dpi) / height)
+
+
+def title_height(title: str) -> float:
+    """Return the height of the lines of a title, inches."""
+    return LINE_SPACING * points_of(TITLE_SIZE) / POINTS * (title.count("\n") + 1)
 
 
 def width_of(figure: "Figure | SubFigure") -> float:
@@ -205,19 +205,6 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
             joined = len(lines[-1]) + 2 + len(shown) <= width and len(lines) > 1
             text += f", {shown}" if joined else f",\n{shown}"
     return text
-
-
-def unit_text(unit: str) -> str:
-    """Return a unit for display: raised exponents; empty for a number, whose unit is 1."""
-    if unit == "1":
-        return ""
-    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(RAISED), unit)
-
-
-def with_unit(value: str, unit: str) -> str:
-    """Return a number with its unit, as "200 N"; without unit the number alone."""
-    shown = unit_text(unit)
-    return f"{value} {shown}" if shown else value
 
 
 def grid(ax: Any) -> None:

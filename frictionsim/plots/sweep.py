@@ -12,7 +12,6 @@ marked, and counted in the legend.
 """
 
 from collections.abc import Mapping, Sequence
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +22,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
+from frictionsim.display import BLACK, GREY, TENSION_COLOURS
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
@@ -37,14 +37,7 @@ from frictionsim.parameter_study.statistics import (
 )
 from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    BLACK,
-    GREY,
-    MAX_LINES,
-    add_legend,
-    axis_label,
-    relative_width,
-)
+from frictionsim.plots.style import MAX_LINES, add_legend, axis_label, set_title
 from frictionsim.plots.sweep_axes import (
     MAX_WORD,
     Face,
@@ -69,7 +62,6 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Array
 
-COLOURS = "cividis"  # its lightness rises with the value, also for the colour-blind
 HATCH = "/////"  # where the quantity is not defined
 MIN_FOR_CONTOURS = 5  # values of each key
 CONTOURS = 5
@@ -132,7 +124,7 @@ def draw_map(
     mesh = None
     if norm is not None:
         masked = np.ma.masked_invalid(values)
-        mesh = ax.pcolormesh(*edges, masked.T, cmap=COLOURS, norm=norm, **cells)
+        mesh = ax.pcolormesh(*edges, masked.T, cmap=TENSION_COLOURS, norm=norm, **cells)
         if _has_contours(x, y, values):
             _draw_contours(ax, x, y, masked, norm)
         elif x.values.size <= MAX_WRITTEN[0] and y.values.size <= MAX_WRITTEN[1]:
@@ -212,7 +204,7 @@ MAX_KEYS = 3
 MAX_DRAWN = 1e100
 COLUMNS = 2
 KEY_BESIDE = 28  # characters of a line of a key beside a map
-TITLE, MAX_TITLE = 88, 240  # characters of a line of the title, and of all of it
+MAX_TITLE = 240  # characters
 HEADING = 0.9  # inches, of title and labels of the axes
 CURVES, MAPS, SAMPLES = 2.1, 2.7, 2.0  # inches of a row of panels
 HEIGHT_OF_BAR = 0.28  # inches
@@ -222,7 +214,6 @@ def draw_sweep(
     table: SweepTable,
     quantities: Sequence[str] = (),
     at: Mapping[str, Any] | None = None,
-    figure: "Figure | SubFigure | None" = None,
     ax: Any = None,
     look: Appearance = USUAL,
 ) -> Figure:
@@ -235,22 +226,20 @@ def draw_sweep(
         By default the first ones that vary.
     at : mapping, optional
         By key of a grid, the one value of it that is drawn.
-    figure, ax, look : optional
+    ax, look : optional
         As in `frictionsim.plots.draw`.
 
     Raises
     ------
     InputError
-        If a quantity, key or value is not in the sweep, too many keys are varied, the figure is
-        not empty, or the axes cannot be replaced.
+        If a quantity, key or value is not in the sweep, too many keys are varied, or the
+        axes cannot be replaced.
     """
     _check(table, quantities)
     if table.attributes["design"] == SAMPLE:
         if at:
             raise InputError(f"--at {next(iter(at))}: this sweep is a sample; leave it out")
-        return drawn_in(
-            lambda target: _draw_sample(table, quantities, target), figure, ax, look=look
-        )
+        return drawn_in(lambda target: _draw_sample(table, quantities, target), ax, look=look)
     face = face_of(table, at or {})
     if len(face.axes) > MAX_KEYS:
         keys = ", ".join(axis.key for axis in face.axes)
@@ -260,7 +249,7 @@ def draw_sweep(
         )
     third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
     return drawn_in(
-        lambda target: _draw_face(table, face, third, quantities, target), figure, ax, look=look
+        lambda target: _draw_face(table, face, third, quantities, target), ax, look=look
     )
 
 
@@ -509,7 +498,6 @@ def _title(
     if len(names) <= MAX_KEYS:
         of_keys = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
     short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
-    width = int(TITLE * min(1.0, relative_width(figure)))
-    text = fill(f"{short}: sweep over {of_keys}", width)
-    text += "\n" + fill(f"({'; '.join(parts)})", width)
-    figure.suptitle(text, fontsize="medium", wrap=True)
+    text = f"{short}: sweep over {of_keys}\n({'; '.join(parts)})"
+    height = figure.get_figheight() if isinstance(figure, Figure) else 1.0
+    set_title(figure, text, height, scaled=False)

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from frictionsim.display import with_unit
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.keys import names_in
-from frictionsim.plots.literal_text import literal
-from frictionsim.plots.style import axis_label, with_unit
+from frictionsim.plots.literal_text import LITERAL, literal
+from frictionsim.plots.style import axis_label
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
@@ -21,6 +22,7 @@ CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
 MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
 LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
+SLANTED: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
 FALSE_TRUE = ("false", "true")
 
 
@@ -99,8 +101,10 @@ class KeyAxis(NamedTuple):
             step = -(-len(self.labels) // MAX_LABELS)
             texts = [literal(_cut(label, MAX_WORD)) for label in self.labels[::step]]
             slanted = side == "x" and sum(map(len, texts)) > MAX_WORD
-            turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
-            axis.set_ticks(self.values[::step], labels=texts, **turned)
+            turned: dict[str, Any] = (
+                {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
+            )
+            axis.set_ticks(self.values[::step], labels=texts, **LITERAL, **turned)
             axis.set_minor_locator(NullLocator())
             getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
         elif not self.log and self._are_few():

@@ -3,13 +3,13 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
+from frictionsim.display import BLACK, GREY, VERMILION
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.statistics import sound_values
-from frictionsim.plots.style import BLACK, GREY, VERMILION, Style, grid, line_style
+from frictionsim.plots.style import Style, grid, line_style
 from frictionsim.plots.sweep_axes import KeyAxis
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ MAX_MARKED = 60  # runs along a curve
 FLAT = 1e-6  # a quantity that varies relatively less is drawn as constant
 LOG_RATIO = 1e3  # of largest to least value, above which the axis of a quantity is logarithmic
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
-# A jump: this much steeper than on both sides, and this part of the range of the curve at least.
-STEEPER, MIN_JUMP, MIN_FOR_JUMPS = 4.0, 0.15, 5
-JUMP: Style = {"linestyle": (0, (1, 3)), "linewidth": 0.9}
 RAISED = 0.05  # of the height of a panel, from curve to curve, of the marks at its lower edge
 
 # At the lower edge of a panel, or around the value of a run with a failed audit.
@@ -93,7 +90,7 @@ def draw_curves(
     for number in range(columns.shape[1]):
         values = found.values[:, number]
         lines = joined and not (table.units[name] == "1" and is_count(values))
-        _draw_curve(ax, x, values, curve_style(number, x.size, lines), lines)
+        ax.plot(x, values, **curve_style(number, x.size, lines))
         for mark, style in MARKS.items():
             at = found.marks[mark][:, number]
             if not at.any():
@@ -109,35 +106,6 @@ def draw_curves(
     below = [where.any(axis=0) for mark, where in found.marks.items() if mark != "audit failed"]
     if np.any(below):
         _make_room(ax, RAISED * (2.0 + int(np.flatnonzero(np.any(below, axis=0))[-1])))
-
-
-def _draw_curve(ax: Any, x: "Array", values: "Array", style: Style, joined: bool) -> None:
-    """Draw a curve; where it jumps, thinly dotted: what is between the runs is not known."""
-    after = jumps_of(x, values) if joined else np.zeros(0, dtype=int)
-    ax.plot(np.insert(x, after, np.nan), np.insert(values, after, np.nan), **style)
-    if after.size:
-        ends = [[(x[i - 1], values[i - 1]), (x[i], values[i])] for i in after]
-        ax.add_collection(LineCollection(ends, colors=style["color"], **JUMP), autolim=False)
-
-
-def jumps_of(x: "Array", values: "Array") -> Any:
-    """Return the runs, by their places, to which a curve jumps from the run before.
-
-    Where another regime begins, as motion where there was none, a curve is not continuous: its
-    slope there exceeds that on both sides by far. Beside the ends, that cannot be told.
-
-    Parameters
-    ----------
-    x, values : (n,)
-        Ascending; a value that is not a number is one of no sound run.
-    """
-    if np.isfinite(values).sum() < MIN_FOR_JUMPS:
-        return np.zeros(0, dtype=int)
-    steps = np.abs(np.diff(values))
-    slopes = steps / np.diff(x)
-    beside = np.maximum(slopes[:-2], slopes[2:])  # not a number beside one that is not
-    large = steps[1:-1] > MIN_JUMP * (np.nanmax(values) - np.nanmin(values))
-    return np.flatnonzero((slopes[1:-1] > STEEPER * beside) & large) + 2
 
 
 def is_count(values: "Array") -> bool:

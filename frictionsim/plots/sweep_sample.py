@@ -7,20 +7,12 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, SKY, VERMILION, with_unit
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import Statistics
-from frictionsim.plots.literal_text import literal
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    SKY,
-    VERMILION,
-    Style,
-    axis_label,
-    grid,
-    with_unit,
-)
+from frictionsim.plots.literal_text import LITERAL, literal
+from frictionsim.plots.style import Style, axis_label, grid
 from frictionsim.plots.sweep_axes import MAX_WORD, short_keys
 from frictionsim.plots.sweep_curves import FLAT
 
@@ -117,7 +109,7 @@ def draw_tornado(ax: Any, indices: Indices) -> None:
             bar = {"ecolor": BLACK, "elinewidth": 1.0, "capsize": 2.0}
             ax.errorbar(values[order], places + offset, xerr=around, fmt="none", **bar)
     labels = [literal(_cut_left(names[i])) for i in order]
-    ax.set_yticks(places, labels=labels)
+    ax.set_yticks(places, labels=labels, **LITERAL)
     ax.set_ylim(order.size - 0.5, -0.5)
     ends = [indices.first, indices.total, indices.first_interval, indices.total_interval]
     drawn = np.concatenate([end[order].ravel() for end in ends if end is not None])

@@ -25,7 +25,7 @@ def text_width(text: str, size: str | float) -> float:
     family = tuple(settings["font.family"])
     fonts = tuple(tuple(settings.get(f"font.{name}", ())) for name in family)
     points = points_of(size)
-    lines = shown(text.replace(r"\$", "$")).split("\n")
+    lines = shown(text).split("\n")
     return max(_line_width(line, points, family, fonts) for line in lines)
 
 
@@ -76,12 +76,6 @@ def _broken(word: str, width: float, size: str | float) -> list[str]:
     parts = [""]
     for letter in word:
         if parts[-1] and text_width(parts[-1] + letter, size) > width:
-            # A backslash belongs to the $ after it.
-            escape = parts[-1].endswith("\\")
-            parts[-1], letter = (
-                parts[-1].removesuffix("\\" if escape else ""),
-                (f"\\{letter}" if escape else letter),
-            )
             parts.append("")
         parts[-1] += letter
     return parts

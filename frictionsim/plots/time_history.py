@@ -7,18 +7,12 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from frictionsim.display import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, WINE
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
     MAX_LINES,
-    PURPLE,
     STICK_COLOUR,
-    VERMILION,
-    WINE,
     Style,
     add_legend,
     grid,

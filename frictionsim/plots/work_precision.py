@@ -13,22 +13,16 @@ from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from frictionsim.display import COLOURS, GREY, WINE
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import (
-    COLOURS,
-    GREY,
-    STICK_COLOUR,
-    WINE,
-    relative_width,
-)
+from frictionsim.plots.style import STICK_COLOUR, relative_width, set_title
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    from matplotlib.figure import SubFigure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.work_precision.outcome import Diagram, Row
 
@@ -87,8 +81,7 @@ TARGETS = (1e-2, 1e-3)
 
 def draw_mesh_study(study: "Diagram", figure: "Figure | SubFigure") -> None:
     """Draw both panels into an empty figure."""
-    if isinstance(figure, Figure):
-        figure.set_figheight(MESH_HEIGHT)
+    set_title(figure, f"{study.title}: what accuracy costs", MESH_HEIGHT, scaled=False)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     in_time = study.floor_in_time
     titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
@@ -112,7 +105,6 @@ def draw_mesh_study(study: "Diagram", figure: "Figure | SubFigure") -> None:
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
     columns = max(1, int(MESH_COLUMNS * min(1.0, relative_width(figure))))
     figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=columns)
-    figure.suptitle(f"{study.title}: what accuracy costs", fontsize="medium", wrap=True)
 
 
 def _lowest(study: "Diagram", in_time: float) -> float:
@@ -194,7 +186,7 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def diagram(study: "Diagram", figure: "Figure | SubFigure | None" = None, ax: Any = None) -> Figure:
+def diagram(study: "Diagram", ax: Any = None) -> "Figure":
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
     A study of meshes has the panels of `frictionsim.plots.work_precision`.
@@ -203,21 +195,20 @@ def diagram(study: "Diagram", figure: "Figure | SubFigure | None" = None, ax: An
     ----------
     study : Diagram
         As `WorkPrecision.diagram`.
-    figure, ax : optional
+    ax : optional
         As in `frictionsim.plots.draw`.
 
     Raises
     ------
     InputError
-        If the figure is not empty, or the axes cannot be replaced.
+        If the axes cannot be replaced.
     """
     draw = draw_mesh_study if study.of_meshes else _draw
-    return drawn_in(lambda target: draw(study, target), figure, ax, WIDTH)
+    return drawn_in(lambda target: draw(study, target), ax, WIDTH)
 
 
 def _draw(study: "Diagram", figure: "Figure | SubFigure") -> None:
-    if isinstance(figure, Figure):
-        figure.set_figheight(HEIGHT)
+    set_title(figure, f"{study.title}: error against run time", HEIGHT, scaled=False)
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (quantity, label) in zip(axes, WORK, strict=True):
         _draw_panel(ax, study, quantity)
@@ -228,7 +219,6 @@ def _draw(study: "Diagram", figure: "Figure | SubFigure") -> None:
         columns = COLUMNS - (max(map(len, labels)) > LONG_LABEL)
         columns = max(1, int(columns * min(1.0, relative_width(figure))))
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
-    figure.suptitle(f"{study.title}: error against run time", fontsize="medium", wrap=True)
 
 
 def _draw_panel(ax: Any, study: "Diagram", quantity: str) -> None:

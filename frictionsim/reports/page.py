@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from frictionsim.display import page_data, page_style
 from frictionsim.io.terminal import visible
 
 ARRAY = "array"  # the key by which the scripts know an array
@@ -101,11 +102,12 @@ def page(title: str, body: str, data: Any, scripts: Sequence[str] = SCRIPTS) -> 
     """
     return Template(asset("report.html")).substitute(
         title=text(title),
-        style="\n".join(map(asset, STYLES)),
+        style="\n".join([page_style(), *map(asset, STYLES)]),
         body=body,
         data=packed_data(data),
         plotly=_plotly() if "plot.js" in scripts else "",
         scripts="\n".join(asset(name) for name in scripts),
+        display=json.dumps(page_data()),
     )
 
 

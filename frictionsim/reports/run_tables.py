@@ -3,19 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.display import MODE_WORDS, error_text, number_text, short_text, with_minus
 from frictionsim.errors import InputError
 from frictionsim.reports.page import text
-from frictionsim.reports.tables import (
-    Cell,
-    Html,
-    number,
-    paragraph,
-    section,
-    short,
-    table,
-    with_minus,
-)
-from frictionsim.results import MODES, Check, Quantity
+from frictionsim.reports.tables import Cell, Html, paragraph, section, table
+from frictionsim.results import Check, Quantity
 from frictionsim.scenario.recorded import differing_keys
 from frictionsim.simulation.phases import event_names
 
@@ -24,7 +16,6 @@ if TYPE_CHECKING:
 
 MAX_EVENTS = 5000  # more make a page slow
 ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
-MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
 
 
 def events(runs: "Sequence[ReportedRun]") -> str:
@@ -234,10 +225,9 @@ def _values_of(runs: "Sequence[ReportedRun]", name: str) -> Iterator[str]:
     """Yield the cells of a quantity, and the difference of two results."""
     found = [run.record.quantities.get(name) for run in runs]
     for run, quantity in zip(runs, found, strict=True):
-        yield "" if quantity is None else number(quantity.value)
+        yield "" if quantity is None else number_text(quantity.value)
         if run.errors:
-            error = run.errors.get(name)
-            yield "" if error is None else f"{error:.1e}"
+            yield error_text(run.errors.get(name))
     if len(runs) == 2:
         yield _difference(*found)
 
@@ -246,7 +236,7 @@ def _difference(a: Quantity | None, b: Quantity | None) -> str:
     """Return the second quantity less the first; empty if one is not defined."""
     if a is None or b is None or a.unit != b.unit or a.value is None or b.value is None:
         return ""
-    return short(b.value - a.value)
+    return short_text(b.value - a.value)
 
 
 def _unit_of(runs: "Sequence[ReportedRun]", name: str) -> str:
@@ -284,7 +274,7 @@ def _audit(runs: "Sequence[ReportedRun]") -> str:
 def _check(check: Check | None) -> tuple[str, str, str]:
     if check is None:
         return "", "", ""
-    return short(check.value), short(check.limit), "ok" if check.ok else "FAILED"
+    return short_text(check.value), short_text(check.limit), "ok" if check.ok else "FAILED"
 
 
 def _counts(runs: "Sequence[ReportedRun]") -> str:

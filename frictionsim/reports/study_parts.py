@@ -7,6 +7,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from frictionsim.display import STUDY_DIGITS, number_text
 from frictionsim.reports.page import text
 from frictionsim.reports.tables import Number, table
 
@@ -28,9 +29,9 @@ def cut(content: object, limit: int = MAX_TEXT) -> str:
     return words
 
 
-def number(value: float, digits: int = 6) -> Number:
+def number(value: float, digits: int = STUDY_DIGITS) -> Number:
     """Return a number for a cell; `none` if it is not a number."""
-    return Number(f"{value:.{digits}g}" if value == value else "none", value)
+    return Number(number_text(value, digits), value)
 
 
 def study_table(

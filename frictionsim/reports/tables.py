@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from frictionsim.display import with_minus
 from frictionsim.reports.page import text
-
-DIGITS = 10
 
 
 class Html(NamedTuple):
@@ -91,11 +90,6 @@ def _html(cell: Cell) -> str:
     return text(with_minus(cell.shown) if isinstance(cell, Number) else cell)
 
 
-def with_minus(shown: str) -> str:
-    """Return a number with the sign that charts have for minus; zero has none."""
-    return shown.removeprefix("-") if shown == "-0" else shown.replace("-", "\N{MINUS SIGN}")
-
-
 def with_unit(words: str, unit: str) -> str:
     """Return a heading of values with a unit, as that of an axis; 1 is no unit."""
     return f"{words}, {unit}" if unit and unit != "1" else words
@@ -124,13 +118,3 @@ def section(name: str, heading: str, content: str) -> str:
 def paragraph(content: str) -> str:
     """Return a paragraph of a text."""
     return f"<p>{text(content)}</p>\n"
-
-
-def number(value: float | None) -> str:
-    """Return a number as the summary shows it; 'none' where it is not defined."""
-    return "none" if value is None else f"{value:.{DIGITS}g}"
-
-
-def short(value: float | None) -> str:
-    """Return a number with few digits, of which only the size matters; empty if there is none."""
-    return "" if value is None else f"{value + 0.0:.3g}"  # no -0

@@ -4,16 +4,8 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from frictionsim.plots.style import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    PURPLE,
-    VERMILION,
-    add_legend,
-    grid,
-    line_style,
-)
+from frictionsim.display import BLACK, BLUE, ORANGE, PURPLE, VERMILION
+from frictionsim.plots.style import add_legend, grid, line_style
 from frictionsim.results import Record
 from tests.benchmarks.results_common import WIDTH, quantity_of, save_picture, say, solve
 from tests.support.problems import RAMP

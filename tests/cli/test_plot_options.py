@@ -9,7 +9,6 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.plots.glyphs import GlyphWarning
 from tests.support.scenarios import SCENARIOS
 
 QUICK = {"output.interval": 0.1, "solver.rtol": 1e-4}
@@ -97,20 +96,6 @@ def test_a_sweep_has_the_size_and_style(told: Callable[..., tuple[str, str]], fo
     width = re.search(r'<svg [^>]*width="([\d.]+)pt"', text)
     assert width
     assert float(width[1]) == pytest.approx(84 / 25.4 * 72, abs=0.01)
-
-
-def test_characters_that_no_font_has_are_warned_of_once(
-    told: Callable[..., tuple[str, str]], folder: Path
-) -> None:
-    result = fs.solve(SCENARIOS / "epicyclic.toml", {"title": "行星 gear", **QUICK})
-    result.save(folder / "planet.h5")
-    out, err = told("planet.h5", "--view", "torque,path")
-    assert out.split() == ["planet-torque.png", "planet-path.png"]
-    assert err.count("warning: no font has 行 (U+884C), 星 (U+661F), drawn as boxes;") == 1
-    assert "--style user" in err
-    assert told("planet.h5", "--no-title") == ("planet.png\n", "")
-    with pytest.warns(GlyphWarning, match=r"no font has 行 \(U\+884C\)"):
-        fs.plot(result, "torque")
 
 
 @pytest.mark.parametrize("title", ["$a_$", "bad $\\foo$ math"])

@@ -12,11 +12,11 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 
+from frictionsim.display import ROLES
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
 from frictionsim.plots.appearance import appearance
 from frictionsim.plots.direct_labels import SIZE, SPARE, Area, Label, draw_labels
-from frictionsim.plots.moving_parts import COLOURS
 from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width
 from frictionsim.plots.window import Extent
 from frictionsim.results import Record
@@ -233,7 +233,7 @@ def test_nothing_has_the_colour_of_a_force_that_is_none() -> None:
     }
     assert len(set(colours.values())) == 2
     faces = [p.get_facecolor() for p in ax.patches if not isinstance(p, FancyArrowPatch)]
-    blue = to_rgba(COLOURS["marked"])
+    blue = to_rgba(ROLES["marked"])
     assert blue not in faces
     assert blue not in [to_rgba(one.get_color()) for one in ax.lines]
     # What comes against the stop is still there, and so is the fifth spoke.

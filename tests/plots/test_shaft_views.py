@@ -63,9 +63,10 @@ def test_labels_of_forces_stay_beside_their_panel(ends: str, part: bool) -> None
 
 def test_places_of_labels() -> None:
     assert label_places([], 0.1) == []
-    assert label_places([0.4], 0.1) == [pytest.approx(0.45)]
+    assert label_places([0.4], 0.1) == [pytest.approx(0.4)]
     assert label_places([0.99], 0.1) == [pytest.approx(0.95)]
-    assert label_places([0.3, 0.7], 0.1) == pytest.approx([0.25, 0.75])
+    assert label_places([0.3, 0.7], 0.1) == pytest.approx([0.3, 0.7])
+    assert label_places([0.48, 0.52], 0.1) == pytest.approx([0.45, 0.55])
     assert label_places([0.0, 0.01], 0.1) == pytest.approx([0.05, 0.15])
     assert label_places([0.99, 1.0], 0.1) == pytest.approx([0.85, 0.95])
     assert label_places([0.5, 0.5], 0.5) == pytest.approx([0.25, 0.75])

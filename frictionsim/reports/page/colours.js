@@ -1,16 +1,12 @@
 "use strict";
-// Colours and dashes of lines: Okabe and Ito, safe for colour-blind readers; dashes for grey print.
+// Colours and dashes of lines; dashes for grey print.
 
-frictionsim.PALETTES = {
-  light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#000000", "#E69F00", "#777777"],
-  dark: ["#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#FFFFFF", "#D55E00", "#AAAAAA"],
-};
 frictionsim.DASHES = ["solid", "9px,3px", "9px,3px,2px,3px", "2px,2px"];
 
 // Of a line: in a comparison the colour is that of the result, else that of the column.
 frictionsim.lineStyle = (line, comparison, dark) => {
-  const { PALETTES, DASHES } = frictionsim;
-  const palette = PALETTES[dark ? "dark" : "light"];
+  const { display, DASHES } = frictionsim;
+  const palette = display[dark ? "dark" : "light"];
   const number = comparison ? line.result : line.column;
   const dash = comparison ? line.result + line.column : line.column + Math.floor(line.column / palette.length);
   return { color: palette[number % palette.length], dash: DASHES[dash % DASHES.length], width: 1.6 };

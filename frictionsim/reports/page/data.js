@@ -1,8 +1,6 @@
 "use strict";
 // What the page holds, as the scripts need it: compressed base64 becomes text, arrays, functions.
 
-const frictionsim = {};
-
 frictionsim.bytesOf = (base64) => {
   const text = atob(base64);
   const bytes = new Uint8Array(text.length);

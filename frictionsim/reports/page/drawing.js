@@ -1,7 +1,6 @@
 "use strict";
 // A motion on a canvas, at any time, with a key and read-outs beside it.
 
-frictionsim.ROLES = ["fixed", "still", "moving", "marked", "load", "path", "force", "friction", "paper", "cut"];
 frictionsim.MAX_HEIGHT = 460; // px, of the whole drawing
 frictionsim.MIN_HEIGHT = 110;
 frictionsim.DETAIL = 260; // px, at most, of the side of a detail
@@ -44,8 +43,8 @@ frictionsim.Drawing = class {
   readColours() {
     const style = getComputedStyle(document.documentElement);
     const read = (name) => style.getPropertyValue(name).trim();
-    this.colours = Object.fromEntries(frictionsim.ROLES.map((role) => [role, read(`--role-${role}`)]));
-    for (const name of ["paper", "edge", "faint"]) this.colours[name] = read(`--drawing-${name}`);
+    this.colours = Object.fromEntries(frictionsim.display.roles.map((role) => [role, read(`--role-${role}`)]));
+    for (const name of ["edge", "faint"]) this.colours[name] = read(`--drawing-${name}`);
     this.font = getComputedStyle(document.body).fontFamily;
     this.panel.drawKey(this.colours);
   }

@@ -1,8 +1,6 @@
 "use strict";
 // What stands beside a drawing, as text: its state, its numbers and the key to its parts.
 
-frictionsim.STATES = { 0: "sticks", 1: "slips forward", "-1": "slips backward" };
-
 frictionsim.made = (tag, className, text = "") => {
   const element = document.createElement(tag);
   element.className = className;
@@ -107,7 +105,7 @@ frictionsim.DrawingPanel = class {
       const state = String(this.motion.state[frame]);
       if (this.state.dataset.state !== state) {
         this.state.dataset.state = state;
-        this.state.textContent = frictionsim.STATES[state] ?? state;
+        this.state.textContent = frictionsim.display.contactWords[state] ?? state;
       }
     }
     for (const entry of this.numbers) {

@@ -1,0 +1,161 @@
+"""How a result is told: its numbers, the words for its modes, and the colours of its parts.
+
+Tables, pictures, motions and pages read them here; `page_style` and `page_data` give words and
+colours to the scripts of a page.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
+
+# Numbers.
+
+MINUS = "\N{MINUS SIGN}"
+DIGITS, STUDY_DIGITS = 10, 6  # of a quantity in the summary of a run, and of many runs
+NO_VALUE = "none"
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number_text(value: float | None, digits: int = DIGITS) -> str:
+    """Return a number; `none` where it is not defined."""
+    return NO_VALUE if value is None or value != value else f"{value:.{digits}g}"
+
+
+def study_text(value: float | None) -> str:
+    """Return a number of a sweep or a fit; `none` where it is not defined."""
+    return number_text(value, STUDY_DIGITS)
+
+
+def short_text(value: float | None) -> str:
+    """Return a number of which only the size matters; empty if there is none."""
+    return "" if value is None else f"{value + 0.0:.3g}"  # no -0
+
+
+def error_text(value: float | None) -> str:
+    """Return the estimate of an error; empty if there is none."""
+    return "" if value is None else f"{value:.1e}"
+
+
+def with_minus(shown: str) -> str:
+    """Return a number with the sign of minus that charts have; zero has none."""
+    zero = shown.startswith("-") and not shown.strip("-0.")
+    return shown.removeprefix("-") if zero else shown.replace("-", MINUS)
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit for display: raised exponents; empty for a number, whose unit is 1."""
+    if unit == "1":
+        return ""
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(RAISED), unit)
+
+
+def with_unit(value: str, unit: str) -> str:
+    """Return a number with its unit, as "200 N"; without unit the number alone."""
+    shown = unit_text(unit)
+    return f"{value} {shown}" if shown else value
+
+
+# Words for modes.
+
+MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
+"""Of an event, before and after it."""
+
+CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips backward"}
+"""What the one contact of a mechanism does at an instant."""
+
+# Colours: Okabe and Ito, safe for colour-blind readers.
+
+BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+SKY, BLACK, ORANGE, GREY = "#56B4E9", "#000000", "#E69F00", "#777777"
+WINE = "#882255"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
+"""Of lines, in this order."""
+
+COLOURS_ON_DARK = (
+    *(SKY, ORANGE, GREEN, PURPLE),
+    *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),
+)
+TENSION_COLOURS = "cividis"
+"""A scale of matplotlib, whose lightness rises with the value, also for the colour-blind."""
+
+# Of the parts of a drawing.
+EDGE, FAINT = "#2B2B2B", "#B9B9B9"
+ROLES = {
+    "fixed": GREY,
+    "still": "#D0D0D0",
+    "moving": "#CFE8F8",
+    "marked": BLUE,
+    "load": ORANGE,
+    "path": "#B3589A",
+    "force": BLUE,
+    "friction": VERMILION,
+    "cut": GREY,
+    "paper": "#FFFFFF",
+}
+ROLES_ON_DARK = {
+    "fixed": "#8D939B",
+    "still": "#41464D",
+    "moving": "#25435A",
+    "marked": "#6CC1EF",
+    "load": ORANGE,
+    "path": "#E08FC0",
+    "force": "#6CC1EF",
+    "friction": "#FF8A3D",
+    "cut": "#A0A0A0",
+    "paper": "#16181B",
+}
+PAGE = {
+    "background": "#FFFFFF",
+    "text": "#1A1A1A",
+    "faint": "#5C5C5C",
+    "rule": "#D0D0D0",
+    "panel": "#F5F5F5",
+    "accent": BLUE,
+    "cursor": "#000000",
+    "good": "#00674B",
+    "bad": "#B34700",
+    "drawing-edge": EDGE,
+    "drawing-faint": FAINT,
+}
+PAGE_ON_DARK = {
+    "background": "#16181B",
+    "text": "#E8E8E8",
+    "faint": "#A8A8A8",
+    "rule": "#3C4046",
+    "panel": "#1F2226",
+    "accent": SKY,
+    "cursor": "#FFFFFF",
+    "good": "#2FC79D",
+    "bad": "#F0A030",
+    "drawing-edge": "#E2E2E2",
+    "drawing-faint": "#565C64",
+}
+
+
+def page_style() -> str:
+    """Return the colours of a page as variables of CSS, light and dark."""
+    light, dark = _variables(PAGE, ROLES), _variables(PAGE_ON_DARK, ROLES_ON_DARK)
+    return (
+        f":root {{ color-scheme: light dark; {light} }}\n"
+        "@media (prefers-color-scheme: dark)"
+        f' {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
+        ':root[data-theme="light"] { color-scheme: light; }\n'
+        f':root[data-theme="dark"] {{ color-scheme: dark; {dark} }}\n'
+    )
+
+
+def _variables(colours: Mapping[str, str], roles: Mapping[str, str]) -> str:
+    named = {**colours, **{f"role-{role}": colour for role, colour in roles.items()}}
+    return " ".join(f"--{name}: {colour.lower()};" for name, colour in named.items())
+
+
+def page_data() -> dict[str, Any]:
+    """Return what the scripts of a page read of words and colours."""
+    return {
+        "contactWords": CONTACT_WORDS,
+        "roles": list(ROLES),
+        "light": COLOURS,
+        "dark": COLOURS_ON_DARK,
+    }
