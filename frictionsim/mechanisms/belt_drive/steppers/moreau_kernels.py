@@ -185,19 +185,12 @@ def step(
     system: "System",
 ) -> None:
     """Take one step from time t."""
-    layout, contacts, pulleys = system.layout, system.contacts, system.pulleys
-    y_old, y, rate, middle = state.y_old, state.y, state.rate, state.old
-    pulley, free, half, width = pulleys.table, pulleys.free, layout.velocities, layout.width
+    layout, y_old, y, rate, middle = system.layout, state.y_old, state.y, state.rate, state.old
+    half, width = layout.velocities, layout.width
     predict_midpoint(h, y, y_old, half)
-    for k in range(layout.speeds, layout.energies):
-        rate[k] = y[k] + 0.5 * (y[k] - y_old[k])
+    predict_pulleys(t, h, y, y_old, system)
     for k in range(layout.angles, layout.end):
         y_old[k] = y[k]
-    store_pulley_speeds(t, y[layout.speeds : layout.energies], system)
-    for k in range(len(free)):
-        pulley[SPEED, free[k]] = rate[layout.speeds + k]
-    prescribed_speeds(t + 0.5 * h, system)
-    pulley_torques(t + 0.5 * h, system)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     aphi = rate[half + 2 * width : half + 3 * width]
     damped = contactless_accelerations(system, middle, ax, ay, aphi)
@@ -206,14 +199,7 @@ def step(
     damped += midpoint_contacts(h, middle, state.new, a, stiff, system)
     prescribed_speeds(t + h, system)
     rubbed, braked = move(h, state, a, stiff, system)
-    for k in range(len(free)):
-        y[layout.speeds + k] = pulley[ALPHA, free[k]]
-    mean_reaction_torques(h, contacts, pulleys)
-    for j in range(pulley.shape[1]):
-        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
-        y[layout.angles + j] += h * mean
-        y[layout.energies] += h * pulley[TORQUE, j] * mean
-        pulley[SPEED, j] = pulley[ALPHA, j]
+    finish_pulleys(h, y, system)
     y[layout.energies + FRICTION_HEAT] += rubbed
     y[layout.energies + DAMPING_HEAT] += h * damped + braked
 
@@ -244,14 +230,36 @@ def move(
 
 
 @inline_kernel
-def store_pulley_speeds(t: float, speeds: "Array", system: "System") -> None:
-    """Write SPEED and SPEED_OLD of all pulleys at the start of a step."""
-    pulleys = system.pulleys
+def predict_pulleys(t: float, h: float, y: "Array", y_old: "Array", system: "System") -> None:
+    """Write SPEED_OLD at the start of a step, and SPEED and TORQUE in its middle.
+
+    The speeds of free pulleys there are extrapolated from `y_old`, of the start of the step before.
+    """
+    pulley, free, speeds = system.pulleys.table, system.pulleys.free, system.layout.speeds
     prescribed_speeds(t, system)
-    for k in range(len(pulleys.free)):
-        pulleys.table[SPEED, pulleys.free[k]] = speeds[k]
-    for j in range(pulleys.table.shape[1]):
-        pulleys.table[SPEED_OLD, j] = pulleys.table[SPEED, j]
+    for k in range(len(free)):
+        pulley[SPEED, free[k]] = y[speeds + k]
+    for j in range(pulley.shape[1]):
+        pulley[SPEED_OLD, j] = pulley[SPEED, j]
+    for k in range(len(free)):
+        speed, before = y[speeds + k], y_old[speeds + k]
+        pulley[SPEED, free[k]] = speed + 0.5 * (speed - before)
+    prescribed_speeds(t + 0.5 * h, system)
+    pulley_torques(t + 0.5 * h, system)
+
+
+@inline_kernel
+def finish_pulleys(h: float, y: "Array", system: "System") -> None:
+    """Write the state of the pulleys after a step and the energy that was put in; reads ALPHA."""
+    pulley, free, layout = system.pulleys.table, system.pulleys.free, system.layout
+    for k in range(len(free)):
+        y[layout.speeds + k] = pulley[ALPHA, free[k]]
+    mean_reaction_torques(h, system.contacts, system.pulleys)
+    for j in range(pulley.shape[1]):
+        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
+        y[layout.angles + j] += h * mean
+        y[layout.energies] += h * pulley[TORQUE, j] * mean
+        pulley[SPEED, j] = pulley[ALPHA, j]
 
 
 @kernel
