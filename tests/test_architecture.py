@@ -24,6 +24,7 @@ BESIDE_ROOMS = {
 }
 MAX_LINES = 600
 MAX_PARAMETERS = 8
+SELF = ("self", "cls")
 # Typer makes an option of each parameter of a command.
 COMMANDS = {
     PACKAGE / "cli" / f"{name}.py"
@@ -130,10 +131,47 @@ def test_files_are_short() -> None:
     assert long == {}
 
 
+def leaves(annotation: ast.expr | None) -> int:
+    """Return how many values an annotation holds: those of a tuple count one by one."""
+    if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+        annotation = ast.parse(annotation.value, mode="eval").body
+    if isinstance(annotation, ast.BinOp):
+        return max(leaves(annotation.left), leaves(annotation.right))
+    if not (isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "tuple"):
+        return 1
+    of_any_length = ast.unparse(annotation.slice).endswith("...)")
+    inner = annotation.slice
+    parts = inner.elts if isinstance(inner, ast.Tuple) and not of_any_length else [inner]
+    return sum(map(leaves, parts))
+
+
+def unpacked(function: ast.FunctionDef) -> dict[str, int]:
+    """Return into how many values a function takes its parameters apart, by name."""
+    found = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+            targets, value = node.targets[0].elts, node.value
+            pairs = [(node.targets[0], value)]
+            if isinstance(value, ast.Tuple):
+                pairs = list(zip(targets, value.elts, strict=False))
+            for target, source in pairs:
+                if isinstance(target, ast.Tuple) and isinstance(source, ast.Name):
+                    found[source.id] = len(target.elts)
+    return found
+
+
+def is_kernel(function: ast.FunctionDef) -> bool:
+    return any(ast.unparse(d).endswith("kernel") for d in function.decorator_list)
+
+
 def parameters(function: ast.FunctionDef) -> int:
+    """Return how many parameters a function has; a kernel's anonymous tuple counts its values."""
     own = function.args
-    names = [a.arg for a in (*own.posonlyargs, *own.args, *own.kwonlyargs)]
-    return len([name for name in names if name not in ("self", "cls")])
+    given = [a for a in (*own.posonlyargs, *own.args, *own.kwonlyargs) if a.arg not in SELF]
+    if not is_kernel(function):
+        return len(given)
+    apart = unpacked(function)
+    return sum(max(leaves(a.annotation), apart.get(a.arg, 1)) for a in given)
 
 
 def test_functions_have_few_parameters() -> None:
@@ -146,6 +184,21 @@ def test_functions_have_few_parameters() -> None:
         and parameters(node) > MAX_PARAMETERS
     ]
     assert many == LIKE_COMMANDS
+
+
+@pytest.mark.parametrize(
+    "signature",
+    [
+        'x: tuple[int, "Array", tuple[float, float]]',
+        'x: "tuple[int, int, int, int] | None"',
+        "x: Accelerations",
+    ],
+)
+def test_values_of_anonymous_tuples_are_counted(signature: str) -> None:
+    body = "(a, b, c, d), e = x, y" if signature.endswith("s") else "pass"
+    node = ast.parse(f"@loop_kernel\ndef f({signature}, y: int) -> None:\n    {body}").body[0]
+    assert isinstance(node, ast.FunctionDef)
+    assert parameters(node) == 5
 
 
 def test_public_functions_name_their_options() -> None:

@@ -7,7 +7,7 @@ of nb + np degrees of freedom. The model is in
     schema            the scenario's tables
     effects           each with its table, force, energy and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
-    equilibrium       the belt at rest: initial_guess, energy, banded_newton
+    equilibrium       the belt at rest: equilibrium_energy is what it minimises
     composition       from a scenario to arrays
     assembly          the belt at rest, ready to be stepped
     guided_string     the belt without motion across itself
@@ -16,11 +16,10 @@ of nb + np degrees of freedom. The model is in
     stability_limits  the highest frequency and decay, which bound the steps
     belt_simulation   from step to step
     sampling          what is recorded
-    spans             the tension of each span
-    quantities        the summary and the audit, of which torque_balance is a part
+    slip              the slip of the drive, and the tensions of its spans
+    quantities        the summary and the audit, at rest too
     transitions       full slip and grip, lift-off, slack spans
     run_warnings      what to know before trusting them
-    static_quantities the belt at rest
     work_precision    what the cost of accuracy is judged by, and the settings to compare
     mesh_study        models and numbers of bodies to compare
 

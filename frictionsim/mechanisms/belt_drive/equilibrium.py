@@ -36,7 +36,7 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
     normal_forces,
     radial_stiffness,
 )
-from frictionsim.mechanisms.belt_drive.energy import (
+from frictionsim.mechanisms.belt_drive.equilibrium_energy import (
     Belt,
     Configuration,
     Evaluation,

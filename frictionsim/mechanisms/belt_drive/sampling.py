@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys
-from frictionsim.mechanisms.belt_drive.effects import in_order
-from frictionsim.mechanisms.belt_drive.effects.base import Shape
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
@@ -18,16 +16,11 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     FORCE_Y,
     FORWARD_LIMIT,
     FRICTION,
-    INERTIA,
     KINETIC,
     NORMAL,
-    PULLEY_RADIUS,
-    PULLEY_X,
-    PULLEY_Y,
     RADIUS,
     SLIP,
     SPEED,
-    SPIN,
     STATIC,
     STICKING,
     TORQUE,
@@ -50,7 +43,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -81,9 +73,7 @@ class Observer:
         self._energies = ["energy_input"]
         if system.friction is not None:
             self._energies.append("energy_friction")
-        present = ((e, getattr(system.effects, e.key)) for e in in_order())
-        self._effects = [(effect, found) for effect, found in present if found is not None]
-        if any(effect.dissipates(found) for effect, found in self._effects):
+        if any(effect.dissipates(parameters) for effect, parameters in model.present_effects):
             self._energies.append("energy_damping")
         contact = {"friction_force", "slip_velocity", "sticking"}
         absent = contact if system.friction is None else set()
@@ -237,8 +227,8 @@ class Observer:
         members = range(table.shape[1])
         return {
             **{name: energies[name] for name in self._energies},
-            "energy_kinetic": self._kinetic_energy(kinematics, speeds),
-            "energy_potential": self._potential_energy(kinematics),
+            "energy_kinetic": self._model.kinetic_energy(kinematics, speeds),
+            "energy_potential": self._model.potential_energy(kinematics),
             "_speed": speeds,
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
@@ -262,21 +252,6 @@ class Observer:
 
     def _belt_speed(self, kinematics: "Array") -> float:
         return belt_speed(kinematics)
-
-    def _kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
-        return kinetic_energy(self._system, kinematics, speeds)
-
-    def _potential_energy(self, kinematics: "Array") -> float:
-        """Return the energy of all effects that store one, J."""
-        pulley = self._system.pulleys.table
-        shape = Shape(
-            self._system.chain,
-            kinematics[[X, Y]].T,
-            kinematics[ANGLE],
-            pulley[[PULLEY_X, PULLEY_Y]].T,
-            pulley[PULLEY_RADIUS],
-        )
-        return float(sum(np.sum(e.energies(found, shape)) for e, found in self._effects))
 
     def _friction_on_pulleys(self) -> dict[str, "Array"]:
         """Return the sum of the friction on the belt, N, and what it could be in full slip.
@@ -363,14 +338,6 @@ def belt_speed(kinematics: "Array") -> float:
     """Return the mean velocity of the bodies along the belt, m/s."""
     along = kinematics[VX] * np.cos(kinematics[ANGLE]) + kinematics[VY] * np.sin(kinematics[ANGLE])
     return float(np.mean(along))
-
-
-def kinetic_energy(system: "System", kinematics: "Array", speeds: "Array") -> float:
-    """Return the kinetic energy of bodies and pulleys, J."""
-    chain, inertia = system.chain, system.pulleys.table[INERTIA]
-    linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
-    turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
-    return float(0.5 * (linear + turning))
 
 
 def utilisation(contacts: "Array", friction: "Array") -> "Array":

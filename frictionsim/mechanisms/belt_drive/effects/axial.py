@@ -106,6 +106,49 @@ def cos_sin(angle: float) -> tuple[float, float]:
     return 1.0 - 2.0 * s2 * s2, 2.0 * s2 * (1.0 - 2.0 * s * s)
 
 
+class Directions(NamedTuple):
+    """The directions of the bodies, (width,) each: cosine and sine of their angles."""
+
+    cos: Array
+    sin: Array
+
+
+class JointForces(NamedTuple):
+    """The forces of joints and the parts of their dampers, N, (width,) each.
+
+    Joint k pulls body k - 1 by it, and body k by its opposite.
+    """
+
+    x: Array
+    y: Array
+    damper_x: Array
+    damper_y: Array
+
+
+class JointForce(NamedTuple):
+    """The force of one joint and the part of its damper, N, and the power that this takes, W."""
+
+    x: float
+    y: float
+    damper_x: float
+    damper_y: float
+    power: float
+
+
+@inline_kernel
+def directions_of(workspace: Array) -> Directions:
+    """Return the directions of the bodies."""
+    return Directions(workspace[COS], workspace[SIN])
+
+
+@inline_kernel
+def joint_forces_of(workspace: Array) -> JointForces:
+    """Return the forces of the joints."""
+    return JointForces(
+        workspace[FORCE_X], workspace[FORCE_Y], workspace[DAMPER_X], workspace[DAMPER_Y]
+    )
+
+
 @loop_kernel
 def turn_bodies(chain: Chain, angle: Array, cos: Array, sin: Array, bend: Array) -> None:
     """Write the directions of the bodies, and how much the joint behind each is bent."""
@@ -119,20 +162,20 @@ def joint_force(
     chain: Chain,
     axial: AxialParameters,
     kinematics: Array,
-    directions: tuple[Array, Array],
+    directions: Directions,
     a: int,
     b: int,
-) -> tuple[float, float, float, float, float]:
-    """Return the force of the joint between bodies a and b, its damper's part, and power, W.
+) -> JointForce:
+    """Return the force of the joint between bodies a and b.
 
     With the spring's force F = c d the damper's is b (d' . F) F / F^2: no root, and no direction
     to be kept for a joint without length.
     """
-    cos, sin = directions
+    cos, sin = directions.cos, directions.sin
     half, c = 0.5 * chain.length, axial.stiffness
     x = c * (kinematics[X, b] - kinematics[X, a] - half * (cos[a] + cos[b]))
     y = c * (kinematics[Y, b] - kinematics[Y, a] - half * (sin[a] + sin[b]))
-    return damped_force(half, axial.damping, kinematics, directions, (a, b), (x, y))
+    return damped_force(half, axial.damping, kinematics, directions, a, b, x, y)
 
 
 @inline_kernel
@@ -140,12 +183,14 @@ def damped_force(
     half: float,
     damping: float | None,
     kinematics: Array,
-    directions: tuple[Array, Array],
-    pair: tuple[int, int],
-    spring: tuple[float, float],
-) -> tuple[float, float, float, float, float]:
-    """Return the force of a joint with the damper that it has, as `joint_force` does."""
-    (cos, sin), (a, b), (x, y) = directions, pair, spring
+    directions: Directions,
+    a: int,
+    b: int,
+    x: float,
+    y: float,
+) -> JointForce:
+    """Return the force of a joint whose spring has the force x, y, with the damper that it has."""
+    cos, sin = directions.cos, directions.sin
     if damping is not None:
         turning_a, turning_b = half * kinematics[SPIN, a], half * kinematics[SPIN, b]
         vx = kinematics[VX, b] - kinematics[VX, a] + (sin[a] * turning_a + sin[b] * turning_b)
@@ -153,8 +198,8 @@ def damped_force(
         rate = x * vx + y * vy
         damper = damping * rate / (x * x + y * y + TINY)
         part_x, part_y = damper * x, damper * y
-        return x + part_x, y + part_y, part_x, part_y, damper * rate
-    return x, y, 0.0, 0.0, 0.0
+        return JointForce(x + part_x, y + part_y, part_x, part_y, damper * rate)
+    return JointForce(x, y, 0.0, 0.0, 0.0)
 
 
 @loop_kernel
@@ -162,17 +207,17 @@ def force_rows(
     chain: Chain,
     axial: AxialParameters,
     kinematics: Array,
-    directions: tuple[Array, Array],
-    force: tuple[Array, Array],
-    part: tuple[Array, Array],
+    directions: Directions,
+    behind: JointForces,
 ) -> float:
-    """Write the forces of the joints from the second one on, behind each body; return the power."""
+    """Write the forces of the joints behind each body; return the power of their dampers, W."""
     power = 0.0
     for k in range(full_vectors(chain.bodies)):
-        x, y, part_x, part_y, taken = joint_force(chain, axial, kinematics, directions, k, k + 1)
-        force[0][k], force[1][k] = x, y
+        force = joint_force(chain, axial, kinematics, directions, k, k + 1)
+        behind.x[k], behind.y[k] = force.x, force.y
         if axial.damping is not None:
-            part[0][k], part[1][k] = part_x, part_y
+            behind.damper_x[k], behind.damper_y[k] = force.damper_x, force.damper_y
+            taken = force.power
             power += taken if k < chain.bodies - 1 else 0.0
     return power
 
@@ -185,25 +230,30 @@ def joint_forces(
 
     Reads all kinematics; writes COS, SIN, BEND, the forces and the dampers.
     """
-    n, cos, sin, bend = chain.bodies, workspace[COS], workspace[SIN], workspace[BEND]
-    angle, force_x, force_y = kinematics[ANGLE], workspace[FORCE_X], workspace[FORCE_Y]
-    part_x, part_y = workspace[DAMPER_X], workspace[DAMPER_Y]
-    turn_bodies(chain, angle, cos, sin, bend[1:])
-    force, part = (force_x[1:], force_y[1:]), (part_x[1:], part_y[1:])
-    power = force_rows(chain, axial, kinematics, (cos, sin), force, part)
-    x, y, by_x, by_y, taken = joint_force(chain, axial, kinematics, (cos, sin), n - 1, 0)
-    force_x[0], force_y[0], part_x[0], part_y[0] = x, y, by_x, by_y
-    force_x[n], force_y[n], part_x[n], part_y[n] = x, y, by_x, by_y
+    n, angle, bend = chain.bodies, kinematics[ANGLE], workspace[BEND]
+    directions, forces = directions_of(workspace), joint_forces_of(workspace)
+    turn_bodies(chain, angle, directions.cos, directions.sin, bend[1:])
+    behind = JointForces(forces.x[1:], forces.y[1:], forces.damper_x[1:], forces.damper_y[1:])
+    power = force_rows(chain, axial, kinematics, directions, behind)
+    first = joint_force(chain, axial, kinematics, directions, n - 1, 0)
+    for k in (0, n):
+        forces.x[k], forces.y[k] = first.x, first.y
+        forces.damper_x[k], forces.damper_y[k] = first.damper_x, first.damper_y
     bend[0] = bend[n] = angle[0] - angle[n - 1] + chain.total_turning
-    return power + taken
+    return power + first.power
 
 
 @loop_kernel
 def body_accelerations(
-    chain: Chain, joints: tuple[Array, Array, Array, Array], ax: Array, ay: Array, aphi: Array
+    chain: Chain,
+    directions: Directions,
+    forces: JointForces,
+    ax: Array,
+    ay: Array,
+    aphi: Array,
 ) -> None:
     """Write the accelerations of the bodies under the forces of their joints."""
-    cos, sin, force_x, force_y = joints
+    cos, sin, force_x, force_y = directions.cos, directions.sin, forces.x, forces.y
     inv_mass = 1.0 / chain.mass
     lever = 0.5 * chain.length / chain.inertia
     for k in range(full_vectors(chain.bodies)):
@@ -225,26 +275,29 @@ def add_axial_forces(
     """Write the accelerations under the joints' springs and dampers: the first of all forces."""
     chain, workspace = system.chain, system.workspace
     power = joint_forces(chain, axial, kinematics, workspace)
-    joints = (workspace[COS], workspace[SIN], workspace[FORCE_X], workspace[FORCE_Y])
-    body_accelerations(chain, joints, ax, ay, aphi)
+    directions, forces = directions_of(workspace), joint_forces_of(workspace)
+    body_accelerations(chain, directions, forces, ax, ay, aphi)
     return power
 
 
 @inline_kernel
 def damper_power(
     half: float,
-    dampers: tuple[Array, Array, Array, Array],
+    directions: Directions,
+    forces: JointForces,
     k: int,
-    v: tuple[float, float, float],
+    vx: float,
+    vy: float,
+    spin: float,
 ) -> float:
-    """Return the power that the dampers of its two joints take from body k at velocities v, W.
+    """Return the power that the dampers of its two joints take from body k at velocities, W.
 
     D_k is the force of a damper; its power is summed up by bodies:
     (D_k - D_(k+1)) . v_k - (l/2) (e_k x (D_k + D_(k+1))) phi_k'.
     """
-    cos, sin, x, y = dampers
+    cos, sin, x, y = directions.cos, directions.sin, forces.damper_x, forces.damper_y
     lever = sin[k] * (x[k] + x[k + 1]) - cos[k] * (y[k] + y[k + 1])
-    return (x[k] - x[k + 1]) * v[0] + (y[k] - y[k + 1]) * v[1] + half * lever * v[2]
+    return (x[k] - x[k + 1]) * vx + (y[k] - y[k + 1]) * vy + half * lever * spin
 
 
 @inline_kernel

@@ -40,29 +40,20 @@ from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
-    BACKWARD,
     BACKWARD_LIMIT,
     BEND,
     BEND_RATE,
-    BODY_VX,
-    BODY_VY,
-    FORWARD,
     FORWARD_LIMIT,
     FRICTION,
     INERTIA,
-    INV_DISTANCE,
-    KINETIC,
-    NORMAL,
-    NX,
-    NY,
     PULLEY_RADIUS,
     SIMD_WIDTH,
     SLIP,
     SPEED,
-    STATIC,
     STICK_BIAS,
-    STICKING,
     TORQUE,
+    ContactRows,
+    contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
@@ -82,7 +73,6 @@ if TYPE_CHECKING:
         PitchLine,
         Pulleys,
         System,
-        WrapFactors,
     )
 
     Bodies = npt.NDArray[np.uint64]
@@ -91,63 +81,47 @@ if TYPE_CHECKING:
 @loop_kernel
 def sticking_rows(
     inv_relaxation_time: float,
-    bodies: tuple["Bodies", Array, Array, Array, Array],
-    moving: tuple[Array, Array, Array, Array, Array, Array],
-    wrap: "WrapFactors | None",
-    normal: tuple[Array, Array, Array],
-    written: tuple[Array, Array, Array],
-    count: int,
+    contacts: "Contacts",
+    rows: ContactRows,
+    ax: Array,
+    ay: Array,
+    bend: Array,
+    bend_rate: Array,
 ) -> None:
-    """Write STICK_BIAS and the limits of the friction, N, of so many candidates."""
-    (body, ax, ay, bend, bend_rate), (nx, ny, vx, vy, inv_distance, slip) = bodies, moving
-    (force, forward, backward), (bias, forward_limit, backward_limit) = normal, written
-    start = 0
+    """Write the rows of `plane_sticking`."""
+    body, wrap, nx, ny, vx, vy = contacts.body, contacts.wrap, rows.nx, rows.ny, rows.vx, rows.vy
+    start, count = 0, contacts.offsets[-1]
     while start < count:
         end = run_end(body, start, count)
         for s in range(np.uint64(start), np.uint64(end)):
             i = s + (body[start] - np.uint64(start))
             along = vy[s] * nx[s] - vx[s] * ny[s]
-            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * inv_distance[s]
+            turning = along * (vx[s] * nx[s] + vy[s] * ny[s]) * rows.inv_distance[s]
             own = times_factor(wrap, s, turning - (ay[i] * nx[s] - ax[i] * ny[s]))
             own -= wrap_rate(wrap, i, bend, bend_rate) * along
-            bias[s] = slip[s] * inv_relaxation_time + own
-            forward_limit[s] = forward[s] * force[s]
-            backward_limit[s] = backward[s] * force[s]
+            rows.stick_bias[s] = rows.slip[s] * inv_relaxation_time + own
+            rows.forward_limit[s] = rows.forward[s] * rows.normal[s]
+            rows.backward_limit[s] = rows.backward[s] * rows.normal[s]
         start = end
 
 
 @loop_kernel
-def project_rows(
-    part: tuple[int, int],
-    rim: float,
-    mass: float,
-    wrap: "WrapFactors | None",
-    read: tuple[Array, Array, Array],
-    friction: Array,
-    sticking: Array,
-) -> None:
-    """Write the rows of `project_friction` of one pulley."""
-    bias, forward, backward = read
-    for block in range(part[0], part[1], SIMD_WIDTH):
+def project_rows(j: int, rim: float, mass: float, contacts: "Contacts", rows: ContactRows) -> None:
+    """Write the rows of `project_friction` of pulley j, whose rim has a velocity, m/s."""
+    for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
         for s in range(block, block + SIMD_WIDTH):
-            needed = mass * mass_ratio(wrap, s) * (rim + bias[s])
-            limited = min(max(needed, -backward[s]), forward[s])
-            friction[s], sticking[s] = limited, 1.0 if limited == needed else 0.0
+            needed = mass * mass_ratio(contacts.wrap, s) * (rim + rows.stick_bias[s])
+            limited = min(max(needed, -rows.backward_limit[s]), rows.forward_limit[s])
+            rows.friction[s], rows.sticking[s] = limited, 1.0 if limited == needed else 0.0
 
 
 @loop_kernel
 def add_friction_rows(
-    body: "Bodies",
-    count: int,
-    inv_mass: float,
-    wrap: "WrapFactors | None",
-    contact: tuple[Array, Array, Array],
-    ax: Array,
-    ay: Array,
+    contacts: "Contacts", rows: ContactRows, inv_mass: float, ax: Array, ay: Array
 ) -> None:
-    """Add what the friction of so many candidates accelerates."""
-    friction, nx, ny = contact
-    start = 0
+    """Write the rows of `add_friction_forces`."""
+    body, wrap, friction, nx, ny = contacts.body, contacts.wrap, rows.friction, rows.nx, rows.ny
+    start, count = 0, contacts.offsets[-1]
     while start < count:
         end = run_end(body, start, count)
         for s in range(np.uint64(start), np.uint64(end)):
@@ -273,8 +247,8 @@ class FrictionEffect(BeltEffect):
 @inline_kernel
 def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
     """Write SLIP."""
-    table = contacts.table
-    nx, ny, vx, vy, slip = table[NX], table[NY], table[BODY_VX], table[BODY_VY], table[SLIP]
+    rows = contact_rows(contacts.table)
+    nx, ny, vx, vy, slip = rows.nx, rows.ny, rows.vx, rows.vy, rows.slip
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * pulleys.table[SPEED, j]
         for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
@@ -309,15 +283,9 @@ def plane_sticking(
     Slip relaxes at a rate, 1/s.
     """
     if contact is not None:
-        contacts, table, workspace = system.contacts, system.contacts.table, system.workspace
-        bodies = (contacts.body, ax, ay, workspace[BEND], workspace[BEND_RATE])
-        moving = (
-            *(table[NX], table[NY], table[BODY_VX], table[BODY_VY]),
-            *(table[INV_DISTANCE], table[SLIP]),
-        )
-        normal = (table[NORMAL], table[FORWARD], table[BACKWARD])
-        written = (table[STICK_BIAS], table[FORWARD_LIMIT], table[BACKWARD_LIMIT])
-        sticking_rows(rate, bodies, moving, contacts.wrap, normal, written, contacts.offsets[-1])
+        contacts, workspace = system.contacts, system.workspace
+        bend, bend_rate = workspace[BEND], workspace[BEND_RATE]
+        sticking_rows(rate, contacts, contact_rows(contacts.table), ax, ay, bend, bend_rate)
 
 
 @inline_kernel
@@ -326,7 +294,8 @@ def line_sticking(
 ) -> None:
     """Write STICK_BIAS and the limits of the friction of a guided string, N."""
     if line is not None:
-        ny, slip, bias = contacts.table[NY], contacts.table[SLIP], contacts.table[STICK_BIAS]
+        rows = contact_rows(contacts.table)
+        ny, slip, bias = rows.ny, rows.slip, rows.stick_bias
         for s in range(contacts.offsets[-1]):
             bias[s] = slip[s] * rate + acceleration[contacts.body[s]] * ny[s]
         friction_limits(contacts, 1.0)
@@ -335,9 +304,9 @@ def line_sticking(
 @inline_kernel
 def friction_limits(contacts: "Contacts", duration: float) -> None:
     """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
-    table, count = contacts.table, contacts.offsets[-1]
-    normal, forward, backward = table[NORMAL], table[FORWARD], table[BACKWARD]
-    forward_limit, backward_limit = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+    rows, count = contact_rows(contacts.table), contacts.offsets[-1]
+    normal, forward, backward = rows.normal, rows.forward, rows.backward
+    forward_limit, backward_limit = rows.forward_limit, rows.backward_limit
     for s in range(count):
         forward_limit[s] = duration * forward[s] * normal[s]
     for s in range(count):
@@ -384,20 +353,15 @@ def solve_pulley_motion(
 @inline_kernel
 def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: Array) -> None:
     """Write FRICTION and STICKING: what sticking needs with the x of each pulley, within limits."""
-    table = contacts.table
-    read = (table[STICK_BIAS], table[FORWARD_LIMIT], table[BACKWARD_LIMIT])
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
-        part = (contacts.offsets[j], contacts.offsets[j + 1])
-        project_rows(part, rim, mass, contacts.wrap, read, table[FRICTION], table[STICKING])
+        project_rows(j, rim, mass, contacts, contact_rows(contacts.table))
 
 
 @inline_kernel
 def add_friction_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the friction accelerates, or its impulses to velocities."""
-    table, count = contacts.table, contacts.offsets[-1]
-    read = (table[FRICTION], table[NX], table[NY])
-    add_friction_rows(contacts.body, count, inv_mass, contacts.wrap, read, ax, ay)
+    add_friction_rows(contacts, contact_rows(contacts.table), inv_mass, ax, ay)
 
 
 # --- friction as a function of the slip -----------------------------------------------------------
@@ -420,9 +384,9 @@ def regularised_friction(
     slips in the elementary time dt of the integration: a law that depends on the step.
     """
     if law is not None:
-        table = contacts.table
-        slip, friction, normal = table[SLIP], table[FRICTION], table[NORMAL]
-        static, kinetic, sticking = table[STATIC], table[KINETIC], table[STICKING]
+        rows = contact_rows(contacts.table)
+        slip, friction, normal = rows.slip, rows.friction, rows.normal
+        static, kinetic, sticking = rows.static, rows.kinetic, rows.sticking
         for s in range(contacts.offsets[-1]):
             size = abs(slip[s])
             x = size / law.transition_speed

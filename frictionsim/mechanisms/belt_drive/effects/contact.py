@@ -29,19 +29,12 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
 from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
-    BODY_VX,
-    BODY_VY,
-    CENTRE_X,
-    CENTRE_Y,
-    INV_DISTANCE,
-    NORMAL,
-    NX,
-    NY,
-    RADIUS,
     VX,
     VY,
+    ContactRows,
     X,
     Y,
+    contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
@@ -115,29 +108,26 @@ class ContactParameters(NamedTuple):
 @loop_kernel
 def press_bodies(
     kinematics: Array,
-    body: "Bodies",
-    offsets: "Offsets",
-    rim: tuple[Array, Array, Array],
+    contacts: "Contacts",
+    rows: ContactRows,
     contact: ContactParameters,
-    place: tuple[Array, Array, Array],
-    moving: tuple[Array, Array],
-    normal: Array,
 ) -> None:
     """Write the rows of `contact_forces`."""
-    (centre_x, centre_y, radius), (nx, ny, inv_distance), (vx, vy) = rim, place, moving
+    body, offsets = contacts.body, contacts.offsets
     for j in range(len(contact.c1)):
         c1, c2, start, count = contact.c1[j], contact.c2[j], offsets[j], offsets[j + 1]
         while start < count:
             end = run_end(body, start, count)
             for s in range(np.uint64(start), np.uint64(end)):
                 i = s + (body[start] - np.uint64(start))
-                dx, dy = kinematics[X, i] - centre_x[s], kinematics[Y, i] - centre_y[s]
-                vx[s], vy[s] = kinematics[VX, i], kinematics[VY, i]
+                dx, dy = kinematics[X, i] - rows.centre_x[s], kinematics[Y, i] - rows.centre_y[s]
+                rows.vx[s], rows.vy[s] = kinematics[VX, i], kinematics[VY, i]
                 square = dx * dx + dy * dy + TINY
                 inverse = 1.0 / np.sqrt(square)
-                p = max(radius[s] - square * inverse, 0.0)
-                normal[s] = p * (c1 * p + c2)
-                nx[s], ny[s], inv_distance[s] = dx * inverse, dy * inverse, inverse
+                p = max(rows.radius[s] - square * inverse, 0.0)
+                rows.normal[s] = p * (c1 * p + c2)
+                rows.nx[s], rows.ny[s] = dx * inverse, dy * inverse
+                rows.inv_distance[s] = inverse
             start = end
 
 
@@ -147,11 +137,7 @@ def contact_forces(kinematics: Array, contacts: "Contacts", contact: ContactPara
 
     Reads X, Y, VX, VY; writes NX, NY, INV_DISTANCE, BODY_VX, BODY_VY, NORMAL.
     """
-    table, offsets = contacts.table, contacts.offsets
-    rim = (table[CENTRE_X], table[CENTRE_Y], table[RADIUS])
-    place = (table[NX], table[NY], table[INV_DISTANCE])
-    moving = (table[BODY_VX], table[BODY_VY])
-    press_bodies(kinematics, contacts.body, offsets, rim, contact, place, moving, table[NORMAL])
+    press_bodies(kinematics, contacts, contact_rows(contacts.table), contact)
 
 
 @inline_kernel
@@ -166,9 +152,9 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
     """Add the damping's part of NORMAL, which never pulls; return the power it takes, W."""
     power = 0.0
     if damping is not None:
-        table = contacts.table
-        normal, nx, ny, vx, vy = table[NORMAL], table[NX], table[NY], table[BODY_VX], table[BODY_VY]
-        radius, inv_distance = table[RADIUS], table[INV_DISTANCE]
+        rows = contact_rows(contacts.table)
+        normal, nx, ny, vx, vy = rows.normal, rows.nx, rows.ny, rows.vx, rows.vy
+        radius, inv_distance = rows.radius, rows.inv_distance
         for j in range(len(damping.coefficient)):
             full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
             for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
@@ -184,22 +170,20 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
 @inline_kernel
 def add_normal_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the normal forces accelerate."""
-    table, count = contacts.table, contacts.offsets[-1]
-    add_normal_rows(contacts.body, count, inv_mass, (table[NORMAL], table[NX], table[NY]), ax, ay)
+    add_normal_rows(contacts, contact_rows(contacts.table), inv_mass, ax, ay)
 
 
 @loop_kernel
 def add_normal_rows(
-    body: "Bodies",
-    count: int,
+    contacts: "Contacts",
+    rows: ContactRows,
     inv_mass: float,
-    contact: tuple[Array, Array, Array],
     ax: Array,
     ay: Array,
 ) -> None:
-    """Add what the normal forces of so many candidates accelerate."""
-    normal, nx, ny = contact
-    start = 0
+    """Write the rows of `add_normal_forces`."""
+    body, normal, nx, ny = contacts.body, rows.normal, rows.nx, rows.ny
+    start, count = 0, contacts.offsets[-1]
     while start < count:
         end = run_end(body, start, count)
         for s in range(np.uint64(start), np.uint64(end)):

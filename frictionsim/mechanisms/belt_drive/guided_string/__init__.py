@@ -18,11 +18,12 @@ There is no bending, weight, vibration across the belt, sag, lift-off from a pul
 of a contact. Where the belt would have to leave its line, its normal force is zero and a joint
 under pressure pushes: the run warns of both.
 
-    line            the line, and who is near a pulley
-    equations       the rates of a state, for the adaptive methods
-    moreau          steps of a fixed length, with their kernels in moreau_kernels
+    moreau          steps of a fixed length
     model           from a scenario to arrays, at rest
     observer        what is recorded
+
+The search for who is near a pulley and the rates of a state are in `kernels`, beside those of
+bodies in the plane.
 
 References
 ----------

@@ -8,11 +8,13 @@ from frictionsim.mechanisms.belt_drive.composition import (
     BeltModel,
     compose,
     distinct_static_friction,
+    error_scales,
+    offsets_fault,
 )
-from frictionsim.mechanisms.belt_drive.contact_checkpoint import offsets_fault
 from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
-from frictionsim.mechanisms.belt_drive.guided_string.line import RUN_ROWS
+from frictionsim.mechanisms.belt_drive.kernels.contacts import RUN_ROWS
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    INERTIA,
     POSITION,
     PULLEY_RADIUS,
     RADIUS,
@@ -107,6 +109,20 @@ class StringModel(BeltModel):
         waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
         return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
 
+    def kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
+        """Return the kinetic energy of points, with the kinematics (2, n), and pulleys, J."""
+        inertia = self.system.pulleys.table[INERTIA]
+        linear = self.system.chain.mass * np.sum(kinematics[VELOCITY] ** 2)
+        return float(0.5 * (linear + np.sum(inertia * speeds**2)))
+
+    def potential_energy(self, kinematics: "Array") -> float:
+        """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
+        assert self.system.line is not None
+        position, chain = kinematics[POSITION], self.system.chain
+        stretch = np.diff(position, prepend=position[-1] - self.system.line.length) - chain.length
+        stiffness = self.system.effects.axial_damping.stiffness
+        return float(0.5 * stiffness * np.sum(stretch**2))
+
     def contact_state(self) -> dict[str, Any]:
         """Return the state of the contacts between steps, by name."""
         line = self.system.line
@@ -137,7 +153,7 @@ def assemble_string(scenario: "BeltDriveScenario") -> StringModel:
         distinct_static_friction(system),
         equilibrium,
         state,
-        _error_scales(equilibrium, system),
+        error_scales(equilibrium, system),
     )
 
 
@@ -195,18 +211,3 @@ def arc_shares(line: PitchLine, points: int, spacing: float) -> "Array":
     along = np.arange(points + 1) * spacing - line.starts[:, None]
     shares: Array = np.diff(np.minimum(np.maximum(along, 0.0), line.arcs[:, None]), axis=1)
     return shares
-
-
-def _error_scales(equilibrium: Equilibrium, system: System) -> "Array":
-    """Return the size of each state that its error is measured by."""
-    layout, mass = system.layout, system.chain.mass
-    stiffness = system.effects.axial_damping.stiffness
-    radius = float(np.min(system.pulleys.table[PULLEY_RADIUS]))
-    stretch = float(np.mean(equilibrium.tension)) / stiffness
-    speed = stretch * float(np.sqrt(stiffness / mass))
-    scales = np.full(layout.size, np.inf)
-    rows = kinematics_of(scales, layout)
-    rows[POSITION], rows[VELOCITY] = stretch, speed
-    scales[layout.angles : layout.speeds] = stretch / radius
-    scales[layout.speeds : layout.energies] = speed / radius
-    return scales

@@ -10,7 +10,7 @@ of the tension T + D/h that presses a point on its arc, so that the limits of th
 them: both are corrected in turn until they agree.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,23 +19,21 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     project_friction,
     solve_pulley_motion,
 )
-from frictionsim.mechanisms.belt_drive.guided_string.equations import (
-    add_damping,
-    normal_forces,
-    tensions,
-)
-from frictionsim.mechanisms.belt_drive.guided_string.line import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     COUNT,
     FIRST_CANDIDATE,
     FIRST_POINT,
     PULLEY,
-    line_candidates,
-)
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     assign_friction_coefficients,
+    line_candidates,
     update_contact_modes,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
+    add_damping,
+    normal_forces,
+    prescribed_speeds,
+    tensions,
+)
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -46,13 +44,11 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     POSITION,
     PULLEY_RADIUS,
     SLIP,
-    SPEED,
     SPEED_OLD,
     STICK_BIAS,
     STICKING,
     STRING_ROWS,
     TENSION,
-    TORQUE,
     VELOCITY,
     aligned_zeros,
     copy,
@@ -85,10 +81,9 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     NOT_FINITE,
     SINCE_SEARCH,
     STEPS,
-    mean_reaction_torques,
-    store_pulley_speeds,
+    finish_pulleys,
+    predict_pulleys,
 )
-from frictionsim.solvers.state_values import NUMBER
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -97,7 +92,6 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
     from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping
-    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
     Indices = npt.NDArray[np.int64]
@@ -194,7 +188,6 @@ def step_string(
 ) -> None:
     """Take one step from time t."""
     layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
-    pulleys, pulley, free = system.pulleys, system.pulleys.table, system.pulleys.free
     y_old, y, n = state.y_old, state.y, system.chain.bodies
     position, velocity = state.middle[POSITION], state.middle[VELOCITY]
     half = layout.velocities
@@ -207,30 +200,18 @@ def step_string(
     tensions(line.length, axial, chain, position, system.workspace)
     add_damping(axial.damping, velocity, tension, chain)
     normal_forces(line, velocity, system)
-    store_pulley_speeds(t, y[layout.speeds : layout.energies], system)
-    for k in range(len(free)):
-        speed, earlier = y[layout.speeds + k], y_old[layout.speeds + k]
-        pulley[SPEED, free[k]] = speed + 0.5 * (speed - earlier)
-    prescribed_speeds(t + 0.5 * h, system)
-    pulley_torques(t + 0.5 * h, system)
+    predict_pulleys(t, h, y, y_old, system)
     prescribed_speeds(t + h, system)
     copy(y, y_old)
     new, gain = y[half : layout.angles], h / chain.mass
     for k in range(n):
         new[k] = before[k] + gain * (tension[k + 1] - tension[k])
-    free_pulley_speeds(h, pulleys)
+    free_pulley_speeds(h, system.pulleys)
     taken = solve_dampers(h, velocity, before, new, stiff, line, system)
     rubbed = solve_friction_impulses(h, before, new, stiff, line, system)
     for i in range(n):
         y[i] = position[i] + 0.5 * h * new[i]
-    for k in range(len(free)):
-        y[layout.speeds + k] = pulley[ALPHA, free[k]]
-    mean_reaction_torques(h, system.contacts, pulleys)
-    for j in range(pulley.shape[1]):
-        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
-        y[layout.angles + j] += h * mean
-        y[layout.energies] += h * pulley[TORQUE, j] * mean
-        pulley[SPEED, j] = pulley[ALPHA, j]
+    finish_pulleys(h, y, system)
     y[layout.energies + FRICTION_HEAT] += rubbed
     taken += h * damping_power(axial.damping, n, velocity, before, new)
     y[layout.energies + DAMPING_HEAT] += taken
@@ -453,22 +434,13 @@ class BeltStepper(FixedSteps):
         """
         self._integrate(self._steps_to(limit, sample, max_steps))
 
-    def _integrate(self, steps: int) -> None:
-        before, distinct = self.t, self._model.distinct_static_friction
-        stiff, system = self._stiff, self._system
-        assert system.line is not None
-        ended = integrate_string(steps, self._h, self._state, distinct, stiff, system.line, system)
-        if ended == NOT_FINITE:
-            raise self._not_finite(before)
+    def _take_steps(self, steps: int) -> int:
+        stiff, system, distinct = self._stiff, self._system, self._model.distinct_static_friction
+        line, state = system.line, self._state
+        assert line is not None
+        ended: int = integrate_string(steps, self._h, state, distinct, stiff, line, system)
+        return ended
 
-    def checkpoint_arrays(self) -> dict[str, Any]:
-        """Return all that the next steps depend on, by name; written to, it is taken up."""
-        s, stiff = self._state, self._stiff
-        dampers = {} if stiff is None else {"dampers": stiff.table[IMPULSE]}
-        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts, **dampers}
-        return {**own, **self._model.contact_state()}
-
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        dampers = {} if self._stiff is None else {"dampers": NUMBER}
-        return {**self.step_values(duration), **dampers, **self._model.contact_values()}
+    @property
+    def _dampers(self) -> "Array | None":
+        return None if self._stiff is None else self._stiff.table[IMPULSE]

@@ -9,7 +9,6 @@ from frictionsim.errors import Diverged
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ARC_LENGTH,
     ARC_START,
-    INERTIA,
     MIDDLE,
     POSITION,
     PULLEY_RADIUS,
@@ -73,17 +72,6 @@ class StringObserver(Observer):
 
     def _belt_speed(self, kinematics: "Array") -> float:
         return float(np.mean(kinematics[VELOCITY]))
-
-    def _kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
-        inertia = self._system.pulleys.table[INERTIA]
-        linear = self._system.chain.mass * np.sum(kinematics[VELOCITY] ** 2)
-        return float(0.5 * (linear + np.sum(inertia * speeds**2)))
-
-    def _potential_energy(self, kinematics: "Array") -> float:
-        position, chain = kinematics[POSITION], self._system.chain
-        stretch = np.diff(position, prepend=position[-1] - self._path.length) - chain.length
-        stiffness = self._system.effects.axial_damping.stiffness
-        return float(0.5 * stiffness * np.sum(stretch**2))
 
     def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
         """Return how many bodies' lengths are on each pulley, and on how many of them it sticks.

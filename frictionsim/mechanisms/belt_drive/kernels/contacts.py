@@ -3,30 +3,41 @@
 Only these are looked at in the steps between two searches. No body gets through the skin round a
 pulley meanwhile, which is as thick as a body is long, unless it is faster than a sixteenth of the
 waves along the belt, or an eighth, by how often a method searches.
+
+Points of a guided string do not overtake each other. Those near a pulley have numbers that follow
+each other, but for one place where the last one is followed by the first: they are listed as runs,
+over which a loop needs no table of indices.
 """
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.guided_string.line import line_candidates
 from frictionsim.mechanisms.belt_drive.kernels.candidate_list import (
     add_candidate,
+    fill_up,
     save_modes,
     set_initial_mode,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
+    ARC_LENGTH,
+    ARC_START,
     BACKWARD,
     BACKWARD_LIMIT,
+    BODY_VY,
     CENTRE_X,
     CENTRE_Y,
     FORWARD,
     FORWARD_LIMIT,
     FRICTION,
+    INV_DISTANCE,
     KINETIC,
     MODE,
     NORMAL,
+    NX,
+    NY,
+    POSITION,
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
@@ -35,6 +46,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED,
     STATIC,
     STICKING,
+    VELOCITY,
     VX,
     VY,
     X,
@@ -53,6 +65,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.kernels.system import (
         Contacts,
         FrictionCoefficients,
+        PitchLine,
         Pulleys,
         System,
     )
@@ -178,3 +191,51 @@ def update_contact_modes(contacts: "Contacts") -> bool:
             contacts.release[0] = max(contacts.release[0], missing / limit if limit > 0.0 else 0.0)
         table[MODE, s] = mode
     return select_friction_coefficients(contacts)
+
+
+# A point is a candidate this many body lengths before its arc and after it: half a length, or more
+# where it is stretched, touches first, and the rest is for the steps until the next search.
+SKIN = 2.0
+
+# Rows of the runs: number of the first point and of the first candidate, how many there are, and
+# their pulley.
+FIRST_POINT, FIRST_CANDIDATE, COUNT, PULLEY = range(4)
+RUN_ROWS = 4
+
+
+@inline_kernel
+def line_candidates(line: "PitchLine | None", system: "System", kinematics: "Array") -> None:
+    """Make candidates of the points on the arcs, and near their ends.
+
+    NX and NY are the normal in the frame of the belt, whose first axis is along it.
+    """
+    if line is not None:
+        contacts, pulley = system.contacts, system.pulleys.table
+        position, velocity = kinematics[POSITION], kinematics[VELOCITY]
+        table, runs, skin = contacts.table, line.runs, SKIN * system.chain.length
+        save_modes(contacts)
+        s, run = 0, -1
+        for j in range(pulley.shape[1]):
+            contacts.offsets[j] = first = s
+            before = -2
+            for i in range(system.chain.bodies):
+                turns = np.floor((position[i] - line.starts[j] + skin) / line.length)
+                start = line.starts[j] + turns * line.length
+                if position[i] - start < line.arcs[j] + skin:
+                    if i != before + 1:
+                        run += 1
+                        runs[FIRST_POINT, run], runs[FIRST_CANDIDATE, run] = i, s
+                        runs[COUNT, run], runs[PULLEY, run] = 0, j
+                    runs[COUNT, run] += 1
+                    before = i
+                    add_candidate(contacts, s, i, pulley[PULLEY_RADIUS, j])
+                    rim = pulley[PULLEY_RADIUS, j] * pulley[SPEED, j]
+                    set_initial_mode(contacts, s, rim - line.senses[j] * velocity[i])
+                    table[ARC_START, s], table[ARC_LENGTH, s] = start, line.arcs[j]
+                    s += 1
+            s = fill_up(contacts, first, s)
+            for k in range(first, s):
+                table[NX, k], table[NY, k] = 0.0, -line.senses[j]
+                table[BODY_VY, k] = table[INV_DISTANCE, k] = 0.0
+        contacts.offsets[-1] = s
+        line.run_count[0] = run + 1

@@ -63,6 +63,95 @@ INPUT_ENERGY, FRICTION_HEAT, DAMPING_HEAT = range(3)
 N_ENERGIES = 3
 
 
+class BodyRows(NamedTuple):
+    """The rows of the kinematics by name, (width,) each: m, rad, m/s, rad/s."""
+
+    x: "Array"
+    y: "Array"
+    angle: "Array"
+    vx: "Array"
+    vy: "Array"
+    spin: "Array"
+
+
+@inline_kernel
+def body_rows(kinematics: "Array") -> BodyRows:
+    """Return the rows of the kinematics by name."""
+    return BodyRows(
+        kinematics[X],
+        kinematics[Y],
+        kinematics[ANGLE],
+        kinematics[VX],
+        kinematics[VY],
+        kinematics[SPIN],
+    )
+
+
+class Accelerations(NamedTuple):
+    """The accelerations of bodies, (width,) each: m/s^2 and rad/s^2."""
+
+    x: "Array"
+    y: "Array"
+    angle: "Array"
+
+
+class ContactRows(NamedTuple):
+    """The rows of the contacts' table by name, (contacts,) each, in the units of `layout`.
+
+    Loops take rows one by one: that these do not overlap is known, of parts of a table it is not.
+    """
+
+    centre_x: "Array"
+    centre_y: "Array"
+    radius: "Array"
+    static: "Array"
+    kinetic: "Array"
+    forward: "Array"
+    backward: "Array"
+    nx: "Array"
+    ny: "Array"
+    inv_distance: "Array"
+    vx: "Array"
+    vy: "Array"
+    normal: "Array"
+    forward_limit: "Array"
+    backward_limit: "Array"
+    slip: "Array"
+    stick_bias: "Array"
+    friction: "Array"
+    sticking: "Array"
+    mode: "Array"
+    rim_turn: "Array"
+
+
+@inline_kernel
+def contact_rows(table: "Array") -> ContactRows:
+    """Return the rows of the table of contacts by name."""
+    return ContactRows(
+        table[CENTRE_X],
+        table[CENTRE_Y],
+        table[RADIUS],
+        table[STATIC],
+        table[KINETIC],
+        table[FORWARD],
+        table[BACKWARD],
+        table[NX],
+        table[NY],
+        table[INV_DISTANCE],
+        table[BODY_VX],
+        table[BODY_VY],
+        table[NORMAL],
+        table[FORWARD_LIMIT],
+        table[BACKWARD_LIMIT],
+        table[SLIP],
+        table[STICK_BIAS],
+        table[FRICTION],
+        table[STICKING],
+        table[MODE],
+        table[RIM_TURN],
+    )
+
+
 class StateLayout(NamedTuple):
     """The parts of a state vector, and of its rate, one behind the other.
 

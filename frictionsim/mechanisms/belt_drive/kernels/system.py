@@ -81,7 +81,7 @@ class PitchLine(NamedTuple):
     senses : (pulleys,)
         +1 where the belt passes a pulley counter-clockwise, else -1.
     runs : (4, runs)
-        Runs of candidates, with the rows of `guided_string.line`.
+        Runs of candidates, with the rows of `kernels.contacts`.
     run_count : (1,)
     """
 

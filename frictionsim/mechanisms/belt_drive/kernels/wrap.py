@@ -17,23 +17,7 @@ and the force that has the power -T s acts with kappa T on the body and with -R 
 energy closes for any kappa. Where the slip is given a body yields to T with the mass m/kappa^2.
 Without factors, None, the slip is that of the body's centre, as published.
 
-What else was tried, on the belt of the paper at 150 bodies, where fine meshes have a slip of 0.91
-of the elastic creep, and 0.90 with bending; an arc without load, 0.93 and 0.88 of the tension of
-its spans:
-
-    without, with bending                     slip            arc over span without load
-    this factor                               0.965, 1.056    1.02, 1.07
-    1 + (dphi_before + dphi_after)^2/48       0.900, 0.992
-    1 + max(dphi_before, dphi_after)^2/12     1.392, 1.318
-    joints longer by l dphi^2/12, as arcs     1.086, 1.057    1.16
-    joints longer by R dphi^3/12              fails, 1.062    0.91 with bending
-    two normal forces, at +-l/sqrt(6)         0.629
-
-The second one is worse at 300 bodies, 0.868 and 0.869 where this one has 0.883 and 0.872. Joints
-that are longer where they are bent pull at the angles of the bodies with T l dphi/6, a bending
-stiffness below zero. Bodies that touch at two points have the right perimeter, but the leading
-point meets the rim at an angle of l/(2.4 R), as on a contact that is so much softer; and friction
-at both points would couple the contacts, which now have one scalar equation a pulley.
+Other formulas were rejected: `docs/mechanisms/belt-drive.md`, "Number of bodies".
 """
 
 from typing import TYPE_CHECKING

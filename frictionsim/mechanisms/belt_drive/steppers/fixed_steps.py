@@ -8,6 +8,7 @@ from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.kernels.layout import ALPHA, SPEED, SPEED_OLD
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     CANDIDATE_UPDATE_INTERVAL,
+    NOT_FINITE,
     SINCE_SEARCH,
     STEPS,
 )
@@ -68,18 +69,38 @@ class FixedSteps:
         # A step that would be left over from rounding is none.
         return min(max_steps, max(1, int(np.ceil(ahead - 1e-6))))
 
-    def _not_finite(self, before: float) -> NonFinite:
-        return NonFinite(
-            f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
-            f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
-        )
+    def _integrate(self, steps: int) -> None:
+        before = self.t
+        if self._take_steps(steps) == NOT_FINITE:
+            raise NonFinite(
+                f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
+                f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
+            )
 
-    def step_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid checkpoint values of the steps of a run, by name."""
-        counts = Rows(self.counts_of_steps(duration))
-        return {"y_old": NUMBER, "y": NUMBER, "counts": counts}
+    def _take_steps(self, steps: int) -> int:
+        """Take at most so many steps; return why they end."""
+        raise NotImplementedError
 
-    def counts_of_steps(self, duration: float) -> "dict[int, Values]":
+    @property
+    def _dampers(self) -> "Array | None":
+        """What the next step depends on of the dampers that are solved for, if any are."""
+        raise NotImplementedError
+
+    def checkpoint_arrays(self) -> "dict[str, Any]":
+        """Return all that the next steps depend on, by name; written to, it is taken up."""
+        s, dampers = self._state, self._dampers
+        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts}
+        solved_for = {} if dampers is None else {"dampers": dampers}
+        return {**own, **solved_for, **self._model.contact_state()}
+
+    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
+        """Return the valid values of the arrays of a checkpoint, by name."""
+        counts = Rows(self.count_values(duration))
+        own: dict[str, Expected] = {"y_old": NUMBER, "y": NUMBER, "counts": counts}
+        solved_for = {} if self._dampers is None else {"dampers": NUMBER}
+        return {**own, **solved_for, **self._model.contact_values()}
+
+    def count_values(self, duration: float) -> "dict[int, Values]":
         """Return the valid values of `counts`."""
         most = float(np.ceil(duration / self._h) + 1.0)  # the last step may go past the end
         return {STEPS: COUNT._replace(high=most), SINCE_SEARCH: COUNT._replace(high=LAST_STEP)}

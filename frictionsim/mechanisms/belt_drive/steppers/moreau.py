@@ -3,7 +3,7 @@
 The scheme is Moreau's; its equations and kernels are in `moreau_kernels` and `moreau_damping`.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,21 +19,19 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDampi
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     IMPLICIT_NOW,
     IMPLICIT_STEPS,
-    NOT_FINITE,
     STEPS,
     MoreauState,
     StepTreatment,
     evaluate_forces,
     integrate,
 )
-from frictionsim.solvers.state_values import COUNT, NUMBER, Rows, Values
+from frictionsim.solvers.state_values import COUNT, Values
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
-    from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
 
@@ -155,24 +153,17 @@ class BeltStepper(FixedSteps):
             if self._ready and not self.prepared:
                 return
 
-    def _integrate(self, steps: int) -> None:
-        before = self.t
+    def _take_steps(self, steps: int) -> int:
         stiff, system = (self._stiff, self._undamped) if self._form else (None, self._system)
-        ended = integrate(steps, self._h, self._state, self._treatment, stiff, system)
-        if ended == NOT_FINITE:
-            raise self._not_finite(before)
+        ended: int = integrate(steps, self._h, self._state, self._treatment, stiff, system)
+        return ended
 
-    def checkpoint_arrays(self) -> dict[str, Any]:
-        """Return all that the next steps depend on, by name; written to, it is taken up."""
-        s = self._state
-        dampers = {} if self._stiff is None else {"dampers": self._stiff.table}
-        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts, **dampers}
-        return {**own, **self._model.contact_state()}
+    @property
+    def _dampers(self) -> "Array | None":
+        return None if self._stiff is None else self._stiff.table
 
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        steps, stiff = self.counts_of_steps(duration), self._stiff is not None
-        forms = {IMPLICIT_NOW: Values(0.0, float(stiff), whole=True), IMPLICIT_STEPS: COUNT}
-        dampers = {"dampers": NUMBER} if stiff else {}
-        counts = {"counts": Rows({**steps, **forms})}
-        return {**self.step_values(duration), **counts, **dampers, **self._model.contact_values()}
+    def count_values(self, duration: float) -> "dict[int, Values]":
+        """Return the valid values of `counts`."""
+        implicit = Values(0.0, float(self._stiff is not None), whole=True)
+        forms = {IMPLICIT_NOW: implicit, IMPLICIT_STEPS: COUNT}
+        return {**super().count_values(duration), **forms}

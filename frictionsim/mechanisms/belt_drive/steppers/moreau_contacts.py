@@ -4,7 +4,7 @@ Each contact meets one body. So its damper is solved for, and so is the velocity
 leaves: sums over contacts are done first, and the bodies are touched once, at the end.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,30 +22,25 @@ from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
-    BACKWARD,
-    BACKWARD_LIMIT,
     BEND,
     BEND_RATE,
-    FORWARD,
-    FORWARD_LIMIT,
     FRICTION,
     INERTIA,
-    INV_DISTANCE,
-    NORMAL,
     NX,
     NY,
     PULLEY_RADIUS,
-    RADIUS,
     RIM_TURN,
     SIMD_WIDTH,
     SLIP,
     SPEED,
     SPEED_OLD,
     STICK_BIAS,
-    STICKING,
     TORQUE,
     VX,
     VY,
+    Accelerations,
+    ContactRows,
+    contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
@@ -68,31 +63,49 @@ if TYPE_CHECKING:
         Contacts,
         Pulleys,
         System,
-        WrapFactors,
     )
 
     Array = npt.NDArray[np.float64]
     Bodies = npt.NDArray[np.uint64]
-    Accelerations = tuple[Array, Array]
+
+
+class MovingBodies(NamedTuple):
+    """How the bodies move at the start of a step.
+
+    Attributes
+    ----------
+    velocities : (6, width)
+        The kinematics at the start, for their velocities.
+    ax, ay : (width,), m/s^2
+        Accelerations without contacts.
+    bend, bend_rate : (width,), rad and rad/s
+        How far and how fast the joints are bent in the middle of the step.
+    """
+
+    velocities: "Array"
+    ax: "Array"
+    ay: "Array"
+    bend: "Array"
+    bend_rate: "Array"
 
 
 @loop_kernel
 def midpoint_rows(
-    times: tuple[float, float],
-    bodies: tuple["Bodies", "Array", "Array", "Array", "Array", "Array"],
-    contact: tuple["Array", "Array", "Array", "Array", "Array", "Array"],
-    wrap: "WrapFactors | None",
+    h: float,
+    j: int,
+    chain: "Chain",
+    bodies: MovingBodies,
+    contacts: "Contacts",
+    rows: ContactRows,
     damping: ContactDamping | None,
     stiff: StiffDamping | None,
-    written: tuple["Array", "Array", "Array", "Array", "Array", "Array"],
-    part: tuple[int, int, int],
 ) -> float:
-    """Write the rows of `midpoint_contacts` of one pulley; return the power damped, W."""
-    (h, inv_mass), (body, velocity, ax, ay, bend, bend_rate) = times, bodies
-    nx, ny, inv_distance, radius, forward, backward = contact
-    slip, bias, turn, normal, forward_limit, backward_limit = written
+    """Write the rows of `midpoint_contacts` of pulley j; return the power damped, W."""
+    inv_mass, body, wrap = 1.0 / chain.mass, contacts.body, contacts.wrap
+    velocity, ax, ay = bodies.velocities, bodies.ax, bodies.ay
+    nx, ny, normal, inv_distance = rows.nx, rows.ny, rows.normal, rows.inv_distance
     power = 0.0
-    j, start, count = part
+    start, count = contacts.offsets[j], contacts.offsets[j + 1]
     full = inv_full_depth = 0.0
     if damping is not None:
         full, inv_full_depth = damping.coefficient[j], 1.0 / damping.full_depth[j]
@@ -105,21 +118,23 @@ def midpoint_rows(
             middle_x, middle_y = vx + 0.5 * (gain_x + more_x), vy + 0.5 * (gain_y + more_y)
             away = middle_x * nx[s] + middle_y * ny[s] + 0.5 * h * inv_mass * normal[s]
             along = middle_y * nx[s] - middle_x * ny[s]
-            turning = wrap_rate(wrap, i, bend, bend_rate) * along
+            turning = wrap_rate(wrap, i, bodies.bend, bodies.bend_rate) * along
             turning -= times_factor(wrap, s, along * away * inv_distance[s])
-            turn[s] = 0.5 * h * turning
+            turn = 0.5 * h * turning
+            rows.rim_turn[s] = turn
             before = times_factor(wrap, s, vy * nx[s] - vx * ny[s])
-            slip[s] = before
-            bias[s] = -before - times_factor(wrap, s, gain_y * nx[s] - gain_x * ny[s]) - turn[s]
+            rows.slip[s] = before
+            gain = times_factor(wrap, s, gain_y * nx[s] - gain_x * ny[s])
+            rows.stick_bias[s] = -before - gain - turn
             if damping is not None:
-                depth = radius[s] - 1.0 / inv_distance[s]
+                depth = rows.radius[s] - 1.0 / inv_distance[s]
                 b = full * damper_share(depth * inv_full_depth)
                 rate = -away / (1.0 + 0.5 * h * b * inv_mass)
                 damped = max(b * rate, -normal[s])
                 power += damped * rate
                 normal[s] += damped
-            forward_limit[s] = h * forward[s] * normal[s]
-            backward_limit[s] = h * backward[s] * normal[s]
+            rows.forward_limit[s] = h * rows.forward[s] * normal[s]
+            rows.backward_limit[s] = h * rows.backward[s] * normal[s]
         start = end
     return power
 
@@ -142,24 +157,15 @@ def midpoint_contacts(
     start, RIM_TURN, STICK_BIAS, which is -kappa v . t at the end without friction, along the t of
     the end, and the limits of the impulses, N s.
     """
-    contacts, table, workspace = system.contacts, system.contacts.table, system.workspace
+    contacts, chain, workspace = system.contacts, system.chain, system.workspace
     contact = system.effects.contact
     contact_forces(kinematics, contacts, contact)
     update_wrap_factors(contacts.wrap, contacts, workspace)
-    update_bend_rates(contacts.wrap, system.chain, kinematics, workspace)
-    bodies = (contacts.body, velocities, a[0], a[1], workspace[BEND], workspace[BEND_RATE])
-    read = (
-        *(table[NX], table[NY], table[INV_DISTANCE], table[RADIUS]),
-        *(table[FORWARD], table[BACKWARD]),
-    )
-    written = (
-        *(table[SLIP], table[STICK_BIAS], table[RIM_TURN], table[NORMAL]),
-        *(table[FORWARD_LIMIT], table[BACKWARD_LIMIT]),
-    )
-    times, wrap, power = (h, 1.0 / system.chain.mass), contacts.wrap, 0.0
+    update_bend_rates(contacts.wrap, chain, kinematics, workspace)
+    bodies = MovingBodies(velocities, a.x, a.y, workspace[BEND], workspace[BEND_RATE])
+    rows, damping, power = contact_rows(contacts.table), contact.damping, 0.0
     for j in range(system.pulleys.table.shape[1]):
-        part = (j, contacts.offsets[j], contacts.offsets[j + 1])
-        power += midpoint_rows(times, bodies, read, wrap, contact.damping, stiff, written, part)
+        power += midpoint_rows(h, j, chain, bodies, contacts, rows, damping, stiff)
     return power
 
 
@@ -182,7 +188,7 @@ def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
     contacts, pulleys, chain = system.contacts, system.pulleys, system.chain
     rubbed = 0.0
     if system.friction is None:
-        add_normal_forces(contacts, 1.0 / chain.mass, a[0], a[1])
+        add_normal_forces(contacts, 1.0 / chain.mass, a.x, a.y)
     else:
         pulley = pulleys.table
         for j in pulleys.free:
@@ -191,79 +197,66 @@ def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
                 j, pulley[SPEED_OLD, j], external, contacts, pulleys, chain.mass
             )
         rubbed = apply_friction_law(contacts, pulleys, chain.mass)
-        add_contact_forces(h, contacts, chain, a[0], a[1])
+        inv_mass, rows = 1.0 / chain.mass, contact_rows(contacts.table)
+        add_contact_rows(inv_mass, inv_mass / h, contacts, rows, a.x, a.y)
     return rubbed
 
 
 @inline_kernel
 def apply_friction_law(contacts: "Contacts", pulleys: "Pulleys", mass: float) -> float:
     """Write FRICTION, STICKING and SLIP at the speeds in ALPHA; return the heat."""
-    pulley, table = pulleys.table, contacts.table
-    read = (table[STICK_BIAS], table[RIM_TURN], table[FORWARD_LIMIT], table[BACKWARD_LIMIT])
-    written = (table[FRICTION], table[STICKING], table[SLIP])
-    rubbed = 0.0
+    pulley, rows, rubbed = pulleys.table, contact_rows(contacts.table), 0.0
     for j in range(pulley.shape[1]):
         radius = pulley[PULLEY_RADIUS, j]
-        rims = (radius * pulley[SPEED_OLD, j], radius * pulley[ALPHA, j])
-        part = (contacts.offsets[j], contacts.offsets[j + 1])
-        rubbed += friction_rows(part, rims, mass, contacts.wrap, read, written)
+        before, after = radius * pulley[SPEED_OLD, j], radius * pulley[ALPHA, j]
+        rubbed += friction_rows(j, before, after, mass, contacts, rows)
     return rubbed
 
 
 @loop_kernel
 def friction_rows(
-    part: tuple[int, int],
-    rims: tuple[float, float],
+    j: int,
+    before: float,
+    after: float,
     mass: float,
-    wrap: "WrapFactors | None",
-    read: tuple["Array", "Array", "Array", "Array"],
-    written: tuple["Array", "Array", "Array"],
+    contacts: "Contacts",
+    rows: ContactRows,
 ) -> float:
-    """Write the rows of `apply_friction_law` of one pulley."""
-    (bias, turn, forward, backward), (friction, sticking, slip) = read, written
-    before, after = rims
-    rubbed = 0.0
-    for block in range(part[0], part[1], SIMD_WIDTH):
+    """Write the rows of `apply_friction_law` of pulley j, by the velocities of its rim, m/s."""
+    bias, slip, rubbed = rows.stick_bias, rows.slip, 0.0
+    for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
         for s in range(block, block + SIMD_WIDTH):
-            inertia = mass * mass_ratio(wrap, s)
+            inertia = mass * mass_ratio(contacts.wrap, s)
             needed = inertia * (after + bias[s])
-            impulse = min(max(needed, -backward[s]), forward[s])
+            impulse = min(max(needed, -rows.backward_limit[s]), rows.forward_limit[s])
             left = after + bias[s] - impulse / inertia
-            rubbed += impulse * 0.5 * (before - slip[s] + left + turn[s])
-            friction[s], slip[s] = impulse, left
-            sticking[s] = 1.0 if impulse == needed else 0.0
+            rubbed += impulse * 0.5 * (before - slip[s] + left + rows.rim_turn[s])
+            rows.friction[s], slip[s] = impulse, left
+            rows.sticking[s] = 1.0 if impulse == needed else 0.0
     return rubbed
 
 
-@inline_kernel
-def add_contact_forces(
-    h: float, contacts: "Contacts", chain: "Chain", ax: "Array", ay: "Array"
-) -> None:
-    """Add what normal forces and impulses of friction do in a step to the accelerations."""
-    table, inv_mass = contacts.table, 1.0 / chain.mass
-    read = (table[NORMAL], table[FRICTION], table[NX], table[NY])
-    rates, count = (inv_mass, inv_mass / h), contacts.offsets[-1]
-    add_rows(contacts.body, count, rates, contacts.wrap, read, ax, ay)
-
-
 @loop_kernel
-def add_rows(
-    body: "Bodies",
-    count: int,
-    rates: tuple[float, float],
-    wrap: "WrapFactors | None",
-    read: tuple["Array", "Array", "Array", "Array"],
+def add_contact_rows(
+    inv_mass: float,
+    acceleration_per_impulse: float,
+    contacts: "Contacts",
+    rows: ContactRows,
     ax: "Array",
     ay: "Array",
 ) -> None:
-    """Add normal forces and impulses of so many candidates to accelerations."""
-    normal, friction, nx, ny = read
-    start = 0
+    """Add what normal forces and impulses of friction do in a step to the accelerations.
+
+    `acceleration_per_impulse` is one over mass and length of the step, 1/(kg s).
+    """
+    body, wrap, nx, ny = contacts.body, contacts.wrap, rows.nx, rows.ny
+    start, count = 0, contacts.offsets[-1]
     while start < count:
         end = run_end(body, start, count)
         for s in range(np.uint64(start), np.uint64(end)):
             i = s + (body[start] - np.uint64(start))
-            out, along = rates[0] * normal[s], times_factor(wrap, s, rates[1] * friction[s])
+            out = inv_mass * rows.normal[s]
+            along = times_factor(wrap, s, acceleration_per_impulse * rows.friction[s])
             ax[i] += out * nx[s] - along * ny[s]
             ay[i] += out * ny[s] + along * nx[s]
         start = end

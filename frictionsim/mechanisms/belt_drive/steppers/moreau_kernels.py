@@ -30,8 +30,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import (
+    Directions,
+    JointForces,
     damper_power,
+    directions_of,
     has_oblique_joints,
+    joint_forces_of,
 )
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
 from frictionsim.mechanisms.belt_drive.effects.contact import (
@@ -50,23 +54,16 @@ from frictionsim.mechanisms.belt_drive.kernels.equations import (
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
-    ANGLE,
-    COS,
-    DAMPER_X,
-    DAMPER_Y,
     DAMPING_HEAT,
     FRICTION_HEAT,
     INERTIA,
     PULLEY_RADIUS,
-    SIN,
     SPEED,
     SPEED_OLD,
-    SPIN,
     TORQUE,
-    VX,
-    VY,
-    X,
-    Y,
+    Accelerations,
+    BodyRows,
+    body_rows,
     clear_padding,
     full_vectors,
 )
@@ -188,34 +185,21 @@ def step(
     system: "System",
 ) -> None:
     """Take one step from time t."""
-    layout, contacts, pulleys = system.layout, system.contacts, system.pulleys
-    y_old, y, rate, middle = state.y_old, state.y, state.rate, state.old
-    pulley, free, half, width = pulleys.table, pulleys.free, layout.velocities, layout.width
+    layout, y_old, y, rate, middle = system.layout, state.y_old, state.y, state.rate, state.old
+    half, width = layout.velocities, layout.width
     predict_midpoint(h, y, y_old, half)
-    for k in range(layout.speeds, layout.energies):
-        rate[k] = y[k] + 0.5 * (y[k] - y_old[k])
+    predict_pulleys(t, h, y, y_old, system)
     for k in range(layout.angles, layout.end):
         y_old[k] = y[k]
-    store_pulley_speeds(t, y[layout.speeds : layout.energies], system)
-    for k in range(len(free)):
-        pulley[SPEED, free[k]] = rate[layout.speeds + k]
-    prescribed_speeds(t + 0.5 * h, system)
-    pulley_torques(t + 0.5 * h, system)
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
     aphi = rate[half + 2 * width : half + 3 * width]
     damped = contactless_accelerations(system, middle, ax, ay, aphi)
     clear_padding(system.chain.bodies, ax, ay, aphi)
-    damped += midpoint_contacts(h, middle, state.new, (ax, ay), stiff, system)
+    a = Accelerations(ax, ay, aphi)
+    damped += midpoint_contacts(h, middle, state.new, a, stiff, system)
     prescribed_speeds(t + h, system)
-    rubbed, braked = move(h, state, (ax, ay, aphi), stiff, system)
-    for k in range(len(free)):
-        y[layout.speeds + k] = pulley[ALPHA, free[k]]
-    mean_reaction_torques(h, contacts, pulleys)
-    for j in range(pulley.shape[1]):
-        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
-        y[layout.angles + j] += h * mean
-        y[layout.energies] += h * pulley[TORQUE, j] * mean
-        pulley[SPEED, j] = pulley[ALPHA, j]
+    rubbed, braked = move(h, state, a, stiff, system)
+    finish_pulleys(h, y, system)
     y[layout.energies + FRICTION_HEAT] += rubbed
     y[layout.energies + DAMPING_HEAT] += h * damped + braked
 
@@ -224,7 +208,7 @@ def step(
 def move(
     h: float,
     state: MoreauState,
-    a: "tuple[Array, Array, Array]",
+    a: Accelerations,
     stiff: StiffDamping | None,
     system: "System",
 ) -> tuple[float, float]:
@@ -236,9 +220,9 @@ def move(
     chain, damping = system.chain, system.effects.axial_damping.damping
     free_pulley_speeds(h, system.pulleys)
     if stiff is None:
-        rubbed = solve_impulses(h, (a[0], a[1]), system)
+        rubbed = solve_impulses(h, a, system)
         return rubbed, end_step(h, state, a, damping, system)
-    add_normal_forces(system.contacts, 1.0 / chain.mass, a[0], a[1])
+    add_normal_forces(system.contacts, 1.0 / chain.mass, a.x, a.y)
     end_step(h, state, a, None, system)
     heat = solve_with_stiff_damping(h, state.old, state.new, stiff, system)
     finish_positions(h, state, system.layout.velocities)
@@ -246,14 +230,36 @@ def move(
 
 
 @inline_kernel
-def store_pulley_speeds(t: float, speeds: "Array", system: "System") -> None:
-    """Write SPEED and SPEED_OLD of all pulleys at the start of a step."""
-    pulleys = system.pulleys
+def predict_pulleys(t: float, h: float, y: "Array", y_old: "Array", system: "System") -> None:
+    """Write SPEED_OLD at the start of a step, and SPEED and TORQUE in its middle.
+
+    The speeds of free pulleys there are extrapolated from `y_old`, of the start of the step before.
+    """
+    pulley, free, speeds = system.pulleys.table, system.pulleys.free, system.layout.speeds
     prescribed_speeds(t, system)
-    for k in range(len(pulleys.free)):
-        pulleys.table[SPEED, pulleys.free[k]] = speeds[k]
-    for j in range(pulleys.table.shape[1]):
-        pulleys.table[SPEED_OLD, j] = pulleys.table[SPEED, j]
+    for k in range(len(free)):
+        pulley[SPEED, free[k]] = y[speeds + k]
+    for j in range(pulley.shape[1]):
+        pulley[SPEED_OLD, j] = pulley[SPEED, j]
+    for k in range(len(free)):
+        speed, before = y[speeds + k], y_old[speeds + k]
+        pulley[SPEED, free[k]] = speed + 0.5 * (speed - before)
+    prescribed_speeds(t + 0.5 * h, system)
+    pulley_torques(t + 0.5 * h, system)
+
+
+@inline_kernel
+def finish_pulleys(h: float, y: "Array", system: "System") -> None:
+    """Write the state of the pulleys after a step and the energy that was put in; reads ALPHA."""
+    pulley, free, layout = system.pulleys.table, system.pulleys.free, system.layout
+    for k in range(len(free)):
+        y[layout.speeds + k] = pulley[ALPHA, free[k]]
+    mean_reaction_torques(h, system.contacts, system.pulleys)
+    for j in range(pulley.shape[1]):
+        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
+        y[layout.angles + j] += h * mean
+        y[layout.energies] += h * pulley[TORQUE, j] * mean
+        pulley[SPEED, j] = pulley[ALPHA, j]
 
 
 @kernel
@@ -283,7 +289,7 @@ def predict_midpoint(h: float, y: "Array", middle: "Array", size: int) -> None:
 def end_step(
     h: float,
     state: MoreauState,
-    a: "tuple[Array, Array, Array]",
+    a: Accelerations,
     damping: float | None,
     system: "System",
 ) -> float:
@@ -291,50 +297,38 @@ def end_step(
 
     `old` had the middle of the step. Its velocities become those at the start.
     """
-    old, new, workspace = state.old, state.new, system.workspace
-    positions = (old[X], old[Y], old[ANGLE])
-    dampers = (workspace[COS], workspace[SIN], workspace[DAMPER_X], workspace[DAMPER_Y])
-    return h * move_bodies(
-        h,
-        system.chain,
-        positions,
-        a,
-        dampers if damping is not None else None,
-        (old[VX], old[VY], old[SPIN]),
-        (new[X], new[Y], new[ANGLE]),
-        (new[VX], new[VY], new[SPIN]),
-    )
+    old, new = body_rows(state.old), body_rows(state.new)
+    directions, forces = directions_of(system.workspace), joint_forces_of(system.workspace)
+    return h * move_bodies(h, system.chain, old, new, a, damping, directions, forces)
 
 
 @loop_kernel
 def move_bodies(
     h: float,
     chain: "Chain",
-    middle: "tuple[Array, Array, Array]",
-    a: "tuple[Array, Array, Array]",
-    dampers: "tuple[Array, Array, Array, Array] | None",
-    before: "tuple[Array, Array, Array]",
-    positions: "tuple[Array, Array, Array]",
-    velocities: "tuple[Array, Array, Array]",
+    old: BodyRows,
+    new: BodyRows,
+    a: Accelerations,
+    damping: float | None,
+    directions: Directions,
+    forces: JointForces,
 ) -> float:
     """Write the rows of `end_step`; return the power, W."""
     power, half = 0.0, 0.5 * chain.length
     for k in range(full_vectors(chain.bodies)):
-        vx, vy, spin = velocities[0][k], velocities[1][k], velocities[2][k]
-        new_vx, new_vy, new_spin = vx + h * a[0][k], vy + h * a[1][k], spin + h * a[2][k]
-        if dampers is not None:
-            missed = (
-                0.5 * (vx + new_vx) - before[0][k],
-                0.5 * (vy + new_vy) - before[1][k],
-                0.5 * (spin + new_spin) - before[2][k],
-            )
-            taken = damper_power(half, dampers, k, missed)
+        vx, vy, spin = new.vx[k], new.vy[k], new.spin[k]
+        new_vx, new_vy, new_spin = vx + h * a.x[k], vy + h * a.y[k], spin + h * a.angle[k]
+        if damping is not None:
+            missed_x = 0.5 * (vx + new_vx) - old.vx[k]
+            missed_y = 0.5 * (vy + new_vy) - old.vy[k]
+            missed_spin = 0.5 * (spin + new_spin) - old.spin[k]
+            taken = damper_power(half, directions, forces, k, missed_x, missed_y, missed_spin)
             power += taken if k < chain.bodies else 0.0
-        before[0][k], before[1][k], before[2][k] = vx, vy, spin
-        velocities[0][k], velocities[1][k], velocities[2][k] = new_vx, new_vy, new_spin
-        positions[0][k] = middle[0][k] + 0.5 * h * new_vx
-        positions[1][k] = middle[1][k] + 0.5 * h * new_vy
-        positions[2][k] = middle[2][k] + 0.5 * h * new_spin
+        old.vx[k], old.vy[k], old.spin[k] = vx, vy, spin
+        new.vx[k], new.vy[k], new.spin[k] = new_vx, new_vy, new_spin
+        new.x[k] = old.x[k] + 0.5 * h * new_vx
+        new.y[k] = old.y[k] + 0.5 * h * new_vy
+        new.angle[k] = old.angle[k] + 0.5 * h * new_spin
     return power
 
 

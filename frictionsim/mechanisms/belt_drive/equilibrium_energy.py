@@ -1,4 +1,4 @@
-"""The energy of a belt on its pulleys, with its first and second derivatives.
+"""The energy that the equilibrium minimises, with its first and second derivatives.
 
 Each effect states its own part. Coordinates are x, y and scale times angle of each body and, where
 the pretension is given, the length of the bodies.
