@@ -26,9 +26,10 @@ The model is in
     stops             end stops: torque at rest on them, impacts
     statics           what `static` says of the body at rest
     unknowns          the keys for which eq 24 can be solved
-    balance           the body at rest, linear in one unknown, in numbers of `many_digits`
-    impending_motion  the roots of eq 24, with their directions
+    balance           the body at rest, linear in one unknown, and the roots of eq 24
     extremes_over_turn  the smallest and the largest root over a turn
+
+and `frictionsim.mechanisms.impending_motion`, which solves eq 24.
 """
 
 from frictionsim.mechanisms.shaft.equation import (

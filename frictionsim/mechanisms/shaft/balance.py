@@ -1,242 +1,312 @@
-"""The balance of a body at rest on a shaft, as sums that are linear in one unknown.
+"""The balance of a body at rest on a shaft, linear in one unknown.
 
 Moment and components of the resultant are M = a_0 + a_1 x and F = B_0 + B_1 x, with the unknown x.
+Loads, weights and spring are those of the equation of motion: what is given is the scenario with
+the unknown zero, and the part of the unknown is a scenario with nothing else in it.
 """
 
-from bisect import bisect_right
-from decimal import Decimal
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import hypot, radians
+from typing import NamedTuple
 
-from frictionsim.mechanisms.shaft.equation import load_of
-from frictionsim.mechanisms.shaft.loads import COUPLE, NONE, Arms, Turning, arms_of_force
-from frictionsim.mechanisms.shaft.many_digits import PI, cosine_and_sine, exact
+from frictionsim.mechanisms.effects import friction_radius
+from frictionsim.mechanisms.impending_motion import (
+    BOTH,
+    TIE,
+    Equation,
+    Root,
+    Roots,
+    Triple,
+    equation_of,
+    roots_of,
+)
+from frictionsim.mechanisms.shaft.equation import Terms, scale_of, terms_of
+from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
+from frictionsim.mechanisms.shaft.unknowns import Unknown
 from frictionsim.scenario.signal_tables import AngleTable
 
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
-    from frictionsim.mechanisms.shaft.unknowns import Unknown
-
-# Moment and components, N m, N, N; or these per unit of the unknown.
-Values = tuple[Decimal, Decimal, Decimal]
-
-
-class AngleSize(NamedTuple):
-    """A size that is piecewise linear in the angle, deg, and constant beyond its points."""
-
-    degrees: tuple[Decimal, ...]
-    values: tuple[Decimal, ...]
-
-    def at(self, degrees: Decimal) -> Decimal:
-        """Return the size at an angle."""
-        i = bisect_right(self.degrees, degrees)
-        if i in (0, len(self.degrees)):
-            return self.values[min(i, len(self.values) - 1)]
-        begin, end = self.degrees[i - 1 : i + 1]
-        one, other = self.values[i - 1 : i + 1]
-        return one + (other - one) * (degrees - begin) / (end - begin)
+# The part of the unknown is the difference of two values of it. The step between them is a power
+# of two, exact in products, and so large that the angle does not round away the free angle of a
+# spring.
+STEP = 2.0**20
+MU_S, SHAFT_RADIUS = "mu_s", "shaft_radius"
 
 
-class Sum:
-    """A sum of loads as a function of the angle: moment and components of the resultant.
+class Sum(NamedTuple):
+    """The loads of a scenario at rest."""
 
-    Attributes
-    ----------
-    arms : Arms
-        Of all loads whose sizes do not depend on the angle, times their sizes.
-    moment_per_angle : Decimal, N m/rad
-        Of a torsion spring.
-    tables : list of (Arms, AngleSize)
-        Of loads whose sizes are functions of the angle.
-    """
+    scenario: ShaftScenario
+    terms: Terms
 
-    def __init__(self) -> None:
-        self.arms: Any = _decimal(Arms())
-        self.moment_per_angle = Decimal(0)
-        self.tables: list[tuple[Any, AngleSize]] = []
+    def at(self, time: float, angle: float) -> Triple:
+        """Return moment, N m, and components of the resultant, N."""
+        _, _, applied_torque, across, up = self.terms
+        return (
+            applied_torque(time, angle, 0.0),
+            across(time, angle, 0.0),
+            up(time, angle, 0.0),
+        )
 
-    def add(self, arms: Any, size: Decimal) -> None:
-        """Add a load."""
-        self.arms = self.arms.plus(arms.times(size))
+    def slopes(self, time: float, angle: float) -> Triple:
+        """Return their derivatives over the angle, per rad."""
+        moment, across, up = self.terms.loads.slopes(time, angle)
+        spring = self.scenario.effects.torsion_spring
+        return moment - (spring.stiffness if spring is not None else 0.0), across, up
 
-    def at(self, degrees: Decimal) -> Values:
-        """Return moment and components at an angle, deg."""
-        c, s = cosine_and_sine(degrees)
-        moment, across, up = _turned(self.arms, c, s)
-        for arms, size in self.tables:
-            factor = size.at(degrees)
-            one, two, three = _turned(arms, c, s)
-            moment, across, up = moment + one * factor, across + two * factor, up + three * factor
-        if self.moment_per_angle:
-            moment += self.moment_per_angle * degrees * PI / 180
-        return moment, across, up
-
-    @property
-    def sizes(self) -> tuple[Decimal, Decimal]:
-        """The largest terms of the moment and of the components."""
-        all_arms = [
-            self.arms,
-            *(arms.times(max(map(abs, size.values))) for arms, size in self.tables),
-        ]
-        triples: list[Any] = [triple for arms in all_arms for triple in arms]
-        moment = max(abs(triple[0]) for triple in triples) + abs(self.moment_per_angle)
-        return moment, max(abs(value) for triple in triples for value in triple[1:])
-
-    @property
-    def is_periodic(self) -> bool:
-        """Whether it is the same after a turn."""
-        return not self.tables and not self.moment_per_angle
-
-
-def _decimal(arms: Arms) -> Any:
-    """Return arms in numbers of many digits."""
-    triples: Any = [tuple(map(exact, triple)) for triple in arms]
-    return Arms(*triples)
-
-
-def _turned(arms: Any, c: Decimal, s: Decimal) -> Values:
-    """Return what `Arms.at` does, in these digits."""
-    one, two, three = (a + b * c + d * s for a, b, d in zip(*arms, strict=True))
-    return one, two, three
+    def scale(self, time: float, angle: float) -> float:
+        """Return the sum of the terms of moment and friction, N m."""
+        scale: float = scale_of(self.scenario, self.terms)(time, angle)
+        return scale
 
 
 class Balance(NamedTuple):
-    """The balance of a scenario.
+    """The balance of a scenario at a time, s.
 
     Attributes
     ----------
-    given, sought : Sum
-        Of all that is known; and per unit of the unknown.
-    shaft_radius, mu : Decimal, m, 1
-        Static coefficient of friction; zeros without friction.
-    unknown : Unknown or None
+    given : Sum
+        With the unknown zero.
+    parts : (Sum, Sum) or None
+        The part of the unknown alone, with the unknown zero and a step larger; None of a
+        coefficient of friction or a shaft radius.
+    unknown : Unknown
+    time : float, s
     """
 
     given: Sum
-    sought: Sum
-    shaft_radius: Decimal
-    mu: Decimal
-    unknown: "Unknown | None"
+    parts: tuple[Sum, Sum] | None
+    unknown: Unknown
+    time: float
 
     @property
-    def friction_radius(self) -> Decimal:
+    def is_of_friction(self) -> bool:
+        """Whether the unknown changes the friction, and neither moment nor resultant."""
+        return self.parts is None
+
+    @property
+    def radius(self) -> float:
         """r_s, m."""
-        return self.shaft_radius * self.mu / (1 + self.mu * self.mu).sqrt()
+        journal = self.given.scenario.effects.shaft_friction
+        return 0.0 if journal is None else journal.static_radius
 
     @property
-    def knots(self) -> list[Decimal]:
+    def knots(self) -> list[float]:
         """The angles at which slopes of sizes jump, deg."""
-        tables = (*self.given.tables, *self.sought.tables)
-        return sorted({knot for _, size in tables for knot in size.degrees})
+        scenario = self.given.scenario
+        sizes = [force.size for force in scenario.forces]
+        sizes += [couple.size for couple in scenario.couples]
+        return sorted({x for size in sizes if isinstance(size, AngleTable) for x in size.angle_deg})
+
+    def sought(self, degrees: float, slopes: bool = False) -> Triple:
+        """Return moment and components per unit of the unknown, or their slopes per rad."""
+        if self.parts is None:
+            return 0.0, 0.0, 0.0
+        without, with_it = (
+            part.slopes(self.time, radians(degrees))
+            if slopes
+            else part.at(self.time, radians(degrees))
+            for part in self.parts
+        )
+        one, two, three = ((b - a) / STEP for a, b in zip(without, with_it, strict=True))
+        return one, two, three
+
+    def terms_of_sought(self, degrees: float) -> float:
+        """Return the sum of the terms of moment and friction per unit of the unknown, N m."""
+        return (
+            0.0 if self.parts is None else self.parts[1].scale(self.time, radians(degrees)) / STEP
+        )
+
+    def equation(self, degrees: float, settled: bool = True) -> Equation:
+        """Return eq 24 at an angle, deg; settled, moments that tie with zero are zero."""
+        angle = radians(degrees)
+        terms, of_sought = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
+        given, sought = self.given.at(self.time, angle), self.sought(degrees)
+        if settled and abs(given[0]) <= TIE * terms:
+            given = 0.0, *given[1:]
+        if settled and abs(sought[0]) <= TIE * of_sought:
+            sought = 0.0, *sought[1:]
+        return equation_of(given, sought, self.radius, terms)
+
+    def enters(self, degrees: float) -> bool:
+        """Return whether the unknown enters eq 24 at an angle, deg."""
+        angle = radians(degrees)
+        if self.parts is None:
+            acting = self.unknown.label == MU_S or self.radius > 0.0
+            return acting and self.reaction(angle) > 0.0
+        moment, across, up = self.sought(degrees)
+        entering = max(abs(moment), self.radius * hypot(across, up))
+        return entering > TIE * self.terms_of_sought(degrees)
+
+    def reaction(self, angle: float) -> float:
+        """Return the resultant of what is given, N; zero where its forces leave a tie."""
+        return reaction_of(self.given, self.time, angle)
 
 
-def balance_of(scenario: "ShaftScenario", unknown: "Unknown | None", time: float) -> Balance:
+def reaction_of(loads: Sum, time: float, angle: float) -> float:
+    """Return the resultant of loads at an angle, rad, in N; zero where they leave a tie."""
+    _, across, up = loads.at(time, angle)
+    found = hypot(across, up)
+    return found if found > TIE * loads.terms.loads.total_force(time, angle) else 0.0
+
+
+def sum_of(scenario: ShaftScenario) -> Sum:
+    """Return the loads of a scenario at rest."""
+    return Sum(scenario, terms_of(scenario))
+
+
+def balance_of(scenario: ShaftScenario, unknown: Unknown, time: float) -> Balance:
     """Return the balance at rest at a time, s."""
-    journal, found = scenario.effects.shaft_friction, (Sum(), Sum())
-    for force in scenario.forces:
-        _add_force(found, force, unknown, time)
-    for couple in scenario.couples:
-        if unknown is not None and unknown.key == f"couples.{couple.name}.size":
-            found[1].add(_decimal(COUPLE), Decimal(1))
-        else:
-            _add_load(found[0], couple, _decimal(COUPLE), time)
-    _add_weights(found, scenario, unknown)
-    _add_spring(found, scenario, unknown)
-    radius, mu = (0.0, 0.0) if journal is None else (journal.shaft_radius, journal.mu_s)
-    return Balance(*found, exact(radius), exact(mu), unknown)
+    if unknown.label in (MU_S, SHAFT_RADIUS):
+        return Balance(sum_of(scenario), None, unknown, time)
+    alone = _alone(scenario, unknown)
+    without, with_it = (sum_of(_with_value(alone, unknown, x)) for x in (0.0, STEP))
+    given = sum_of(_with_value(scenario, unknown, 0.0))
+    return Balance(given, (without, with_it), unknown, time)
 
 
-def _add_force(
-    found: tuple[Sum, Sum], force: "Force", unknown: "Unknown | None", time: float
-) -> None:
-    given, sought = found
-    arms = _arms_of(force)
-    if unknown is None or unknown.table != f"forces.{force.name}":
-        _add_load(given, force, arms, time)
-    elif unknown.name == "size":
-        sought.add(arms, Decimal(1))
-    else:  # an arm: the moment is in proportion to it
-        moments = _decimal(COUPLE)
-        if force.point is not None:
-            distance = _length(force.point)
-            moments = _decimal(Arms(*((triple[0] / distance, *NONE[1:]) for triple in arms)))
-        components = _decimal(Arms(*((0.0, *triple[1:]) for triple in arms)))
-        _add_load(sought, force, moments, time)
-        _add_load(given, force, components, time)
+def _with_value(scenario: ShaftScenario, unknown: Unknown, value: float) -> ShaftScenario:
+    """Return a scenario with a value of the unknown, which is not checked."""
+    table, *inner = unknown.key.split(".")
+    if table in ("forces", "couples"):
+        loads = [
+            load.model_copy(update=_value_of(load, unknown.name, value))
+            if load.name == inner[0]
+            else load
+            for load in getattr(scenario, table)
+        ]
+        return scenario.model_copy(update={table: tuple(loads)})
+    changed = {unknown.name: value}
+    part = getattr(scenario, table)
+    if len(inner) == 1:
+        return scenario.model_copy(update={table: part.model_copy(update=changed)})
+    effect = getattr(part, inner[0]).model_copy(update=changed)
+    return scenario.model_copy(update={table: part.model_copy(update={inner[0]: effect})})
 
 
-def _add_load(found: Sum, part: "Force | Couple", arms: Any, time: float) -> None:
-    size = part.size
-    if isinstance(size, AngleTable):
-        points = AngleSize(tuple(map(exact, size.angle_deg)), tuple(map(exact, size.value)))
-        found.tables.append((arms, points))
-    else:
-        found.add(arms, exact(load_of(part, arms).at_rest(time, 0.0)))
+def _value_of(load: Force, name: str, value: float) -> dict[str, object]:
+    if name != "distance":
+        return {name: value}
+    assert load.point is not None  # as the unknown is its distance
+    x, y = (component / hypot(*load.point) for component in load.point)
+    return {"point": (value * x, value * y)}
 
 
-def _length(vector: tuple[float, float]) -> Decimal:
-    x, y = map(exact, vector)
-    return (x * x + y * y).sqrt()
+def _alone(scenario: ShaftScenario, unknown: Unknown) -> ShaftScenario:
+    """Return a scenario without all that does not contain the unknown."""
+    effects, table = scenario.effects, unknown.table
+    of_weight = table == "mechanism" or unknown.name == "g" or "eccentric" in table
+    loads = {
+        name: tuple(x for x in getattr(scenario, name) if f"{name}.{x.name}" == table)
+        for name in ("forces", "couples")
+    }
+    kept = effects.model_copy(
+        update={
+            "gravity": effects.gravity if of_weight else None,
+            "eccentric_mass": None if table == "mechanism" else effects.eccentric_mass,
+            "torsion_spring": effects.torsion_spring if "spring" in table else None,
+        }
+    )
+    mechanism = scenario.mechanism
+    if table == "effects.eccentric_mass":
+        mechanism = mechanism.model_copy(update={"mass": 0.0})
+    return scenario.model_copy(update={**loads, "effects": kept, "mechanism": mechanism})
 
 
-def _arms_of(force: "Force") -> Any:
-    """Return `Force.arms` in these digits."""
-    x, y = map(exact, force.direction)
-    length = _length(force.direction)
-    unit = x / length, y / length
-    if force.cord_radius is not None:
-        return _decimal(Arms((exact(force.cord_radius), *unit)))  # type: ignore[arg-type]
-    turning = Turning(force.direction_turns, force.point_turns)
-    return _decimal(arms_of_force(unit, tuple(map(exact, force.point or ())), turning))
+def roots_at(balance: Balance, degrees: float) -> Roots:
+    """Return all roots of a balance at an angle, deg."""
+    angle = radians(degrees)
+    if balance.is_of_friction:
+        given = balance.given.at(balance.time, angle)
+        tie = TIE * balance.given.scale(balance.time, angle)
+        moment = 0.0 if abs(given[0]) <= tie else given[0]
+        return _roots_of_friction(balance, moment, balance.reaction(angle))
+    return roots_of(balance.equation(degrees)) if balance.enters(degrees) else Roots()
 
 
-def _add_weights(
-    found: tuple[Sum, Sum], scenario: "ShaftScenario", unknown: "Unknown | None"
-) -> None:
-    gravity, eccentric = scenario.effects.gravity, scenario.effects.eccentric_mass
-    if gravity is None:
-        return
-    given, sought = found
-    key = "" if unknown is None else unknown.key
-    g = exact(gravity.g)
-    # The weight of the body, and of the eccentric mass as if it were on the axis.
-    at_axis, mass = _decimal(Arms((0.0, 0.0, -1.0))), exact(scenario.mechanism.mass)
-    weights = [("mechanism.mass", mass, at_axis)]
-    if eccentric is not None:
-        mass, radius = exact(eccentric.mass), exact(eccentric.radius)
-        c, s = cosine_and_sine(exact(eccentric.azimuth_deg))
-        turning: Any = (-c, 0.0, 0.0), (s, 0.0, 0.0)
-        arms = _decimal(Arms(NONE, *turning))
-        if key == "effects.eccentric_mass.radius":
-            sought.add(arms, mass * g)
-            arms = at_axis
-        else:
-            arms = arms.times(radius).plus(at_axis)
-        weights.append(("effects.eccentric_mass.mass", mass, arms))
-    for of, mass, arms in weights:
-        if key == of:
-            sought.add(arms, g)
-        elif key == "effects.gravity.g":
-            sought.add(arms, mass)
-        else:
-            given.add(arms, mass * g)
+def possible_roots_at(balance: Balance, degrees: float) -> Roots:
+    """Return the roots that the unknown can have: a mass, say, is not below zero."""
+    return _possible(balance, roots_at(balance, degrees))
 
 
-def _add_spring(
-    found: tuple[Sum, Sum], scenario: "ShaftScenario", unknown: "Unknown | None"
-) -> None:
-    spring, (given, sought) = scenario.effects.torsion_spring, found
-    if spring is None:
-        return
-    key = "" if unknown is None else unknown.key
-    stiffness = exact(spring.stiffness)
-    free = exact(spring.free_angle_deg) * PI / 180
-    couple = _decimal(COUPLE)
-    if key == "effects.torsion_spring.stiffness":
-        sought.moment_per_angle = Decimal(-1)
-        sought.add(couple, free)
-        return
-    given.moment_per_angle = -stiffness
-    if key == "effects.torsion_spring.free_angle_deg":
-        sought.add(couple, stiffness * PI / 180)
-    else:
-        given.add(couple, stiffness * free)
+def limits_at(balance: Balance, degrees: float) -> Roots:
+    """Return the limits of the possible roots where neither the unknown nor another load acts.
+
+    There, the balance is that of the slopes.
+    """
+    angle = radians(degrees)
+    equation = balance.equation(degrees)
+    if max(abs(equation.a_0), hypot(equation.x_0, equation.y_0)) > TIE * equation.terms:
+        return Roots()
+    given = balance.given.slopes(balance.time, angle)
+    if balance.is_of_friction:
+        return _roots_of_friction(balance, given[0], hypot(*given[1:]))
+    sought = balance.sought(degrees, slopes=True)
+    return _possible(balance, roots_of(equation_of(given, sought, balance.radius)))
+
+
+def _possible(balance: Balance, roots: Roots) -> Roots:
+    if balance.unknown.signed:
+        return roots
+    return roots._replace(found=tuple(root for root in roots.found if root.value >= 0.0))
+
+
+def _roots_of_friction(balance: Balance, moment: float, reaction: float) -> Roots:
+    """Return mu_s or the shaft radius of impending motion, |M| = r sin(atan mu) R."""
+    if not moment:
+        return Roots(() if not reaction else (Root(0.0, BOTH),), every=not reaction)
+    journal = balance.given.scenario.effects.shaft_friction
+    assert journal is not None  # as one of its keys is the unknown
+    direction, moment = 1 if moment > 0.0 else -1, abs(moment)
+    if balance.unknown.label == SHAFT_RADIUS:
+        limit = friction_radius(1.0, journal.mu_s) * reaction
+        return Roots((Root(moment / limit, direction),) if limit else ())
+    most = journal.shaft_radius * reaction
+    if most - moment <= TIE * most:
+        return Roots()
+    root = (most - moment) ** 0.5 * (most + moment) ** 0.5
+    return Roots((Root(moment / root, direction),))
+
+
+def features_at(balance: Balance, degrees: float) -> tuple[float, ...]:
+    """Return functions of the angle whose zeros may end, join or cross roots; of the size of 1."""
+    if not balance.is_of_friction:
+        equation = balance.equation(degrees, settled=False)
+        terms = balance.terms_of_sought(degrees)
+        moment, across, up = balance.sought(degrees)
+        leading = abs(moment) - balance.radius * hypot(across, up)
+        leading = leading / terms if terms else 0.0
+        features = equation.margin, leading
+        return features if balance.unknown.signed else (*features, equation.at_zero)
+    angle = radians(degrees)
+    journal = balance.given.scenario.effects.shaft_friction
+    assert journal is not None  # as one of its keys is the unknown
+    moment, across, up = balance.given.at(balance.time, angle)
+    scale = balance.given.scale(balance.time, angle)
+    share = moment / scale if scale else 0.0
+    if balance.unknown.label == MU_S:
+        most = journal.shaft_radius * hypot(across, up)
+        size = most + abs(moment)
+        return share, (most - abs(moment)) / size if size else 0.0
+    force = balance.given.terms.loads.total_force(balance.time, angle)
+    return share, hypot(across, up) / force if force else 0.0
+
+
+def growth_at(balance: Balance, degrees: float, root: Root) -> float:
+    """Return the slope of moment less friction over the angle with the unknown at a root.
+
+    It is in parts of its terms, and zero where they tie: there, the root has an extremum.
+    """
+    angle, x = radians(degrees), root.value
+    pairs = zip(balance.given.at(balance.time, angle), balance.sought(degrees), strict=True)
+    _, across, up = (a + b * x for a, b in pairs)
+    given = balance.given.slopes(balance.time, angle)
+    sought = balance.sought(degrees, slopes=True)
+    moment, d_across, d_up = (a + b * x for a, b in zip(given, sought, strict=True))
+    force = hypot(across, up)
+    radius = balance.radius
+    if balance.is_of_friction and force:
+        radius = abs(balance.given.at(balance.time, angle)[0]) / force
+    friction = radius * (across * d_across + up * d_up) / force if force else 0.0
+    sizes = [abs(a) + abs(b * x) for a, b in zip(given, sought, strict=True)]
+    terms = sizes[0] + radius * (sizes[1] + sizes[2])
+    found = moment - friction if root.direction in (BOTH, 1) else -moment - friction
+    return found / terms if terms else 0.0

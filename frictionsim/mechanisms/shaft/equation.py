@@ -167,14 +167,24 @@ def contact_of(scenario: ShaftScenario, terms: Terms, stops: EndStops | None = N
     )
 
 
-def _roundoff(scenario: ShaftScenario, terms: Terms) -> Any:
-    """Return the roundoff of the applied torque and its limit at rest, N m."""
+def scale_of(scenario: ShaftScenario, terms: Terms) -> Any:
+    """Return the sum of the terms of the applied torque and its limit at rest, N m."""
     loads, spring = terms.loads, scenario.effects.torsion_spring
     k = 0.0 if spring is None else spring.stiffness
     free = 0.0 if spring is None else radians(spring.free_angle_deg)
 
+    def scale(time: Value, angle: Value) -> Value:
+        return loads.scale(time, angle) + k * abs(angle - free)
+
+    return scale
+
+
+def _roundoff(scenario: ShaftScenario, terms: Terms) -> Any:
+    """Return the roundoff of the applied torque and its limit at rest, N m."""
+    scale = scale_of(scenario, terms)
+
     def roundoff(time: Value, angle: Value) -> Value:
-        return ROUNDING * (loads.scale(time, angle) + k * abs(angle - free)) + SMALLEST
+        return ROUNDING * scale(time, angle) + SMALLEST
 
     return roundoff
 

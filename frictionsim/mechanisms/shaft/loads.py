@@ -44,6 +44,11 @@ class Arms(NamedTuple):
         """Return the sum."""
         return Arms(*(_sum(one, two) for one, two in zip(self, other, strict=True)))
 
+    @property
+    def slopes(self) -> "Arms":
+        """The derivatives over the angle, per rad."""
+        return Arms(NONE, self.sine, _scaled(self.cosine, -1.0))
+
     def at(self, angle: float) -> Triple:
         """Return moment and components per size at an angle, rad."""
         turned = _sum(_scaled(self.cosine, cos(angle)), _scaled(self.sine, sin(angle)))
@@ -154,11 +159,13 @@ class Loads:
         self.constant = Arms()
         self.variable: list[Load] = []
         self._sizes: list[float] = []
+        self._force = 0.0
         self._radius = friction_radius
         for load in loads:
             if load.is_constant:
                 self.constant = self.constant.plus(load.arms.times(load.size(0.0)))
                 self._sizes.append(abs(load.size(0.0)) * self._reach(load.arms))
+                self._force += 0.0 if load.arms == COUPLE else abs(load.size(0.0))
             else:
                 self.variable.append(load)
 
@@ -197,6 +204,11 @@ class Loads:
             found = found + abs(load.function()(time, angle, 0.0)) * self._reach(load.arms)
         return found
 
+    def total_force(self, time: float, angle: float) -> float:
+        """Return the sum of the sizes of all forces at rest, N."""
+        forces = [load for load in self.variable if load.arms != COUPLE]
+        return self._force + sum(abs(load.at_rest(time, angle)) for load in forces)
+
     def _reach(self, arms: Arms) -> float:
         """Return the torque and the limit of a load per size: that of a couple has no limit."""
         is_couple = arms == COUPLE
@@ -207,6 +219,15 @@ class Loads:
         found = NONE
         for load in self.over_time:
             found = _sum(found, _scaled(load.arms.at(angle), load.size.derivative(time)))
+        return found
+
+    def slopes(self, time: float, angle: float) -> Triple:
+        """Return the derivatives of moment and components over the angle at rest, per rad."""
+        found = self.constant.slopes.at(angle)
+        for load in self.variable:
+            found = _sum(found, _scaled(load.arms.slopes.at(angle), load.at_rest(time, angle)))
+            if load.over == "angle":
+                found = _sum(found, _scaled(load.arms.at(angle), load.size.derivative(angle)))
         return found
 
     @property

@@ -1,97 +1,73 @@
-"""The statics of a body on a dry shaft: its balance, impending motion, the worst over a turn.
+"""The statics of a body on a dry shaft: its balance, impending motion, the worst over a turn."""
 
-The modules with its numbers of many digits are imported where they are used: a run needs none.
-"""
+from math import isfinite, radians
 
-from math import radians
-from typing import TYPE_CHECKING
-
-from frictionsim.mechanisms.shaft.equation import contact_of, terms_of
+from frictionsim.mechanisms.impending_motion import TIE, Roots
+from frictionsim.mechanisms.shaft.balance import balance_of, reaction_of, roots_at, sum_of
+from frictionsim.mechanisms.shaft.equation import contact_of
+from frictionsim.mechanisms.shaft.extremes_over_turn import Extreme, over_turn
+from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.unknowns import WHERE, place_of, unknown_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
 from frictionsim.scenario.schema import inconsistent
-
-if TYPE_CHECKING:
-    from decimal import Decimal
-
-    from frictionsim.mechanisms.shaft.balance import Balance
-    from frictionsim.mechanisms.shaft.extremes_over_turn import Extreme, Turn
-    from frictionsim.mechanisms.shaft.impending_motion import Roots
-    from frictionsim.mechanisms.shaft.schema import ShaftScenario
-    from frictionsim.mechanisms.shaft.unknowns import Unknown
 
 DIRECTIONS = {1: "counter_clockwise", -1: "clockwise"}
 WORDS = {1: "counter-clockwise", -1: "clockwise"}
 STOPS = {1: "upper", -1: "lower"}  # that which keeps the body from turning in a direction
 
 
-def check_unknown(scenario: "ShaftScenario") -> None:
+def check_unknown(scenario: ShaftScenario) -> None:
     """Check that eq 24 can be solved for the unknown of a scenario.
 
     Raises
     ------
     PydanticCustomError
     """
-    from frictionsim.mechanisms.shaft.balance import balance_of
-    from frictionsim.mechanisms.shaft.impending_motion import enters
-    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
-
     if scenario.statics is None or scenario.statics.unknown is None:
         return
     unknown = unknown_of(scenario, scenario.statics.unknown)
     time, angle = place_of(scenario)
-    with many_digits():
-        balance = balance_of(scenario, unknown, time)
-        if not enters(balance, exact(angle)):
-            raise inconsistent(
-                WHERE,
-                f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"
-                " changes neither the moment nor the friction there",
-            )
+    if not balance_of(scenario, unknown, time).enters(angle):
+        raise inconsistent(
+            WHERE,
+            f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"
+            " changes neither the moment nor the friction there",
+        )
 
 
-def breakaway_values(scenario: "ShaftScenario") -> Quantities:
+def breakaway_values(scenario: ShaftScenario) -> Quantities:
     """Return the roots of eq 24 for the unknown of a scenario; none without an unknown."""
-    from frictionsim.mechanisms.shaft.many_digits import many_digits
-
     if scenario.statics is None or scenario.statics.unknown is None:
         return {}
-    with many_digits():
-        return _Problem(scenario).roots()
+    return _Problem(scenario).roots()
 
 
-def statics(scenario: "ShaftScenario") -> StaticQuantities:
+def statics(scenario: ShaftScenario) -> StaticQuantities:
     """Return the balance of a scenario and, for an unknown, the roots of eq 24."""
-    from frictionsim.mechanisms.shaft.many_digits import many_digits
-
     found = at_rest(scenario)
     if scenario.statics is None or scenario.statics.unknown is None:
         return found
-    with many_digits():
-        problem = _Problem(scenario)
-        found |= problem.roots()
-        found |= problem.worst()
+    problem = _Problem(scenario)
+    found |= problem.roots()
+    found |= problem.worst()
     found.notes = (*found.notes, *problem.notes)
     return found
 
 
-def at_rest(scenario: "ShaftScenario") -> StaticQuantities:
+def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     """Return moment, reaction, lever arm and limit of friction, and whether the body rests."""
-    from frictionsim.mechanisms.shaft.balance import balance_of
-    from frictionsim.mechanisms.shaft.many_digits import exact, many_digits
-
-    journal, terms = scenario.effects.shaft_friction, terms_of(scenario)
+    journal, loads = scenario.effects.shaft_friction, sum_of(scenario)
     time, angle = place_of(scenario)
-    with many_digits():
-        balance = balance_of(scenario, None, time)
-        moment, across, up = balance.given.at(exact(angle))
-        reaction = (across * across + up * up).sqrt()
-        limit = balance.friction_radius * reaction
-        arm = float(moment / reaction) if reaction else None
-        torque, margin = float(moment), float(limit - abs(moment))
+    at_angle = radians(angle)
+    torque = loads.at(time, at_angle)[0]
+    if abs(torque) <= TIE * loads.scale(time, at_angle):
+        torque = 0.0
+    reaction = reaction_of(loads, time, at_angle)
+    limit = (journal.static_radius if journal else 0.0) * reaction
+    arm, margin = torque / reaction if reaction else None, limit - abs(torque)
     tie = 0.0
     if journal is not None:  # as in a run
-        tie = contact_of(scenario, terms).roundoff(time, radians(angle))
+        tie = contact_of(scenario, loads.terms).roundoff(time, at_angle)
     direction = 0 if margin >= -tie else 1 if torque > 0.0 else -1
     on_stop = stop_at(scenario, angle)
     pressed = on_stop != 0 and on_stop * torque >= 0.0  # a stop takes all that presses into it
@@ -100,9 +76,9 @@ def at_rest(scenario: "ShaftScenario") -> StaticQuantities:
     found = StaticQuantities(
         angle=Quantity(radians(angle), "rad"),
         applied_torque=Quantity(torque, "N m"),
-        shaft_reaction=Quantity(float(reaction), "N"),
+        shaft_reaction=Quantity(reaction, "N"),
         lever_arm=Quantity(arm, "m"),
-        static_limit=Quantity(float(limit), "N m"),
+        static_limit=Quantity(limit, "N m"),
         static_margin=Quantity(margin, "N m"),
         breakaway_direction=Quantity(float(direction), "1"),
         friction_radius_static=Quantity(journal.static_radius if journal else 0.0, "m"),
@@ -120,7 +96,7 @@ def at_rest(scenario: "ShaftScenario") -> StaticQuantities:
     return found
 
 
-def stop_at(scenario: "ShaftScenario", degrees: float) -> int:
+def stop_at(scenario: ShaftScenario, degrees: float) -> int:
     """Return in which direction a stop keeps the body from turning at an angle; 0 for none."""
     stops = scenario.effects.end_stops
     if stops is None:
@@ -133,32 +109,27 @@ def stop_at(scenario: "ShaftScenario", degrees: float) -> int:
 class _Problem:
     """Eq 24 of a scenario with an unknown, and what is to be said about its roots."""
 
-    def __init__(self, scenario: "ShaftScenario") -> None:
-        from frictionsim.mechanisms.shaft.balance import balance_of
-        from frictionsim.mechanisms.shaft.many_digits import exact
-
+    def __init__(self, scenario: ShaftScenario) -> None:
         assert scenario.statics is not None  # asked by the caller
         assert scenario.statics.unknown is not None
-        self.unknown: Unknown = unknown_of(scenario, scenario.statics.unknown)
+        self.unknown = unknown_of(scenario, scenario.statics.unknown)
         time, angle = place_of(scenario)
-        self._balance: Balance = balance_of(scenario, self.unknown, time)
-        self._angle = exact(angle)
+        self._balance = balance_of(scenario, self.unknown, time)
+        self._angle = angle
         self._on_stop = stop_at(scenario, angle)
         begin, end = self._angle - 180, self._angle + 180
         self._range, self._where = (begin, end), "over a turn"
         stops = scenario.effects.end_stops
         if stops is not None:
             lowest, highest = stops.lowest_angle_deg, stops.highest_angle_deg
-            begin = begin if lowest is None else max(begin, exact(lowest))
-            end = end if highest is None else min(end, exact(highest))
+            begin = begin if lowest is None else max(begin, lowest)
+            end = end if highest is None else min(end, highest)
         if self._range != (begin, end):
             self._range, self._where = (begin, end), "between the end stops"
         self.notes: list[str] = []
 
     def roots(self) -> Quantities:
         """Return the roots at the angle of the statics, by their directions."""
-        from frictionsim.mechanisms.shaft.impending_motion import roots_at
-
         roots = roots_at(self._balance, self._angle)
         found = {}
         for s, direction in DIRECTIONS.items():
@@ -170,32 +141,31 @@ class _Problem:
         self.notes += self._about(roots)
         if self._on_stop:
             self.notes.append(
-                f"at {float(self._angle):.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
+                f"at {self._angle:.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
                 f" body from turning {WORDS[self._on_stop]} with any {self.unknown.key}"
             )
         return found
 
-    def _quantity(self, value: "Decimal | None") -> Quantity:
-        from frictionsim.mechanisms.shaft.many_digits import rounded
+    def _quantity(self, value: float | None) -> Quantity:
+        bounded = value is not None and isfinite(value)
+        return Quantity(value if bounded else None, self.unknown.unit)
 
-        return Quantity(rounded(value), self.unknown.unit)
-
-    def _text(self, value: "Decimal") -> str:
+    def _text(self, value: float) -> str:
         unit = "" if self.unknown.unit == "1" else f" {self.unknown.unit}"
-        return f"{float(value) + 0.0:.6g}{unit}"
+        return f"{value + 0.0:.6g}{unit}"
 
-    def _range_of(self, low: "Decimal", high: "Decimal") -> str:
+    def _range_of(self, low: float, high: float) -> str:
         """Return from which to which value, in so many digits that they differ."""
         unit = "" if self.unknown.unit == "1" else f" {self.unknown.unit}"
         for digits in (6, 9, 12, 17):
-            ends = [f"{float(x) + 0.0:.{digits}g}{unit}" for x in (low, high)]
+            ends = [f"{x + 0.0:.{digits}g}{unit}" for x in (low, high)]
             if ends[0] != ends[1]:
                 return f"from {ends[0]} to {ends[1]}"
         return f"= {self._text(low)}"
 
-    def _about(self, roots: "Roots") -> list[str]:
+    def _about(self, roots: Roots) -> list[str]:
         """Return the meaning of the roots, or why there are none."""
-        key, at = self.unknown.key, f"at {float(self._angle):.6g} deg"
+        key, at = self.unknown.key, f"at {self._angle:.6g} deg"
         values = [root.value for root in roots.found]
         if roots.every:
             return [f"{at}, the body is about to move with every {key}"]
@@ -227,8 +197,8 @@ class _Problem:
             found.append(f"{key} below zero is a root of the equation, but not possible")
         return found
 
-    def _about_friction(self, roots: "Roots") -> list[str]:
-        key, at = self.unknown.key, f"at {float(self._angle):.6g} deg"
+    def _about_friction(self, roots: Roots) -> list[str]:
+        key, at = self.unknown.key, f"at {self._angle:.6g} deg"
         if not roots.found:
             return [f"{at}, the body moves with every {key}: its lever arm is too large"]
         root = roots.found[0]
@@ -244,18 +214,9 @@ class _Problem:
 
         With end stops, over the part of it between them.
         """
-        from frictionsim.mechanisms.shaft.extremes_over_turn import over_turn
-        from frictionsim.mechanisms.shaft.impending_motion import possible_roots_at
-
-        balance = self._balance
         begin, end = self._range
-        turn: Turn = over_turn(
-            lambda degrees: possible_roots_at(balance, degrees),
-            self._range,
-            balance.knots,
-            end - begin == 360 and balance.given.is_periodic and balance.sought.is_periodic,
-        )
-        if end - begin != 360:
+        turn = over_turn(self._balance, self._range)
+        if self._where != "over a turn":
             self.notes.append(
                 f"the smallest and the largest {self.unknown.key} are those {self._where}, from"
                 f" {_degrees(begin)} to {_degrees(end)} deg"
@@ -273,7 +234,7 @@ class _Problem:
             ]
         return found
 
-    def _about_extreme(self, side: str, direction: int, extreme: "Extreme") -> list[str]:
+    def _about_extreme(self, side: str, direction: int, extreme: Extreme) -> list[str]:
         """Return why an extreme has no bound, or is not reached."""
         value, angle, reached = extreme
         if angle is None:
@@ -287,11 +248,11 @@ class _Problem:
             return [f"{approaches}, where the moment vanishes"]
         return [] if reached else [f"{approaches}, but it is no root there"]
 
-    def _extreme(self, name: str, extreme: "Extreme") -> Quantities:
+    def _extreme(self, name: str, extreme: Extreme) -> Quantities:
         value, angle = extreme.value, extreme.angle
-        degrees = None if angle is None else radians(float(angle))
+        degrees = None if angle is None else radians(angle)
         return {name: self._quantity(value), f"{name}_angle": Quantity(degrees, "rad")}
 
 
-def _degrees(angle: "Decimal | None") -> str:
-    return "" if angle is None else f"{float(angle) + 0.0:.6g}"
+def _degrees(angle: float | None) -> str:
+    return "" if angle is None else f"{angle + 0.0:.6g}"
