@@ -5,7 +5,7 @@ and is never opened for writing again; so is the incomplete result, which says h
 belong to it. At any instant there are therefore whole segments, at least as many as the incomplete
 result on the disk counts, and that result itself, whole. Segments beyond its count are of the time
 after it; when the run is resumed they are computed again. A file that a kill could leave damaged,
-one that is open for writing while the run goes on, does not exist; nor are journals needed.
+one that is open for writing during the run, does not exist; nor are journals needed.
 
 A segment of the number 7 is NAME.samples-<random digits>/000007.segment and holds (`segment_file`)
 

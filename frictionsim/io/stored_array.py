@@ -1,4 +1,4 @@
-"""Arrays in parts of a file, read without HDF5: with numpy and zlib, which bad bytes do no harm.
+"""Arrays in parts of a file, read by numpy and zlib, which are safe on corrupt bytes.
 
 A part holds consecutive rows as the filters of HDF5 leave them: shuffle (the first bytes of all
 values, then the second ones, ...) and gzip. The chunks of a result and the segments of a run that

@@ -335,7 +335,7 @@ def _distributed() -> Any:
 
 
 def _silence() -> dict[str, int]:
-    """Have loggers of others say nothing; return their levels before."""
+    """Silence the loggers of other packages; return their previous levels."""
     names = [
         name
         for name in logging.root.manager.loggerDict

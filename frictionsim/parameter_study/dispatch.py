@@ -1,9 +1,8 @@
-"""Gives the runs of a sweep to workers, and goes on when some of these die.
+"""Dispatches the runs of a sweep to workers, and survives the crash of a worker.
 
-Runs go out in blocks of some tenths of a second, two for each worker. What was given to a worker
-that died is given to others: its runs one by one, as nobody knows which of them it was. A run that
-is met again alone is left to the end, where it has the machine for itself; if it kills its worker
-there as well, it has failed.
+Runs go out in blocks of some tenths of a second, two for each worker. The runs of a worker that
+crashed are repeated one by one, as nobody knows which of them it was. A run that crashes a worker
+alone is repeated last, with the machine for itself; if its worker crashes again, it has failed.
 """
 
 from collections import deque

@@ -298,7 +298,7 @@ def bootstrap(
     seed: int,
     fits: int,
 ) -> Bootstrap:
-    """Fit to data drawn anew: the fit plus normal deviations where sigma is given, else residuals.
+    """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
 
     The residuals of each group are drawn with replacement, from those about their mean, scaled to
     the estimated standard deviation.
@@ -354,7 +354,7 @@ class Settings(NamedTuple):
     seed : int
         Of the scan and of the bootstrap.
     bootstrap : int
-        Fits to data drawn anew; 0 for none.
+        Number of bootstrap resamples.
     """
 
     starts: int = 3

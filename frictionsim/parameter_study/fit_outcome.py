@@ -82,7 +82,7 @@ class TargetResiduals(NamedTuple):
 
 
 class Bootstrap(NamedTuple):
-    """Fits to data drawn anew.
+    """Bootstrap resamples of a fit.
 
     Attributes
     ----------

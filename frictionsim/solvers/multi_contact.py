@@ -164,7 +164,7 @@ class MultiContactMechanism(NamedTuple):
         monotone drive lets a contact at rest go at most once.
     impact : callable
         impact(contact, v, modes, restitution) returns the `Impact` in which a rope, the contact
-        with that index, is taken up. It may stop or turn what slides, and slacken other ropes.
+        with that index, becomes taut. It may stop or reverse sliding, and slacken other ropes.
     forces : int
         Length of `Balance.forces`.
     power_flows : mapping of name to callable, W

@@ -1,6 +1,6 @@
-"""The first event within a smooth part of a run: which margin of which contact is used up first.
+"""The first event within a smooth part of a run: which margin of which contact reaches zero first.
 
-A margin may be used up and restored within one step, as by a motion that nearly stops. The margins
+A margin may reach zero and recover within one step, as where a motion nearly stops. The margins
 are therefore evaluated between the ends of a step, on the cubic polynomial through its ends, and
 where one is small on the solution itself.
 """
@@ -39,7 +39,7 @@ class Event(NamedTuple):
         Last time at which the contact kept its mode.
     time : float, s
     margin : Margin
-        The margin that is used up.
+        The margin that reaches zero.
     """
 
     held: float
@@ -73,7 +73,7 @@ def first_events(
 
 
 class _Search:
-    """The search for the first time at which a margin is used up."""
+    """The search for the first time at which a margin reaches zero."""
 
     def __init__(self, margin: Margin, at: At, end: float) -> None:
         self._margin, self._at, self._end = margin, at, end
@@ -116,7 +116,7 @@ class _Search:
         return value < 0.0 if self._margin.of_force else value <= 0.0
 
     def _lowest(self, a: float, b: float) -> float | None:
-        """Return a time about the minimum of the margin at which it is used up; None if never."""
+        """Return a time about the minimum of the margin at which it reaches zero; None if never."""
         width = MINIMUM_RESOLUTION * (b - a)
         x, y = a + GOLDEN * (b - a), b - GOLDEN * (b - a)
         at_x, at_y = self._exact(x), self._exact(y)
@@ -136,7 +136,7 @@ class _Search:
         return None
 
     def _between(self, start: float, a: float, b: float) -> Event:
-        """Return the event between a, where the margin lasts, and b, where it is used up."""
+        """Return the event between a, where the margin is positive, and b, where it is not."""
         if self._margin.of_force:
             return self._of_force(a, b)
         if not self._value(a) > 0.0:  # only at the start, or by the error of what is approximate
@@ -168,7 +168,7 @@ class _Search:
 
 
 def _may_dip(times: Sequence[float], values: Sequence[float]) -> bool:
-    """Return whether a margin, positive at three times, may be used up about the middle one.
+    """Return whether a margin, positive at three times, may reach zero about the middle one.
 
     The times are unevenly spaced: a minimum may be far below the middle value where one of the
     spaces is much longer than the other.

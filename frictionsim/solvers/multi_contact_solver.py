@@ -1,7 +1,7 @@
 """Event-driven integration of several coordinates and contacts.
 
 Between two events all contacts keep their modes and the equations are smooth. A mode ends where a
-force reaches its limit, a sliding contact comes to rest, or a slack rope is taken up, which is an
+force reaches its limit, a sliding contact comes to rest, or a slack rope becomes taut, which is an
 impact. The combination of modes that follows is the one that is consistent; if several are, the
 one in which most contacts hold.
 """
@@ -216,7 +216,7 @@ class MultiContactSolver(SteppingSolver):
         return y[len(self.mechanism.position) + coordinate] == 0.0
 
     def take_up(self, index: int, y: State) -> None:
-        """Change the state by the impact of a slack rope that is taken up."""
+        """Change the state by the impact of a slack rope that becomes taut."""
         contact = self.mechanism.contacts[index]
         assert isinstance(contact, UnilateralContact)
         n, c = len(self.mechanism.position), contact.coordinate

@@ -1,8 +1,8 @@
-"""What the arrays of a checkpoint may hold, said beside the attributes that are saved in them.
+"""The valid values of the arrays of a checkpoint, beside the attributes that are saved in them.
 
-A checkpoint comes from a file, and files are changed by others: nothing in it is believed. Each
-part of a solver describes its arrays by `Values`, and they are compared before anything is computed
-from them. The digest of a checkpoint tells damage, not intent: anyone can make it anew.
+Checkpoints are untrusted. Each part of a solver describes its arrays by `Values`, and they are
+compared before anything is computed from them. The digest of a checkpoint detects corruption, not
+tampering.
 """
 
 from math import inf

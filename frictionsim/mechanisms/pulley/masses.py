@@ -16,7 +16,7 @@ tensions: eliminating both, the friction shifts the arms of the forces by its ra
         = (P + m2 g)(r - s r_k) - m1 g (r + s r_k) + tau - b w
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
-d2 = x2 + r theta, grows, and is taken up by an impact, of which the friction of the shaft is a
+d2 = x2 + r theta, grows, and closes with an impact, of which the friction of the shaft is a
 part (`frictionsim.mechanisms.pulley.masses`).
 
 With cord friction, x is the displacement of the cord, x1 = x and x2 = -x. It sticks while
@@ -27,11 +27,11 @@ References
 ----------
 .. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
 
-The impact that takes up a slack rope over a pulley on a dry shaft.
+The impact of a slack rope that becomes taut, over a pulley on a dry shaft.
 
 Tensions are impulsive in it, so is the reaction of the shaft, the sum of both tensions, and with
 it the friction of the shaft. The other forces are finite and have no part. Let J be the impulse of
-the rope that is taken up, w the speed of the pulley, positive against the pull of that rope, and
+the rope that becomes taut, w the speed of the pulley, positive against the pull of that rope, and
 d' the rate of the gap; m is the body on the rope and m' that on the other side. With the impulse
 J' of the other rope, while the shaft slides in direction s,
 
@@ -259,9 +259,9 @@ def shock(
     ----------
     n : LiftParameters
     masses : (float, float), kg
-        On the rope that is taken up, and on the other, zero if that is slack.
+        On the rope that becomes taut, and on the other, zero if that is slack.
     w : float, rad/s
-        Speed of the pulley, positive against the pull of the rope that is taken up.
+        Speed of the pulley, positive against the pull of the rope that becomes taut.
     rate : float, m/s
         Of the gap, negative.
     restitution : float
