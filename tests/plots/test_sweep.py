@@ -430,7 +430,7 @@ def test_a_curve_without_a_jump_is_joined_and_one_beside_a_failed_run_is_a_gap_a
     assert not jumps_of(x, values).size
 
 
-def test_counts_are_points() -> None:
+def test_counts_are_drawn_as_points() -> None:
     table = grid_of({"x": FIVE}, {"f": lambda x: np.floor(0.7 * x)})
     assert lines_of(draw_sweep(table).axes[0])[0].get_linestyle() == "-"  # whole by chance: N m
     table.units["f"] = "1"
